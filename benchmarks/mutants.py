@@ -75,7 +75,7 @@ TESTS = {
 """Tests of each folder."""
 
 
-LIBRARIES = ("hypothesis.strategies", "matplotlib.figure", "pint", "pydantic", "pymunk", "scipy.integrate", "scipy.optimize")
+LIBRARIES = ("hypothesis.strategies", "matplotlib.figure", "pint", "pymunk", "scipy.integrate", "scipy.optimize")
 """Imported once; the processes of the mutants share them."""
 
 

@@ -278,7 +278,7 @@ def test_light_commands_start_without_the_heavy_packages(words, tmp_path):
 
 
 def test_the_package_is_imported_without_the_heavy_packages(tmp_path):
-    heavy = {"numpy", "scipy", "numba", "pymunk", "matplotlib", "pint", "pydantic", "typer", "rich"}
+    heavy = {"numpy", "scipy", "numba", "pymunk", "matplotlib", "pint", "typer", "rich"}
     assert not modules_loaded_by("import governor_mechanism", tmp_path) & heavy
 
 

@@ -6,7 +6,8 @@ A message says what is wrong, where, what was found, what is allowed and, if kno
 import difflib
 import math
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
+from itertools import pairwise
 
 _LONG_WORD = re.compile(r"\S{301,}")
 """What no name of a key is, and nearly no path of a file: shortened, since a message of pages is not read."""
@@ -164,3 +165,10 @@ def require_not_negative(value: float, unit: str, what: str) -> None:
     require_finite(value, unit, what)
     if value < 0:
         raise MechanismError(f"{what} must not be negative; got {value:g} {unit}".rstrip())
+
+
+def require_rising(values: Sequence[float], what: str, unit: str = "", *, strictly: bool = True, hint: str = "") -> None:
+    """Raise MechanismError unless the numbers of a series rise, or at least do not fall; `unit` begins with a space."""
+    for before, after in pairwise(values):
+        if after < before or (strictly and after == before):
+            raise MechanismError(f"{what} must {'rise' if strictly else 'not fall'}; {after:g}{unit} follows {before:g}{unit}{hint}")

@@ -14,7 +14,7 @@ from generators.readings import SPINDLE_READINGS, find_reading_units
 from governor_mechanism.machines.registry import MACHINES
 from governor_mechanism.model.part import TURNING_PLANE
 from governor_mechanism.scenes.library import shipped_scenes
-from governor_mechanism.units.quantities import QUANTITY_KINDS
+from governor_mechanism.units.fields import fields_of
 
 FOLDER = ROOT / "docs" / "machines"
 CUSTOM = "custom"
@@ -57,15 +57,9 @@ def readings_of_machines() -> dict[str, dict[str, str]]:
     return {machine: {name: plain_unit(unit) for name, unit in units.items()} for machine, units in find_reading_units().items()}
 
 
-def unit_of_dimension(kind: str) -> str:
-    """Return the SI unit of a kind of dimension; words and ratios have none."""
-    known = QUANTITY_KINDS[kind].units if kind in QUANTITY_KINDS else ()
-    return plain_unit(known[-1]) if known else ""
-
-
 @pytest.mark.parametrize("machine", MACHINES)
 def test_the_table_of_dimensions_has_every_key_with_its_unit_and_no_other(machine):
-    expected = {field.name: unit_of_dimension(field.metadata["kind"]) for field in dataclasses.fields(MACHINES[machine])}
+    expected = {name: plain_unit(declared.unit) for name, declared in fields_of(MACHINES[machine]).items()}
     assert units(section(page(machine), "Dimensions"), "key") == expected
 
 

@@ -13,7 +13,7 @@ from governor_mechanism.errors import MechanismError
 from governor_mechanism.observables.valve_motion import reverse_crank, valve_motion_of
 from governor_mechanism.observables.valve_timing import find_event_angles, find_port_timings
 from governor_mechanism.scenes.parser import parse_scene_document
-from governor_mechanism.scenes.problems import ProblemCode
+from governor_mechanism.units.problems import ProblemCode
 
 ECCENTRIC, ROD, ADVANCE = 0.06, 1.8, math.radians(30.0)
 

@@ -35,7 +35,7 @@ from governor_mechanism.model.scene import Scene
 from governor_mechanism.model.time_functions import Harmonic, InputFunction, PrescribedMotion
 from governor_mechanism.scenes import library
 from governor_mechanism.scenes.parser import parse_scene_document
-from governor_mechanism.scenes.problems import Problem
+from governor_mechanism.units.problems import Problem
 from invalid_scenes.custom_scenes import BODY, BROKEN_CUSTOM, SPINDLE, WORDING_CUSTOM, body_with, custom_scene, force_table, joint_table
 
 # The rod is 100 mm long: its mass centre lies 50 mm from its start.

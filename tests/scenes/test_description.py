@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import json
 import math
 
@@ -10,10 +9,10 @@ import pytest
 
 import governor_mechanism as gm
 from governor_mechanism.engines import ENGINES
-from governor_mechanism.machines.base import CHOICE_KIND
 from governor_mechanism.machines.registry import MACHINES
 from governor_mechanism.scenes.description import describe_scene
 from governor_mechanism.scenes.library import shipped_scenes
+from governor_mechanism.units.fields import fields_of
 from governor_mechanism.units.quantities import parse_quantity
 
 
@@ -91,10 +90,9 @@ def test_every_dimension_that_a_scene_gives_is_described(name):
         document = scene.document["part"][part.name] if "part" in scene.document else scene.document
         values = {one.name: one for one in described.dimensions}
         for key, given in document.get("dimensions", {}).items():
-            fields = {field.name: field.metadata for field in dataclasses.fields(MACHINES[part.machine])}
-            kind, value = fields[key]["kind"], values[key].value
+            declared, value = fields_of(MACHINES[part.machine])[key], values[key].value
             assert value is not None, key
-            if kind == CHOICE_KIND or given == fields[key]["omission_word"]:
+            if given in declared.words:
                 assert value == given
             elif not isinstance(given, list | dict):
-                assert value == parse_quantity(given, kind, key), key
+                assert value == parse_quantity(given, declared.kind, key), key

@@ -25,7 +25,7 @@ from governor_mechanism.model.part import EQUILIBRIUM, Spindle
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.model.time_functions import InputFunction
 from governor_mechanism.scenes.parser import parse_scene_document
-from governor_mechanism.scenes.problems import Problem
+from governor_mechanism.units.problems import Problem
 from governor_scenes import PORTER
 from invalid_scenes.custom_scenes import custom_scene
 from invalid_scenes.effect_scenes import BROKEN_EFFECTS, WORDING_EFFECTS, with_effects

@@ -26,9 +26,8 @@ from governor_mechanism.model.events import NamedCrossing
 from governor_mechanism.model.part import EQUILIBRIUM, Spindle
 from governor_mechanism.model.scene import RunSettings
 from governor_mechanism.scenes.parser import parse_scene_document, read_scene_file
-from governor_mechanism.scenes.problems import Problem
-from governor_mechanism.scenes.schema import rate_key, start_table_model
-from governor_mechanism.scenes.table import validate
+from governor_mechanism.scenes.schema import rate_key, start_table
+from governor_mechanism.units.problems import Problem
 from invalid_scenes.scenes import BROKEN_SCENES, SCENE_HEADER, WORDING_SCENES, format_dimensions, scene_text
 
 
@@ -118,11 +117,15 @@ def test_text_with_its_unit_is_taken_at_its_word() -> None:
 
 @pytest.mark.parametrize("start", [EQUILIBRIUM, "0.1 m", 0.1])
 def test_a_bare_length_at_the_start_is_checked_like_a_dimension(start: object) -> None:
-    model = start_table_model((("lift", "length", "lift_rate"),))
-    validate(model, {"lift": start})
+    table = start_table((("lift", "length", "lift_rate"),))
+    table.read({"lift": start})
     with pytest.raises(MechanismError) as caught:
-        validate(model, {"lift": 300}, "start")
-    assert str(caught.value).startswith('start.lift = 300 is 300 m; write "300 mm" if that is meant, or "300 m"; or write')
+        table.read({"lift": 300})
+    assert (
+        Problem(caught.value.problems[0])
+        .at("start")
+        .startswith('start.lift = 300 is 300 m; write "300 mm" if that is meant, or "300 m"; or write')
+    )
 
 
 @pytest.mark.parametrize(
@@ -372,7 +375,7 @@ def test_any_bytes_are_refused_in_one_sentence(tmp_path_factory: pytest.TempPath
 def test_importing_the_reader_stays_light() -> None:
     code = (
         "import sys, governor_mechanism.scenes.parser, governor_mechanism.scenes.library; "
-        "print([m for m in ('pint', 'pydantic', 'pymunk', 'matplotlib') if m in sys.modules])"
+        "print([m for m in ('pint', 'pymunk', 'matplotlib') if m in sys.modules])"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "[]"

@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-import dataclasses
-import inspect
 import math
 from collections.abc import Mapping
 from functools import cache
 from typing import Any
 
 from generators.markdown import code, escape
-from governor_mechanism.scenes.schema_validator import MOTION, NUMBER_OR_TEXT, POINT, SchemaValidator, quantity_schema
-from governor_mechanism.scenes.table import SceneFileTable
+from governor_mechanism.scenes.custom.field_types import MOTION, POINT
+from governor_mechanism.scenes.quantities import NUMBER_OR_TEXT, quantity_schema
+from governor_mechanism.scenes.table import Table
+from governor_mechanism.units.fields import Declaration
 from governor_mechanism.units.quantities import QUANTITY_KINDS, format_quantity
 
 _SIGNS = {"exclusiveMinimum": "positive", "minimum": "not negative"}
@@ -73,13 +73,13 @@ def _describe_type(schema: Mapping[str, Any]) -> str:
     return {"boolean": f"{code('true')} or {code('false')}", "string": "text"}.get(str(kind), "see there")
 
 
-def describe_table(model: type[SceneFileTable], *, leave_out: tuple[str, ...] = ()) -> list[list[str]]:
+def describe_table(own: Table, *, leave_out: tuple[str, ...] = ()) -> list[list[str]]:
     """Return the rows of a table of keys: key, values, default, meaning.
 
     Parameters
     ----------
-    model
-        Pydantic model of the table.
+    own
+        Table of a scene file.
     leave_out
         Keys without a row.
 
@@ -89,15 +89,13 @@ def describe_table(model: type[SceneFileTable], *, leave_out: tuple[str, ...] = 
         Cells as Markdown.
     """
     rows = []
-    for key, field in model.fields_by_key().items():
+    for key, declared in own.fields_by_key.items():
         if key in leave_out:
             continue
-        schemas = [item.json_schema for item in field.metadata if isinstance(item, SchemaValidator)]
-        values = describe_schema(schemas[0]) if schemas else "table" if _is_nested(field.annotation) else _plain(key)
-        meaning, schema = field.description or "", schemas[0] if schemas else {}
-        meaning = "" if meaning.startswith("one of ") else meaning  # the values are listed already
-        is_said = "default" in meaning
-        default = "required" if field.is_required() else "" if is_said else _default_of(model, key, field.default, schema)
+        schema = own.types[declared.form].schema_of(declared)
+        values = "table" if declared.content else describe_schema(schema) if schema else _plain(key)
+        meaning = "" if declared.meaning.startswith("one of ") else declared.meaning  # the values are listed already
+        default = "required" if declared.is_required else "" if "default" in meaning else _default_of(declared, schema)
         rows.append([code(key), values, default, escape(meaning)])
     return rows
 
@@ -110,19 +108,9 @@ def _plain(key: str) -> str:
     return words.get(key, "tables" if key in lists else "table")
 
 
-def _is_nested(annotation: Any) -> bool:
-    return any(inspect.isclass(one) and issubclass(one, SceneFileTable) for one in (annotation, *getattr(annotation, "__args__", ())))
-
-
-def _default_of(model: type[SceneFileTable], name: str, default: Any, schema: Mapping[str, Any]) -> str:
-    """Return the default of a key: that of what the table describes, or of the table; empty where it follows from other keys."""
-    element = getattr(model, "element", None)
-    fields = (
-        {one.name: one for one in dataclasses.fields(element)} if inspect.isclass(element) and dataclasses.is_dataclass(element) else {}
-    )
-    if name in fields and fields[name].default is not dataclasses.MISSING:
-        default = fields[name].default
-    return format_default(default, schema)
+def _default_of(declared: Declaration, schema: Mapping[str, Any]) -> str:
+    """Return the default of a key; empty where it follows from other keys."""
+    return "" if declared.follows else format_default(declared.default, schema)
 
 
 def format_default(default: Any, schema: Mapping[str, Any]) -> str:

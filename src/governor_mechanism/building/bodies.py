@@ -208,7 +208,7 @@ class BodyBuilder(DocumentTables):
         MechanismError
             If there is a point of this name, or a coordinate is wrong.
         """
-        from governor_mechanism.building.call_checks import check_name  # slow to import: pydantic
+        from governor_mechanism.building.call_checks import check_name
 
         points = self._tables.setdefault(GROUND, {})
         if isinstance(name, str) and not name:

@@ -1,4 +1,4 @@
-"""Checks of what a method of the builder adds, when it is called, by the models of scene files. Slow to import: pydantic."""
+"""Checks of what a method of the builder adds, when it is called, by the tables of scene files."""
 
 from __future__ import annotations
 
@@ -8,17 +8,16 @@ from contextlib import contextmanager
 from typing import Any, Final
 
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.scenes.custom.bodies import BodyTable, PointMassTable
-from governor_mechanism.scenes.custom.elements import FORCE_TABLES, JOINT_TABLES, JOINT_TYPES, ElementTable, LinkTable
+from governor_mechanism.scenes.custom.bodies import BODY, POINT_MASS
+from governor_mechanism.scenes.custom.elements import FORCE_TABLES, JOINT_TABLES, JOINT_TYPES, LINK, ElementTable
 from governor_mechanism.scenes.custom.field_types import PointRegistry, is_moving, parse_moving_point
 from governor_mechanism.scenes.custom.readings import READING_TABLES, find_reading_kind
-from governor_mechanism.scenes.problems import Problem, unknown_name
 from governor_mechanism.scenes.quantities import check_label, parse_name, parse_position
-from governor_mechanism.scenes.table import validate
+from governor_mechanism.units.problems import Problem, unknown_name
 from governor_mechanism.units.quantities import format_value
 
-_TABLES: Final[Mapping[str, Mapping[str, type[ElementTable]]]] = {"joint": JOINT_TABLES, "force": FORCE_TABLES, "link": {"link": LinkTable}}
-"""Models of tables by the key of their list and by type."""
+_TABLES: Final[Mapping[str, Mapping[str, ElementTable]]] = {"joint": JOINT_TABLES, "force": FORCE_TABLES, "link": {"link": LINK}}
+"""Tables by the key of their list and by type."""
 
 _SHAPE_KEY = re.compile(r"\b(?:rod|disc|plate|curve)\.(?=[a-z])")
 """Beginning of a key of a table that is no argument of its own in Python."""
@@ -39,7 +38,7 @@ class CallChecks:
     def check_body(self, what: str, table: Mapping[str, Any]) -> None:
         """Check a body with its points and masses, and make it known."""
         with _at(f"{what}:"):
-            body = validate(BodyTable, table, context=self._registry).build(self._registry)
+            body = BODY.build(table, self._registry)
         self._registry.bodies[body.name] = body
 
     def check_new_name(self, what: str, name: str) -> None:
@@ -64,7 +63,7 @@ class CallChecks:
     def check_element(self, key: str, kind: str, what: str, table: Mapping[str, Any]) -> None:
         """Check a joint, link or force."""
         with _at(f"{what}:"):
-            validate(_TABLES[key][kind], table, context=self._registry).require_two_bodies()
+            _TABLES[key][kind].read_ends(table, self._registry)
 
     def check_reading(self, name: str, table: Mapping[str, Any]) -> None:
         """Check what is read off the mechanism."""
@@ -75,7 +74,7 @@ class CallChecks:
         if not kind:
             raise MechanismError(f"{what} one of angle, line, distance, x and y says what is read; none is given")
         with _at(what):
-            validate(READING_TABLES[kind], table, context=self._registry)
+            READING_TABLES[kind].read(table, self._registry)
 
 
 def check_point(what: str, x: object, y: object) -> None:
@@ -86,7 +85,7 @@ def check_point(what: str, x: object, y: object) -> None:
 def check_mass(what: str, table: Mapping[str, Any]) -> None:
     """Check a mass that is fixed to a body."""
     with _at(f"{what}:"):
-        validate(PointMassTable, table)
+        POINT_MASS.read(table)
 
 
 def check_name(what: str, name: object) -> str:

@@ -1,4 +1,4 @@
-"""First configuration of a mechanism in which the joints close, from the angles that are given. Slow to import: pydantic."""
+"""First configuration of a mechanism in which the joints close, from the angles that are given."""
 
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -18,8 +18,8 @@ from governor_mechanism.model.joints import GROUND, Point, RotationalDriver
 from governor_mechanism.model.time_functions import PrescribedMotion
 from governor_mechanism.scenes.custom.parser import CustomMachineParser
 from governor_mechanism.scenes.parser import parse_scene_document
-from governor_mechanism.scenes.problems import ProblemCollector
 from governor_mechanism.types import FloatArray
+from governor_mechanism.units.problems import ProblemCollector
 
 N_TRIES: Final = 24
 """Number of guesses: with these, and the slower search, all of 70 random linkages of two and three loops were assembled."""

@@ -98,7 +98,7 @@ class BuiltBody:
         MechanismError
             If a coordinate is no length, the name is none, or the body has a point of this name.
         """
-        from governor_mechanism.building.call_checks import check_name, check_point  # slow to import: pydantic
+        from governor_mechanism.building.call_checks import check_name, check_point
 
         if not isinstance(name, str) or name:
             check_name(f"a point of body {self.name!r}", name)
@@ -129,7 +129,7 @@ class BuiltBody:
         MechanismError
             If the position is none of this body, or a quantity is wrong.
         """
-        from governor_mechanism.building.call_checks import check_mass  # slow to import: pydantic
+        from governor_mechanism.building.call_checks import check_mass
 
         position = self._position_of(at) if isinstance(at, BuiltPoint) else list(at) if isinstance(at, Iterable) else at
         ball = {"mass": mass, "at": position} | ({} if radius is None else {"radius": radius})

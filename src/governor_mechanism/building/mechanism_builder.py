@@ -198,7 +198,7 @@ class MechanismBuilder(BodyBuilder, JointBuilder, ForceBuilder):
         MechanismError
             If a value is wrong, or the mechanism cannot be assembled; the message names the joint that stays open, its gap and direction.
         """
-        from governor_mechanism.building.first_configuration import place_bodies  # slow to import: pydantic
+        from governor_mechanism.building.first_configuration import place_bodies
 
         return place_bodies({**self._keys, **self._tables, **self._lists})
 

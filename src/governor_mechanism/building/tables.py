@@ -35,7 +35,7 @@ class DocumentTables:
 
     @cached_property
     def _checks(self) -> CallChecks:
-        from governor_mechanism.building.call_checks import CallChecks  # slow to import: pydantic
+        from governor_mechanism.building.call_checks import CallChecks
 
         return CallChecks(self._keys["plane"])
 

@@ -3,7 +3,8 @@
 from dataclasses import dataclass
 
 from governor_mechanism.errors import MechanismError, require_not_negative
-from governor_mechanism.model.effect import Effect, scene_key
+from governor_mechanism.model.effect import Effect
+from governor_mechanism.units.fields import optional_size
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -27,14 +28,10 @@ class BellCrankMasses(Effect):
     key = "bell_cranks"
     changes_bodies_of = "a Hartung governor"
 
-    mass: float = scene_key("mass", sign="not negative", examples=("6 kg",), default=0.0, meaning="mass of each bell crank")
-    weight_width: float = scene_key(
-        "length", sign="not negative", examples=("150 mm",), default=0.0, meaning="size of a weight across its arm"
-    )
-    weight_height: float = scene_key(
-        "length", sign="not negative", examples=("200 mm",), default=0.0, meaning="size of a weight along its arm"
-    )
-    weight_depth: float = scene_key("length", sign="not negative", default=0.0, meaning="size of a weight normal to the plane")
+    mass: float = optional_size("mass", examples="6 kg", meaning="mass of each bell crank")
+    weight_width: float = optional_size("length", examples="150 mm", meaning="size of a weight across its arm")
+    weight_height: float = optional_size("length", examples="200 mm", meaning="size of a weight along its arm")
+    weight_depth: float = optional_size("length", meaning="size of a weight normal to the plane")
 
     def __post_init__(self) -> None:
         sizes = ("weight_width", "weight_height", "weight_depth")

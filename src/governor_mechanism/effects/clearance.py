@@ -4,7 +4,8 @@ from dataclasses import dataclass
 
 from governor_mechanism.effects.stops import Stops
 from governor_mechanism.errors import MechanismError, require_positive
-from governor_mechanism.model.effect import RESTITUTION_KIND, Effect, OutputEffect, scene_key
+from governor_mechanism.model.effect import Effect, OutputEffect
+from governor_mechanism.units.fields import entry, quantity
 
 CLEARANCE_READING = "sleeve_clearance"
 """Reading of the position of the sleeve within its clearance, m."""
@@ -28,13 +29,14 @@ class Clearance(Effect):
     changes_bodies_of = "a sleeve on links"
     value_fields = ("width",)
 
-    width: float = scene_key(
+    width: float = quantity(
         "length",
-        meaning="the distance that the sleeve may move between the links",
-        examples=("0.5 mm",),
+        built=True,
         hint="; write clearance = false if there is none",
+        examples="0.5 mm",
+        meaning="the distance that the sleeve may move between the links",
     )
-    restitution: float = scene_key(RESTITUTION_KIND, default=0.0, meaning="coefficient of restitution, 0 to 1")
+    restitution: float = entry("restitution", default=0.0, meaning="coefficient of restitution, 0 to 1")
 
     def __post_init__(self) -> None:
         require_positive(self.width, "m", "clearance")

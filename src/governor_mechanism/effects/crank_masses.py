@@ -3,7 +3,8 @@
 from dataclasses import dataclass
 
 from governor_mechanism.errors import MechanismError, require_finite, require_not_negative, require_positive
-from governor_mechanism.model.effect import Effect, scene_key
+from governor_mechanism.model.effect import Effect
+from governor_mechanism.units.fields import optional_size, quantity
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -29,21 +30,25 @@ class CrankMasses(Effect):
     key = "masses"
     changes_bodies_of = "a slider crank"
 
-    crank: float = scene_key("mass", meaning="the mass of the crank (rod and crosshead may have none)", examples=("80 kg",))
-    crank_centre: float = scene_key(
+    crank: float = quantity("mass", built=True, examples="80 kg", meaning="the mass of the crank (rod and crosshead may have none)")
+    crank_centre: float = quantity(
         "length",
         sign="any",
+        built=True,
         default=0.0,
         meaning="mass centre of the crank from the shaft toward the crank pin; negative for a counterweight",
     )
-    rod: float = scene_key("mass", sign="not negative", examples=("70 kg",), default=0.0, meaning="mass of the connecting rod")
-    rod_centre: float | None = scene_key(
-        "length", sign="not negative", default=None, meaning="mass centre of the rod from the crank pin; its middle if left out"
+    rod: float = optional_size("mass", examples="70 kg", meaning="mass of the connecting rod")
+    rod_centre: float | None = quantity(
+        "length", sign="not negative", built=True, default=None, meaning="mass centre of the rod from the crank pin; its middle if left out"
     )
-    rod_inertia: float | None = scene_key(
-        "moment_of_inertia", default=None, meaning="moment of inertia of the rod about its mass centre; that of a slender rod if left out"
+    rod_inertia: float | None = quantity(
+        "moment_of_inertia",
+        built=True,
+        default=None,
+        meaning="moment of inertia of the rod about its mass centre; that of a slender rod if left out",
     )
-    crosshead: float = scene_key("mass", sign="not negative", examples=("110 kg",), default=0.0, meaning="mass of the crosshead")
+    crosshead: float = optional_size("mass", examples="110 kg", meaning="mass of the crosshead")
 
     def __post_init__(self) -> None:
         require_positive(self.crank, "kg", "masses.crank")

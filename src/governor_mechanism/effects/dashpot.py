@@ -4,7 +4,8 @@ from dataclasses import dataclass
 from typing import Any
 
 from governor_mechanism.errors import MechanismError, require_not_negative, require_positive
-from governor_mechanism.model.effect import Derivation, OutputForce, scene_key
+from governor_mechanism.model.effect import Derivation, OutputForce
+from governor_mechanism.units.fields import optional_size
 
 DISCHARGE_COEFFICIENT = 0.62
 """Discharge coefficient of a sharp-edged orifice."""
@@ -73,13 +74,9 @@ class Dashpot(OutputForce):
     law_name = "dashpots"
     dissipates = True
 
-    linear: float = scene_key("damping", "torsion_damping", sign="not negative", default=0.0, meaning="force per speed")
-    quadratic: float = scene_key(
-        "quadratic_damping",
-        "quadratic_torsion_damping",
-        sign="not negative",
-        default=0.0,
-        meaning="force per squared speed, as of oil in an orifice",
+    linear: float = optional_size("damping", "torsion_damping", meaning="force per speed")
+    quadratic: float = optional_size(
+        "quadratic_damping", "quadratic_torsion_damping", meaning="force per squared speed, as of oil in an orifice"
     )
 
     def __post_init__(self) -> None:

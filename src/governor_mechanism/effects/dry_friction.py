@@ -5,8 +5,9 @@ from dataclasses import dataclass
 from typing import Any
 
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.model.effect import OutputEffect, scene_key
+from governor_mechanism.model.effect import OutputEffect
 from governor_mechanism.model.time_functions import InputFunction, TableFunction
+from governor_mechanism.units.fields import entry
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -22,12 +23,12 @@ class DryFriction(OutputEffect):
     key = "dry_friction"
     value_fields = ("force",)
 
-    force: InputFunction = scene_key(
+    force: InputFunction = entry(
+        "load",
         "force",
         "torque",
         sign="not negative",
         reason=", because friction opposes the motion",
-        is_program=True,
         default=InputFunction(),
         meaning="limit of the friction; it may change with time",
     )

@@ -3,7 +3,8 @@
 from dataclasses import dataclass
 
 from governor_mechanism.errors import require_positive
-from governor_mechanism.model.effect import Effect, scene_key
+from governor_mechanism.model.effect import Effect
+from governor_mechanism.units.fields import quantity
 from governor_mechanism.units.quantities import require_plausible
 
 DEFAULT_GRAVITY = 9.81
@@ -23,7 +24,7 @@ class Gravity(Effect):
     key = "gravity"
     value_fields = ("acceleration",)
 
-    acceleration: float = scene_key("acceleration", bounded=False, default=DEFAULT_GRAVITY, meaning="gravitational acceleration along -y")
+    acceleration: float = quantity("acceleration", default=DEFAULT_GRAVITY, meaning="gravitational acceleration along -y")
 
     def __post_init__(self) -> None:
         require_positive(self.acceleration, "m/s2", "gravity")

@@ -3,7 +3,8 @@
 from dataclasses import dataclass
 
 from governor_mechanism.errors import MechanismError, require_not_negative, require_positive
-from governor_mechanism.model.effect import Effect, scene_key
+from governor_mechanism.model.effect import Effect
+from governor_mechanism.units.fields import optional_size, quantity
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -25,15 +26,14 @@ class LinkMasses(Effect):
     key = "link_masses"
     changes_bodies_of = "a gear with a link"
 
-    link: float = scene_key(
-        "mass", sign="not negative", examples=("25 kg",), default=0.0, meaning="mass of the link, a thin arc between the rod pins"
-    )
-    eccentric_rod: float = scene_key("mass", sign="not negative", examples=("15 kg",), default=0.0, meaning="mass of each eccentric rod")
-    valve: float = scene_key(
-        "mass", sign="not negative", examples=("60 kg",), default=0.0, meaning="mass of the valve with its spindle and the die block"
-    )
-    shaft_inertia: float | None = scene_key(
-        "moment_of_inertia", default=None, meaning="moment of inertia of the shaft with crank and eccentrics; massless if left out"
+    link: float = optional_size("mass", examples="25 kg", meaning="mass of the link, a thin arc between the rod pins")
+    eccentric_rod: float = optional_size("mass", examples="15 kg", meaning="mass of each eccentric rod")
+    valve: float = optional_size("mass", examples="60 kg", meaning="mass of the valve with its spindle and the die block")
+    shaft_inertia: float | None = quantity(
+        "moment_of_inertia",
+        built=True,
+        default=None,
+        meaning="moment of inertia of the shaft with crank and eccentrics; massless if left out",
     )
 
     def __post_init__(self) -> None:

@@ -3,7 +3,8 @@
 from dataclasses import dataclass
 
 from governor_mechanism.errors import MechanismError, require_not_negative
-from governor_mechanism.model.effect import Effect, scene_key
+from governor_mechanism.model.effect import Effect
+from governor_mechanism.units.fields import optional_size
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -25,16 +26,10 @@ class PistonMasses(Effect):
     key = "piston_masses"
     changes_bodies_of = "an engine with a flywheel"
 
-    piston: float = scene_key(
-        "mass", sign="not negative", examples=("120 kg",), default=0.0, meaning="mass of the piston with piston rod and crosshead"
-    )
-    connecting_rod: float = scene_key("mass", sign="not negative", examples=("60 kg",), default=0.0, meaning="mass of the connecting rod")
-    pump_piston: float = scene_key(
-        "mass", sign="not negative", examples=("120 kg",), default=0.0, meaning="mass of the pump piston with its rod and crosshead"
-    )
-    pump_connecting_rod: float = scene_key(
-        "mass", sign="not negative", examples=("60 kg",), default=0.0, meaning="mass of the connecting rod of the pump"
-    )
+    piston: float = optional_size("mass", examples="120 kg", meaning="mass of the piston with piston rod and crosshead")
+    connecting_rod: float = optional_size("mass", examples="60 kg", meaning="mass of the connecting rod")
+    pump_piston: float = optional_size("mass", examples="120 kg", meaning="mass of the pump piston with its rod and crosshead")
+    pump_connecting_rod: float = optional_size("mass", examples="60 kg", meaning="mass of the connecting rod of the pump")
 
     def __post_init__(self) -> None:
         for name in ("piston", "connecting_rod", "pump_piston", "pump_connecting_rod"):

@@ -3,7 +3,8 @@
 from dataclasses import dataclass
 
 from governor_mechanism.errors import MechanismError, require_not_negative
-from governor_mechanism.model.effect import Effect, scene_key
+from governor_mechanism.model.effect import Effect
+from governor_mechanism.units.fields import optional_size
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -25,9 +26,9 @@ class RodMasses(Effect):
     key = "rods"
     changes_bodies_of = "a governor with arms and links"
 
-    arm_mass: float = scene_key("mass", sign="not negative", examples=("0.6 kg",), default=0.0, meaning="mass of each arm")
-    link_mass: float = scene_key("mass", sign="not negative", examples=("0.5 kg",), default=0.0, meaning="mass of each link")
-    ball_radius: float = scene_key("length", sign="not negative", default=0.0, meaning="radius of each ball")
+    arm_mass: float = optional_size("mass", examples="0.6 kg", meaning="mass of each arm")
+    link_mass: float = optional_size("mass", examples="0.5 kg", meaning="mass of each link")
+    ball_radius: float = optional_size("length", meaning="radius of each ball")
 
     def __post_init__(self) -> None:
         for name, unit in (("arm_mass", "kg"), ("link_mass", "kg"), ("ball_radius", "m")):

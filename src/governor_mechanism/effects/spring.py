@@ -5,7 +5,8 @@ from dataclasses import dataclass
 from typing import Any
 
 from governor_mechanism.errors import MechanismError, require_finite, require_positive
-from governor_mechanism.model.effect import FLAG_KIND, Derivation, OutputForce, scene_key
+from governor_mechanism.model.effect import Derivation, OutputForce
+from governor_mechanism.units.fields import entry, quantity
 
 
 def helical_spring_rate(*, wire: float, coil: float, turns: float, modulus: float) -> float:
@@ -72,10 +73,12 @@ class OutputSpring(OutputForce):
     law_name = "springs on readings"
     dissipates = False
 
-    rate: float = scene_key("stiffness", "torsion_stiffness")
-    preload: float = scene_key("force", "torque", sign="any", default=0.0, meaning="force at the value zero")
-    zero: float = scene_key("length", "angle", sign="any", default=0.0, meaning="value of the reading at which the spring has its preload")
-    one_sided: bool = scene_key(FLAG_KIND, default=False, meaning="whether the spring only pulls, and is slack otherwise")
+    rate: float = quantity("stiffness", "torsion_stiffness", built=True)
+    preload: float = quantity("force", "torque", sign="any", built=True, default=0.0, meaning="force at the value zero")
+    zero: float = quantity(
+        "length", "angle", sign="any", built=True, default=0.0, meaning="value of the reading at which the spring has its preload"
+    )
+    one_sided: bool = entry("flag", default=False, meaning="whether the spring only pulls, and is slack otherwise")
 
     def __post_init__(self) -> None:
         require_positive(self.rate, "N/m", f"rate of the spring on {self.reading!r}")

@@ -6,7 +6,8 @@ from dataclasses import dataclass
 from typing import Any
 
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.model.effect import RESTITUTION_KIND, OutputEffect, scene_key
+from governor_mechanism.model.effect import OutputEffect
+from governor_mechanism.units.fields import entry, quantity
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -25,25 +26,13 @@ class Stops(OutputEffect):
     value_fields = ("low", "high")
     common_keys = ("restitution",)
 
-    low: float = scene_key(
-        "length",
-        "angle",
-        sign="any",
-        bounded=False,
-        examples=("10 mm", "15 deg"),
-        default=-math.inf,
-        meaning="position of the low stop; none if left out",
+    low: float = quantity(
+        "length", "angle", sign="any", default=-math.inf, examples=("10 mm", "15 deg"), meaning="position of the low stop; none if left out"
     )
-    high: float = scene_key(
-        "length",
-        "angle",
-        sign="any",
-        bounded=False,
-        examples=("60 mm", "45 deg"),
-        default=math.inf,
-        meaning="position of the high stop; none if left out",
+    high: float = quantity(
+        "length", "angle", sign="any", default=math.inf, examples=("60 mm", "45 deg"), meaning="position of the high stop; none if left out"
     )
-    restitution: float = scene_key(RESTITUTION_KIND, default=0.0, meaning="coefficient of restitution, 0 to 1")
+    restitution: float = entry("restitution", default=0.0, meaning="coefficient of restitution, 0 to 1")
 
     def __post_init__(self) -> None:
         if math.isnan(self.low) or math.isnan(self.high) or not self.low < self.high:

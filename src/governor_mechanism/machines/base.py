@@ -4,8 +4,6 @@ import dataclasses
 import math
 from abc import ABC, abstractmethod
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import MISSING
-from functools import partial
 from typing import Any, ClassVar, Self
 
 from governor_mechanism.errors import MechanismError
@@ -16,44 +14,11 @@ from governor_mechanism.model.output_variables import Limit, PointCoordinate
 from governor_mechanism.model.part import EQUILIBRIUM, TURNING_PLANE
 from governor_mechanism.model.time_functions import InputFunction, PrescribedMotion
 from governor_mechanism.types import Vector2
+from governor_mechanism.units.fields import fields_of
 from governor_mechanism.units.quantities import QUANTITY_KINDS
 
 MIN_DIMENSION = 1e-9
 """Smallest magnitude of a dimension, SI: smaller values are mistakes of units, and double precision does not suffice."""
-
-
-CHOICE_KIND = "choice"
-"""Kind of a dimension that is one of several words."""
-
-
-def choice_field(words: tuple[str, ...], meaning: str) -> Any:
-    """Declare a dimension that is one of several words; the first word is the default."""
-    return dataclasses.field(default=words[0], metadata={"kind": CHOICE_KIND, "meaning": meaning, "words": words})
-
-
-def dimension_field(
-    kind: str,
-    meaning: str,
-    *,
-    default: Any = MISSING,
-    signed: bool = False,
-    omission_word: str = "",
-    is_program: bool = False,
-    is_load: bool = False,
-) -> Any:
-    """Declare a dimension of a machine: its kind of quantity ('length', 'mass', ...) and its meaning.
-
-    A `signed` dimension may be zero or negative; the others are positive. A default makes it optional. `omission_word` stands
-    for "left out" in a scene file. `is_program`: it may change with time.
-    `is_load`: it may change with time and readings.
-    """
-    metadata = {"kind": kind, "meaning": meaning, "signed": signed, "omission_word": omission_word}
-    metadata |= {"is_program": is_program, "is_load": is_load}
-    return dataclasses.field(default=default, metadata=metadata)
-
-
-optional_field = partial(dimension_field, default=None)
-"""Declare a dimension that may be left out."""
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -87,20 +52,19 @@ class Machine(ABC):
 
     def _implausible_dimensions(self) -> Iterator[str]:
         """Yield sentences about unknown words and magnitudes outside the plausible range."""
-        for field in dataclasses.fields(self):
-            value = getattr(self, field.name)
+        for name, declared in fields_of(type(self)).items():
+            value = getattr(self, name)
             if value is None:
                 continue
-            if field.metadata["kind"] == CHOICE_KIND:
-                words = field.metadata["words"]
-                if value not in words:
-                    yield f"{field.name} must be one of {', '.join(map(repr, words))}; got {value!r}"
+            if declared.form == "choice":
+                if value not in declared.words:
+                    yield f"{name} must be one of {', '.join(map(repr, declared.words))}; got {value!r}"
                 continue
-            signed, max_size = field.metadata["signed"], QUANTITY_KINDS[field.metadata["kind"]].largest
+            is_positive, max_size = declared.sign == "positive", QUANTITY_KINDS[declared.kind].largest
             value = max(values_of(value), key=abs)
-            if not (MIN_DIMENSION <= (abs(value) or MIN_DIMENSION) <= max_size and (signed or value > 0)):
-                required = "a finite" if signed else "a positive"
-                yield f"{field.name} must be {required} number between {MIN_DIMENSION:g} and {max_size:g} in SI; got {value:g}"
+            if not (MIN_DIMENSION <= (abs(value) or MIN_DIMENSION) <= max_size and (value > 0 or not is_positive)):
+                required = "a positive" if is_positive else "a finite"
+                yield f"{name} must be {required} number between {MIN_DIMENSION:g} and {max_size:g} in SI; got {value:g}"
 
     def dimension_problems(self) -> Iterable[str]:
         """Return sentences about dimensions that contradict one another."""
@@ -151,7 +115,7 @@ class Machine(ABC):
 
         One that changes with time has its first value.
         """
-        values = {field.name: getattr(self, field.name) for field in dataclasses.fields(self) if field.metadata["kind"] != CHOICE_KIND}
+        values = {name: getattr(self, name) for name, declared in fields_of(type(self)).items() if declared.form != "choice"}
         return {name: math.inf if value is None else values_of(value)[0] for name, value in values.items()}
 
 

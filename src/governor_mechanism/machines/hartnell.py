@@ -11,11 +11,12 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from governor_mechanism.machines import base
-from governor_mechanism.machines.base import dimension_field, optional_field, x_coordinate, y_coordinate
+from governor_mechanism.machines.base import x_coordinate, y_coordinate
 from governor_mechanism.model.joints import GROUND, Gear, Joint, Pin, Point, Slider
 from governor_mechanism.model.mechanism import Body, Mechanism
 from governor_mechanism.model.output_variables import Limit, LineAngle, Reading, StaticForce
 from governor_mechanism.types import Vector2
+from governor_mechanism.units.fields import quantity
 
 RIGHT_BALL, LEFT_BALL, SLEEVE = "right ball", "left ball", "sleeve"
 SIDE_SIGNS = {RIGHT_BALL: 1.0, LEFT_BALL: -1.0}
@@ -33,13 +34,15 @@ class HartnellGovernor(base.Machine):
         "static_sleeve_force": "force on the sleeve, upward, that balances springs and weights without rotation",
     }
 
-    ball_arm: float = dimension_field("length", "from the pivot of a bell crank to its ball's centre")
-    sleeve_arm: float = dimension_field("length", "from the pivot to the roller under the sleeve")
-    bell_crank_angle: float = dimension_field("angle", "between the two arms of a bell crank", default=math.pi / 2)
-    pivot_radius: float = dimension_field("length", "of the pivots from the spindle axis")
-    inner_radius: float | None = optional_field("length", "of the balls where sleeve_lift is 0; pivot_radius, upright arms, if left out")
-    ball_mass: float = dimension_field("mass", "of one ball; there are two")
-    sleeve_mass: float | None = optional_field("mass", "of the whole sleeve; left out where it is neglected")
+    ball_arm: float = quantity("length", meaning="from the pivot of a bell crank to its ball's centre")
+    sleeve_arm: float = quantity("length", meaning="from the pivot to the roller under the sleeve")
+    bell_crank_angle: float = quantity("angle", default=math.pi / 2, meaning="between the two arms of a bell crank")
+    pivot_radius: float = quantity("length", meaning="of the pivots from the spindle axis")
+    inner_radius: float | None = quantity(
+        "length", default=None, meaning="of the balls where sleeve_lift is 0; pivot_radius, upright arms, if left out"
+    )
+    ball_mass: float = quantity("mass", meaning="of one ball; there are two")
+    sleeve_mass: float | None = quantity("mass", default=None, meaning="of the whole sleeve; left out where it is neglected")
 
     def dimension_problems(self) -> Iterator[str]:
         """Yield a sentence about dimensions with which the governor cannot be assembled."""

@@ -10,11 +10,12 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import ClassVar
 
-from governor_mechanism.machines.base import Machine, dimension_field, x_coordinate, y_coordinate
+from governor_mechanism.machines.base import Machine, x_coordinate, y_coordinate
 from governor_mechanism.model.curves import PolynomialCurve
 from governor_mechanism.model.joints import GROUND, CurveSlot, Point, ProportionalDisplacement, Slider
 from governor_mechanism.model.mechanism import Body, Mechanism
 from governor_mechanism.model.output_variables import Limit
+from governor_mechanism.units.fields import quantity
 
 RIGHT_BALL, LEFT_BALL, SLEEVE = "right ball", "left ball", "sleeve"
 
@@ -29,11 +30,11 @@ class ParabolicGovernor(Machine):
         "sleeve_lift": "height of the sleeve above its position with the balls at the inner end of the guides",
     }
 
-    double_parameter: float = dimension_field("length", "c of the guide x^2 = c y")
-    inner_radius: float = dimension_field("length", "of the guide's inner end from the spindle axis")
-    outer_radius: float = dimension_field("length", "of the guide's outer end from the spindle axis")
-    ball_mass: float = dimension_field("mass", "of one ball; there are two")
-    sleeve_mass: float = dimension_field("mass", "of the whole sleeve and its load")
+    double_parameter: float = quantity("length", meaning="c of the guide x^2 = c y")
+    inner_radius: float = quantity("length", meaning="of the guide's inner end from the spindle axis")
+    outer_radius: float = quantity("length", meaning="of the guide's outer end from the spindle axis")
+    ball_mass: float = quantity("mass", meaning="of one ball; there are two")
+    sleeve_mass: float = quantity("mass", meaning="of the whole sleeve and its load")
 
     def dimension_problems(self) -> Iterator[str]:
         """Yield a sentence about ends of the guide in the wrong order."""

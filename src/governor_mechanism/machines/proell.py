@@ -11,11 +11,12 @@ from functools import cached_property
 from typing import ClassVar
 
 from governor_mechanism.machines import base
-from governor_mechanism.machines.base import dimension_field, optional_field, x_coordinate, y_coordinate
+from governor_mechanism.machines.base import x_coordinate, y_coordinate
 from governor_mechanism.model.joints import GROUND, Distance, Joint, Pin, Point, Slider
 from governor_mechanism.model.mechanism import Body, Mechanism
 from governor_mechanism.model.output_variables import Limit, LineAngle, StaticForce
 from governor_mechanism.types import Vector2
+from governor_mechanism.units.fields import quantity
 
 RIGHT_BALL, LEFT_BALL, SLEEVE = "right ball", "left ball", "sleeve"
 SIDE_SIGNS = {RIGHT_BALL: 1.0, LEFT_BALL: -1.0}
@@ -38,17 +39,26 @@ class ProellGovernor(base.Machine):
         "static_sleeve_force": "force on the sleeve, upward, that balances springs and weights without rotation",
     }
 
-    arm: float = dimension_field("length", "from the suspension to the joint of upper and lower arm")
-    link: float | None = optional_field("length", "of the lower arm, from this joint to the sleeve; as long as arm if left out")
-    extension: float = dimension_field("length", "of the lower arm beyond the joint, to the ball's centre")
-    extension_angle: float | None = optional_field(
-        "angle", "of the extension from the line of the lower arm, positive outward; 0 if this and upright_radius are left out", signed=True
+    arm: float = quantity("length", meaning="from the suspension to the joint of upper and lower arm")
+    link: float | None = quantity(
+        "length", default=None, meaning="of the lower arm, from this joint to the sleeve; as long as arm if left out"
     )
-    upright_radius: float | None = optional_field("length", "of the balls where the extensions are upright, instead of extension_angle")
-    offset: float = dimension_field("length", "of the suspension from the spindle axis; negative = crossed arms", default=0.0, signed=True)
-    lug_offset: float | None = optional_field("length", "of the sleeve's lug from the axis; the same as offset if left out", signed=True)
-    ball_mass: float = dimension_field("mass", "of one ball; there are two")
-    sleeve_mass: float = dimension_field("mass", "of the whole sleeve and its load")
+    extension: float = quantity("length", meaning="of the lower arm beyond the joint, to the ball's centre")
+    extension_angle: float | None = quantity(
+        "angle",
+        sign="any",
+        default=None,
+        meaning="of the extension from the line of the lower arm, positive outward; 0 if this and upright_radius are left out",
+    )
+    upright_radius: float | None = quantity(
+        "length", default=None, meaning="of the balls where the extensions are upright, instead of extension_angle"
+    )
+    offset: float = quantity("length", sign="any", default=0.0, meaning="of the suspension from the spindle axis; negative = crossed arms")
+    lug_offset: float | None = quantity(
+        "length", sign="any", default=None, meaning="of the sleeve's lug from the axis; the same as offset if left out"
+    )
+    ball_mass: float = quantity("mass", meaning="of one ball; there are two")
+    sleeve_mass: float = quantity("mass", meaning="of the whole sleeve and its load")
 
     def dimension_problems(self) -> Iterator[str]:
         """Yield a sentence about dimensions with which the governor cannot be assembled."""

@@ -13,7 +13,7 @@ from functools import partial
 from typing import ClassVar
 
 from governor_mechanism.machines import driven_crank
-from governor_mechanism.machines.base import Machine, choice_field, dimension_field, optional_field, rotate_point, x_coordinate
+from governor_mechanism.machines.base import Machine, rotate_point, x_coordinate
 from governor_mechanism.machines.driven_crank import CROSSHEAD, VALVE, advance_problems
 from governor_mechanism.machines.slider_crank import rod_length_problems
 from governor_mechanism.machines.steam_readings import (
@@ -30,13 +30,14 @@ from governor_mechanism.model.part import FIXED_PLANE
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.model.valve import EQUAL_LEADS, MIDDLE, Valve
 from governor_mechanism.numerics.roots import find_root
+from governor_mechanism.units.fields import entry, quantity
 
 ECCENTRIC_ROD, VALVE_GUIDE = "eccentric rod", "valve guide"
 
 EQUAL_CUT_OFFS = "equal cut-offs"
 
 
-rod_field = partial(optional_field, "length", omission_word="endless")
+rod_field = partial(quantity, "length", words=("endless",), default=None)
 """Declare the length of a rod that may be left out."""
 
 
@@ -76,16 +77,18 @@ class SlideValve(Machine):
     plane: ClassVar[str] = FIXED_PLANE
     driver_dimensions: ClassVar[tuple[str, ...]] = ("crank_speed", "crank_start")
 
-    crank: float = dimension_field("length", "from the shaft to the crank pin: half the stroke")
-    connecting_rod: float | None = rod_field("from the crank pin to the crosshead; endless if left out")
-    eccentric: float = dimension_field("length", "from the shaft to the eccentric's centre: half the valve's travel")
-    eccentric_rod: float | None = rod_field("from the eccentric's centre to the valve; endless if left out")
-    advance: float = dimension_field("angle", "by which the eccentric runs ahead of a right angle to the crank", signed=True)
-    outside_lap: float = dimension_field("length", "by which the valve in its middle covers the outer edges", signed=True)
-    inside_lap: float = dimension_field("length", "by which it covers the inner edges; negative leaves them open", default=0.0, signed=True)
-    crank_speed: float = dimension_field("angular_speed", "of the crank, which is driven")
-    crank_start: float = dimension_field("angle", "of the crank at the start", default=0.0, signed=True)
-    setting: str = choice_field((EQUAL_LEADS, MIDDLE, EQUAL_CUT_OFFS), "rule for the centre of the valve's motion")
+    crank: float = quantity("length", meaning="from the shaft to the crank pin: half the stroke")
+    connecting_rod: float | None = rod_field(meaning="from the crank pin to the crosshead; endless if left out")
+    eccentric: float = quantity("length", meaning="from the shaft to the eccentric's centre: half the valve's travel")
+    eccentric_rod: float | None = rod_field(meaning="from the eccentric's centre to the valve; endless if left out")
+    advance: float = quantity("angle", sign="any", meaning="by which the eccentric runs ahead of a right angle to the crank")
+    outside_lap: float = quantity("length", sign="any", meaning="by which the valve in its middle covers the outer edges")
+    inside_lap: float = quantity("length", sign="any", default=0.0, meaning="by which it covers the inner edges; negative leaves them open")
+    crank_speed: float = quantity("angular_speed", meaning="of the crank, which is driven")
+    crank_start: float = quantity("angle", sign="any", default=0.0, meaning="of the crank at the start")
+    setting: str = entry(
+        "choice", words=(EQUAL_LEADS, MIDDLE, EQUAL_CUT_OFFS), default=EQUAL_LEADS, meaning="rule for the centre of the valve's motion"
+    )
 
     def dimension_problems(self) -> list[str]:
         """Return sentences about rods, angle of advance, laps and ports."""
@@ -191,6 +194,7 @@ class SlideValve(Machine):
                 steam_lap=self.outside_lap,
                 exhaust_lap=self.inside_lap,
                 piston_travel=CRANK_END_TRAVEL,
+                centre=0.0,
                 stroke=2 * self.crank,
             ),
         )

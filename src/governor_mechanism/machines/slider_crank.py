@@ -14,12 +14,13 @@ from typing import ClassVar
 from governor_mechanism.effects.crank_masses import CrankMasses
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.machines import driven_crank
-from governor_mechanism.machines.base import Machine, dimension_field, rotate_point, x_coordinate
+from governor_mechanism.machines.base import Machine, rotate_point, x_coordinate
 from governor_mechanism.model.effect import Effect
 from governor_mechanism.model.joints import GROUND, Distance, Joint, Pin, Point, Slider
 from governor_mechanism.model.mechanism import Body, Mechanism, SecondMoments
 from governor_mechanism.model.output_variables import BodyAngle, LineAngle
 from governor_mechanism.model.part import FIXED_PLANE
+from governor_mechanism.units.fields import quantity
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -36,10 +37,10 @@ class SliderCrank(Machine):
     supported_effects: ClassVar[tuple[type[Effect], ...]] = (CrankMasses,)
     driver_dimensions: ClassVar[tuple[str, ...]] = ("crank_speed", "crank_start")
 
-    crank: float = dimension_field("length", "from the shaft to the crank pin")
-    connecting_rod: float = dimension_field("length", "from the crank pin to the crosshead")
-    crank_speed: float = dimension_field("angular_speed", "of the crank, which is driven")
-    crank_start: float = dimension_field("angle", "of the crank at the start, from the outer dead centre", default=0.0, signed=True)
+    crank: float = quantity("length", meaning="from the shaft to the crank pin")
+    connecting_rod: float = quantity("length", meaning="from the crank pin to the crosshead")
+    crank_speed: float = quantity("angular_speed", meaning="of the crank, which is driven")
+    crank_start: float = quantity("angle", sign="any", default=0.0, meaning="of the crank at the start, from the outer dead centre")
 
     def dimension_problems(self) -> list[str]:
         """Return a sentence about a rod that is too short."""

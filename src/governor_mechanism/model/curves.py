@@ -2,8 +2,7 @@
 
 from dataclasses import dataclass
 
-from governor_mechanism.errors import MechanismError, require_finite
-from governor_mechanism.model.measured_fields import require_rising
+from governor_mechanism.errors import MechanismError, require_finite, require_rising
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -1,59 +1,12 @@
-"""Base classes of physical effects, and their keys in a scene file. Each effect has its own file in `effects/`."""
+"""Base classes of physical effects. Each effect has its own file in `effects/`."""
 
 from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
-from dataclasses import MISSING, dataclass, field, fields
+from dataclasses import dataclass
 from typing import Any, ClassVar
-
-FLAG_KIND, RESTITUTION_KIND = "flag", "restitution"
-"""Kinds of keys that are no quantities with a unit: true or false, and a coefficient of restitution."""
-
-
-@dataclass(frozen=True)
-class SceneKey:
-    """A key in a scene file.
-
-    Attributes
-    ----------
-    kind
-        Kind of quantity, a key of QUANTITY_KINDS, or FLAG_KIND or RESTITUTION_KIND.
-    angle_kind
-        Kind along a reading that is an angle; as `kind` if empty.
-    sign
-        Condition on the sign: "positive", "not negative", "not zero" or "any".
-    reason
-        Reason for the sign, as ", because friction opposes the motion".
-    meaning
-        What the key is, for the message about a missing one.
-    examples
-        Valid values along a length and an angle; those of the kind of quantity if empty.
-    hint
-        End of the message about a wrong sign or magnitude.
-    bounded
-        Whether the magnitude must be that of something that can be built.
-    is_program
-        Whether the value may also be a list of [time, value].
-    is_required
-        Whether the key must be given.
-    """
-
-    kind: str
-    angle_kind: str = ""
-    sign: str = "positive"
-    reason: str = ""
-    meaning: str = ""
-    examples: tuple[str, ...] = ()
-    hint: str = ""
-    bounded: bool = True
-    is_program: bool = False
-    is_required: bool = False
-
-    def kind_along(self, quantity: str) -> str:
-        """Return the kind of quantity along a reading that is a "length" or an "angle"."""
-        return self.angle_kind if quantity == "angle" and self.angle_kind else self.kind
 
 
 @dataclass(frozen=True)
@@ -76,28 +29,6 @@ class Derivation:
     function: Callable[..., float]
     kinds: Mapping[str, str]
     meanings: Mapping[str, str]
-
-
-def scene_key(kind: str, angle_kind: str = "", *, default: Any = MISSING, **properties: Any) -> Any:
-    """Declare a dataclass field that is a key of a scene file; the arguments are those of `SceneKey`."""
-    key = SceneKey(kind, angle_kind, is_required=default is MISSING, **properties)
-    return field(default=default, metadata={"scene_key": key})
-
-
-def scene_keys_of(owner: Any) -> dict[str, SceneKey]:
-    """Return the keys that the fields of a dataclass declare, by name.
-
-    Parameters
-    ----------
-    owner
-        Dataclass.
-
-    Returns
-    -------
-    dict[str, SceneKey]
-        The keys in the order of the fields.
-    """
-    return {one.name: one.metadata["scene_key"] for one in fields(owner) if "scene_key" in one.metadata}
 
 
 @dataclass(frozen=True, kw_only=True)

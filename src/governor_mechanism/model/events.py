@@ -5,6 +5,7 @@ from enum import StrEnum
 from typing import Final
 
 from governor_mechanism.errors import MechanismError, require_finite
+from governor_mechanism.units.fields import entry
 
 CROSSING_DIRECTIONS: Final = ("up", "down", "both")
 """Directions of a named crossing: the reading rises through the value, falls through it, or either."""
@@ -71,9 +72,11 @@ class NamedCrossing:
     """
 
     name: str
-    reading: str
-    value: float
-    direction: str = "both"
+    reading: str = entry("watched reading", meaning='the reading or speed that is watched, as "arm_angle" or "engine.shaft_speed"')
+    value: float = entry("watched value", meaning='the value that the reading passes, as "20 mm"')
+    direction: str = entry(
+        "choice", words=CROSSING_DIRECTIONS, default="both", meaning="whether the reading rises or falls through the value, or either"
+    )
 
     def __post_init__(self) -> None:
         require_finite(self.value, "", f"value of the crossing {self.name!r}")

@@ -6,9 +6,9 @@ from functools import cached_property
 
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.model.joints import GROUND, Point
-from governor_mechanism.model.measured_fields import class_words, measured, require_valid_fields
 from governor_mechanism.model.output_variables import BodyAngle, PointCoordinate, PointDistance, Reading
 from governor_mechanism.model.time_functions import InputFunction, StrokeHold
+from governor_mechanism.units.fields import class_words, entry, optional_size, quantity, require_valid_fields
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -84,8 +84,8 @@ class ForceElement:
 class _PointToPointElement(ForceElement):
     """A force along the line between two points, equal and opposite on both."""
 
-    first: Point
-    second: Point
+    first: Point = entry("point", meaning='the point of the first body, as "ground.O" or ["crank", "10 mm", 0]')
+    second: Point = entry("point", meaning='the point of the second body, as "crank.origin" or ["crank", "10 mm", 0]')
 
     @property
     def bodies(self) -> tuple[str, str]:
@@ -114,8 +114,8 @@ class Spring(_PointToPointElement):
         Distance at zero force, m.
     """
 
-    stiffness: float = measured("N/m", positive=True)
-    free_length: float = measured("m", default=0.0)
+    stiffness: float = quantity("stiffness", built=True, meaning='the stiffness, as "2 N/mm"')
+    free_length: float = optional_size("length", meaning="the length without force")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -130,15 +130,15 @@ class Damper(_PointToPointElement):
         Damping coefficient, N s/m; positive.
     """
 
-    damping: float = measured("N s/m", positive=True)
+    damping: float = quantity("damping", built=True, meaning='the damping, as "120 N s/m"')
 
 
 @dataclass(frozen=True, kw_only=True)
 class _RotationalElement(ForceElement):
     """A moment on the second body relative to the first, and the opposite moment on the first."""
 
-    second: str
-    first: str = GROUND
+    second: str = entry("body", meaning='the body on which it acts, as "crank"')
+    first: str = entry("body", default=GROUND, meaning="the body on which the opposite torque acts")
 
     @property
     def bodies(self) -> tuple[str, str]:
@@ -165,8 +165,8 @@ class TorsionSpring(_RotationalElement):
         Relative angle at zero moment, rad.
     """
 
-    stiffness: float = measured("N m/rad", positive=True)
-    free_angle: float = measured("rad", default=0.0)
+    stiffness: float = quantity("torsion_stiffness", built=True, meaning='the stiffness, as "3 N m/rad"')
+    free_angle: float = quantity("angle", sign="any", default=0.0, meaning="the relative angle without torque")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -181,7 +181,7 @@ class TorsionDamper(_RotationalElement):
         Damping coefficient, N m s/rad; positive.
     """
 
-    damping: float = measured("N m s/rad", positive=True)
+    damping: float = quantity("torsion_damping", built=True, meaning='the damping, as "0.1 N m s/rad"')
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -196,7 +196,11 @@ class Torque(_RotationalElement):
         Moment over time, N m, anticlockwise.
     """
 
-    moment: InputFunction
+    second: str = entry("body", key="body", meaning='the body on which it acts, as "crank"')
+    first: str = entry("body", key="against", default=GROUND, meaning="the body on which the opposite torque acts")
+    moment: InputFunction = entry(
+        "load", "torque", sign="any", noun="moment", meaning='the moment, as "5 N m", or over time, as [[0, "5 N m"], [2, "6 N m"]]'
+    )
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -209,7 +213,7 @@ class MeanGasTorque(Torque):
         Torque with an open throttle, N m.
     """
 
-    full_torque: float = measured("N m")
+    full_torque: float = quantity("torque", sign="any")
 
     @property
     def controlled_parameters(self) -> Mapping[str, str]:
@@ -234,9 +238,9 @@ class Force(ForceElement):
         Components along the axes of the plane over time, N.
     """
 
-    point: Point
-    x: InputFunction
-    y: InputFunction
+    point: Point = entry("point", meaning='the point at which it acts, as "slider.centre"')
+    x: InputFunction = entry("load", "force", sign="any", default=InputFunction(), meaning="the component along x")
+    y: InputFunction = entry("load", "force", sign="any", default=InputFunction(), meaning="the component along y, upward")
 
     @property
     def bodies(self) -> tuple[str, str]:
@@ -293,17 +297,17 @@ class CylinderGas(ForceElement):
     body: str
     travel: Reading
     crank_angle: BodyAngle
-    throttle: InputFunction | None = None
-    cut_off: InputFunction | None = None
+    throttle: InputFunction | None = entry("load", "ratio", sign="any", default=None)
+    cut_off: InputFunction | None = entry("load", "ratio", sign="any", default=None)
     reads_at_dead_centres: bool = True
-    area: float = measured("m2")
-    pressure: float = measured("Pa")
-    volume: float = measured("")
-    change: float = measured("")
-    switch_travel: float = measured("")
+    area: float = quantity("area", sign="any")
+    pressure: float = quantity("pressure", sign="any")
+    volume: float = quantity(sign="any")
+    change: float = quantity(sign="any")
+    switch_travel: float = quantity(sign="any")
     begins_constant: bool
-    back_pressure: float = measured("Pa", default=0.0)
-    stroke: float = measured("m", positive=True)
+    back_pressure: float = quantity("pressure", sign="any", default=0.0)
+    stroke: float = quantity("length")
 
     @property
     def bodies(self) -> tuple[str, str]:

@@ -12,6 +12,7 @@ from governor_mechanism.model.joints import GROUND, Joint, RotationalDriver, Tra
 from governor_mechanism.model.later_module import LaterModule
 from governor_mechanism.model.output_variables import DerivedReading, Limit, Reading, StallLimit
 from governor_mechanism.model.valve import Valve
+from governor_mechanism.units.fields import optional_size, quantity
 from governor_mechanism.units.quantities import format_value
 from governor_mechanism.units.short_repr import summarise
 
@@ -35,10 +36,10 @@ class SecondMoments:
         Moment normal to the plane.
     """
 
-    xx: float = 0.0
-    yy: float = 0.0
-    xy: float = 0.0
-    zz: float = 0.0
+    xx: float = optional_size("moment_of_inertia", meaning="the integral of x^2 over the mass, about the mass centre")
+    yy: float = optional_size("moment_of_inertia", meaning="the integral of y^2 over the mass")
+    xy: float = quantity("moment_of_inertia", sign="any", built=True, default=0.0, meaning="the integral of x y over the mass")
+    zz: float = optional_size("moment_of_inertia", meaning="the integral of z^2 over the mass")
 
     @property
     def in_plane(self) -> tuple[float, float, float]:

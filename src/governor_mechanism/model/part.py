@@ -9,6 +9,7 @@ from governor_mechanism.errors import MechanismError, require_finite, require_no
 from governor_mechanism.model.effect import Effect, OutputEffect
 from governor_mechanism.model.mechanism import Mechanism
 from governor_mechanism.model.time_functions import InputFunction
+from governor_mechanism.units.fields import entry, optional_size, quantity
 from governor_mechanism.units.quantities import require_plausible
 from governor_mechanism.units.short_repr import short_repr
 
@@ -42,8 +43,15 @@ class Spindle:
 
     times: tuple[float, ...] = (0.0,)
     speeds: tuple[float, ...] = (0.0,)
-    speed_fluctuation: float = 0.0
-    cycles_per_turn: float = 1.0
+    speed_fluctuation: float = quantity(
+        "ratio",
+        limits=(0, 1),
+        open_ends="high",
+        reason=": it is (highest - lowest) / mean speed",
+        default=0.0,
+        meaning="the coefficient of fluctuation of the speed, (highest - lowest) / mean, for a cyclic variation",
+    )
+    cycles_per_turn: float = quantity("number", default=1.0, meaning="the number of fluctuations in a turn")
 
     def __post_init__(self) -> None:
         if not 0 <= self.speed_fluctuation < 1:
@@ -74,9 +82,11 @@ class FreeSpindle:
         Torque on the spindle, N m.
     """
 
-    inertia: float = 0.0
-    start_speed: float | None = None
-    torque: InputFunction = field(default_factory=InputFunction)
+    inertia: float = optional_size("moment_of_inertia", meaning="the moment of inertia of the spindle alone, without the governor")
+    start_speed: float | None = quantity("angular_speed", sign="any", default=None, meaning="the speed at which a free spindle starts")
+    torque: InputFunction = entry(
+        "load", "torque", sign="any", default=InputFunction(), meaning="the torque on the spindle; none by default"
+    )
 
     def __post_init__(self) -> None:
         require_not_negative(self.inertia, "kg m2", "inertia of the spindle")

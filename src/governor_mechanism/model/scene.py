@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Final
 
 from governor_mechanism.errors import MechanismError, require_positive
 from governor_mechanism.model.coupling.coupled_system import CoupledSystem, couple_parts
@@ -16,6 +16,7 @@ from governor_mechanism.model.later_module import LaterModule
 from governor_mechanism.model.mechanism import Mechanism
 from governor_mechanism.model.part import FreeSpindle, Part, Spindle, Start
 from governor_mechanism.model.speeds import check_crossings
+from governor_mechanism.units.fields import entry, quantity
 from governor_mechanism.units.quantities import require_plausible
 from governor_mechanism.units.short_repr import summarise
 
@@ -23,6 +24,10 @@ if TYPE_CHECKING:
     from governor_mechanism.scenes import described_scene
 else:
     described_scene = LaterModule("scenes.described_scene")
+
+
+ENGINE_CHOICES: Final = ("auto", "impulse", "multibody", "reduced")
+"""Engines that a scene file may name."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -41,10 +46,19 @@ class RunSettings:
         Name of the engine, or "auto".
     """
 
-    duration: float = 10.0
-    output_interval: float = 0.01
-    accuracy: float = 1e-6
-    engine: str = "auto"
+    duration: float = quantity("time", default=10.0, meaning="the simulated time")
+    output_interval: float = quantity("time", default=0.01, meaning="the interval of the reported times")
+    accuracy: float = quantity(
+        "ratio",
+        limits=(0, 1),
+        open_ends="low high",
+        reason=", relative to the scale of each reading, as 1e-6",
+        default=1e-6,
+        meaning="the largest error, relative to the scale of each reading",
+    )
+    engine: str = entry(
+        "choice", words=ENGINE_CHOICES, default="auto", meaning="the engine; auto takes the cheapest that can model the scene"
+    )
 
     def __post_init__(self) -> None:
         require_positive(self.duration, "s", "duration of the run")

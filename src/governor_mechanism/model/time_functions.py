@@ -7,8 +7,8 @@ from dataclasses import dataclass, replace
 from enum import Enum
 from itertools import pairwise
 
-from governor_mechanism.errors import MechanismError, require_finite, require_not_negative
-from governor_mechanism.model.measured_fields import measured, require_rising, require_valid_fields
+from governor_mechanism.errors import MechanismError, require_finite, require_not_negative, require_rising
+from governor_mechanism.units.fields import quantity, require_valid_fields
 from governor_mechanism.units.quantities import require_plausible
 
 
@@ -58,8 +58,8 @@ class LinearFunction(ReadingFunction):
         Reading at which the function is 0, SI.
     """
 
-    gain: float = measured("")
-    about: float = measured("", default=0.0)
+    gain: float = quantity(sign="any")
+    about: float = quantity(sign="any", default=0.0)
 
     def scaled(self, factor: float) -> LinearFunction:
         """Return the function times a factor."""
@@ -109,9 +109,9 @@ class AngleHarmonic:
         Phase where the angle is 0, rad.
     """
 
-    amplitude: float = measured("")
-    order: float = measured("")
-    phase: float = measured("rad", default=0.0)
+    amplitude: float = quantity(sign="any", meaning="the amplitude")
+    order: float = quantity("number", sign="not negative", meaning="the cycles per turn of the angle, as 2")
+    phase: float = quantity("angle", sign="any", default=0.0, meaning="the phase where the angle is 0")
 
     def __post_init__(self) -> None:
         require_valid_fields(self, "a harmonic")
@@ -221,9 +221,11 @@ class Harmonic:
         Phase at 0 s, rad.
     """
 
-    amplitude: float = measured("")
-    frequency: float = measured("Hz", positive=True)
-    phase: float = measured("rad", default=0.0)
+    amplitude: float = quantity(sign="any", meaning="the amplitude")
+    frequency: float = quantity(
+        "frequency", meaning='the frequency in cycles, as "2 Hz" or "120 rpm", or the angular frequency, as "3 rad/s"'
+    )
+    phase: float = quantity("angle", sign="any", default=0.0, meaning="the phase at 0 s")
 
     def __post_init__(self) -> None:
         require_valid_fields(self, "a harmonic")

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 from typing import Final
 
 from governor_mechanism.errors import MechanismError, require_finite, require_not_negative
+from governor_mechanism.units.fields import entry, quantity
 
 OUTSIDE_ADMISSION: Final = "outside"
 """Steam enters over the outer edges of the valve: to the crank end while the valve is displaced away from the shaft."""
@@ -36,9 +37,9 @@ class Reverser:
         Value in full back gear.
     """
 
-    key: str
-    forward: float | str
-    back: float | str
+    key: str = entry("label", meaning='the key of this file that reverses the gear, as "joint.lever.motion.start"')
+    forward: float | str = entry("end", meaning='its value in full forward gear, as "20 deg"')
+    back: float | str = entry("end", meaning='its value in full back gear, as "-20 deg"')
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -67,15 +68,41 @@ class Valve:
         What reverses the gear; None if nothing does.
     """
 
-    displacement: str
-    steam_lap: float
-    exhaust_lap: float = 0.0
-    piston_travel: str = ""
+    displacement: str = entry(
+        "length reading", key="reading", meaning="the reading of the valve's position, which grows away from the shaft"
+    )
+    steam_lap: float = quantity(
+        "length",
+        sign="any",
+        built=True,
+        meaning='the length by which the valve in its centre covers the edges that admit steam, as "24 mm"',
+    )
+    exhaust_lap: float = quantity(
+        "length",
+        sign="any",
+        built=True,
+        default=0.0,
+        meaning="the length by which the valve in its centre covers the edges of the exhaust; negative leaves them open",
+    )
     stroke: float = 0.0
-    centre: float | str = 0.0
-    admission: str = OUTSIDE_ADMISSION
-    crank: str = ""
-    reverser: Reverser | None = None
+    centre: float | str = entry(
+        "centre",
+        "length",
+        sign="any",
+        words=CENTRE_RULES,
+        default=EQUAL_LEADS,
+        meaning=f"the reading in the centre of the valve's motion, or a rule: {', '.join(CENTRE_RULES)}",
+    )
+    piston_travel: str = entry(
+        "length reading", key="piston", default="", meaning="the reading of the piston's position, which grows away from the shaft"
+    )
+    admission: str = entry("choice", words=ADMISSIONS, default=OUTSIDE_ADMISSION, meaning="the edges of the valve over which steam enters")
+    crank: str = entry("driver", default="", meaning="the name of the driver that turns the crank; by default the only one")
+    reverser: Reverser | None = entry(
+        "reverser",
+        default=None,
+        meaning="what reverses the gear: { key, forward, back }, a key of the scene file and its values at the ends",
+    )
 
     def __post_init__(self) -> None:
         require_finite(self.steam_lap, "m", "steam lap of the valve")

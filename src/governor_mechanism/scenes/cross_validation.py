@@ -7,7 +7,7 @@ from governor_mechanism.effects.centrifugal import Centrifugal
 from governor_mechanism.effects.clearance import CLEARANCE_READING, Clearance
 from governor_mechanism.model.effect import Effect, OutputEffect
 from governor_mechanism.model.part import TURNING_PLANE, FreeSpindle, Part, Spindle, Start
-from governor_mechanism.scenes.problems import Problem, ProblemCode
+from governor_mechanism.units.problems import Problem, ProblemCode
 from governor_mechanism.units.quantities import format_quantity
 
 

@@ -14,7 +14,7 @@ from governor_mechanism.model.time_functions import (
     ReadingFunction,
     TableFunction,
 )
-from governor_mechanism.units.quantities import QUANTITY_KINDS, format_quantity
+from governor_mechanism.units.quantities import format_quantity
 
 MAX_WRITTEN_POINTS = 6
 """Largest number of points of a program or table that are written out; of a longer one, the ends."""
@@ -58,23 +58,6 @@ class DescribedValue:
         """Return the fields by name, without an empty meaning."""
         values = {"name": self.name, "value": self.value, "unit": self.unit}
         return values | ({"meaning": self.meaning} if self.meaning else {})
-
-
-def dimension_meaning(field: dataclasses.Field[Any]) -> str:
-    """Return what a dimension of a machine is, with its kind of quantity, as "length of the sleeve link".
-
-    Parameters
-    ----------
-    field
-        Field of the class of a machine.
-
-    Returns
-    -------
-    str
-        The words.
-    """
-    kind, meaning = field.metadata["kind"], field.metadata["meaning"]
-    return f"{QUANTITY_KINDS[kind].name.partition(' ')[2]} {meaning}" if kind in QUANTITY_KINDS else str(meaning)
 
 
 def format_number(value: float, unit: str) -> str:

@@ -1,6 +1,5 @@
 """Description of a scene: what its parts are, what acts on them, what couples them, and which engines can run it."""
 
-import dataclasses
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
@@ -10,16 +9,14 @@ import numpy as np
 from governor_mechanism.engines.initial_state import initial_state
 from governor_mechanism.engines.selection import ENGINES, select_engine
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.machines.base import CHOICE_KIND
 from governor_mechanism.machines.registry import MACHINES
 from governor_mechanism.mechanics.kinematics.assembly import PositionSolver, mobility_of
 from governor_mechanism.mechanics.kinematics.output_variables import READING_UNITS, evaluate_readings
 from governor_mechanism.model.coupling.coupled_system import SPINDLE_ANGLE, SPINDLE_SPEED, SPINDLE_TORQUE
 from governor_mechanism.model.coupling.couplings import ControlCoupling, Coupling, GearCoupling, LoadCoupling, RatioCoupling
-from governor_mechanism.model.effect import Effect, OutputEffect, scene_keys_of
+from governor_mechanism.model.effect import Effect, OutputEffect
 from governor_mechanism.model.events import NamedCrossing
 from governor_mechanism.model.force_elements import CylinderGas, ForceElement
-from governor_mechanism.model.measured_fields import class_words
 from governor_mechanism.model.part import FreeSpindle, Part, Spindle
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.model.time_functions import InputFunction
@@ -29,10 +26,10 @@ from governor_mechanism.scenes.described_values import (
     describe_input,
     describe_reading_function,
     describe_value,
-    dimension_meaning,
     format_number,
 )
-from governor_mechanism.units.quantities import QUANTITY_KINDS, parse_quantity
+from governor_mechanism.units.fields import class_words, fields_of
+from governor_mechanism.units.quantities import parse_quantity
 
 
 def describe_scene(scene: Scene) -> SceneDescription:
@@ -110,20 +107,16 @@ def _describe_dimensions(scene: Scene, part: Part) -> Iterator[DescribedValue]:
     machine_class = MACHINES.get(part.machine)
     document: Any = scene.document.get("part", {}).get(part.name, {}) if "part" in scene.document else scene.document
     given = document.get("dimensions", {})
-    for field in dataclasses.fields(machine_class) if machine_class else ():
-        kind, meaning = field.metadata["kind"], dimension_meaning(field)
-        if kind == CHOICE_KIND:
-            yield describe_value(field.name, given.get(field.name, field.default), "", meaning)
-        elif field.name in given and given[field.name] == field.metadata["omission_word"]:
-            yield describe_value(field.name, given[field.name], "", meaning)
-        elif field.name in given and field.name not in part.dimensions:  # one from which others follow, as the speeds of a spring
-            value = parse_quantity(given[field.name], kind, field.name)
-            yield describe_value(field.name, value, QUANTITY_KINDS[kind].si_unit, meaning)
-        elif isinstance(given.get(field.name), list | dict):
-            first = f"changes, from {format_number(part.dimensions[field.name], QUANTITY_KINDS[kind].si_unit)}"
-            yield describe_value(field.name, first, "", meaning)
-        else:
-            yield describe_value(field.name, part.dimensions.get(field.name), QUANTITY_KINDS[kind].si_unit, meaning)
+    for name, declared in fields_of(machine_class).items() if machine_class else ():
+        value, unit = given.get(name, declared.default), declared.unit
+        if value not in declared.words:
+            if name in given and name not in part.dimensions:  # one from which others follow, as the speeds of a spring
+                value = parse_quantity(value, declared.kind, name)
+            elif isinstance(value, list | dict):
+                value, unit = f"changes, from {format_number(part.dimensions[name], unit)}", ""
+            else:
+                value = part.dimensions.get(name)
+        yield describe_value(name, value, unit, declared.kind_and_meaning)
 
 
 def _describe_spindle(scene: Scene, part: Part) -> str:
@@ -153,10 +146,8 @@ def _describe_effect(part: Part, effect: Effect) -> DescribedItem:
     reading = effect.reading if isinstance(effect, OutputEffect) else ""
     quantity = part.mechanism.reading(reading).quantity if reading else ""
     values = []
-    for name, key in scene_keys_of(effect).items():
-        kind = key.kind_along(quantity)
-        unit = QUANTITY_KINDS[kind].si_unit if kind in QUANTITY_KINDS else ""
-        values.append(describe_value(name, getattr(effect, name), unit))
+    for name, declared in fields_of(effect).items():
+        values.append(describe_value(name, getattr(effect, name), declared.along(quantity).unit))
     shown = [value for value in values if value.value not in (None, 0.0, "false")]
     text = ", ".join(value.text if len(values) == 1 else f"{value.name} {value.text}" for value in shown)
     name = f"{effect.key}.{reading}" if reading else effect.key
@@ -175,18 +166,13 @@ def _describe_force_elements(scene: Scene) -> Iterator[DescribedItem]:
         yield DescribedItem(name=element.name, kind=class_words(element), text=text, values=tuple(values))
 
 
-_INPUT_UNITS = {"moment": "N m", "x": "N", "y": "N"}
-"""Units of the inputs of force elements by field; throttle and cut-off have none."""
-
-
 def _values_of(element: ForceElement) -> Iterator[DescribedValue]:
     """Yield the coefficients of a force element and what it depends on; the numbers of gas are dimensions of its engine."""
-    for field in dataclasses.fields(element):
-        value = getattr(element, field.name)
-        if isinstance(value, InputFunction):
-            yield describe_value(field.name, value, _INPUT_UNITS.get(field.name, ""))
-        elif "unit" in field.metadata and not isinstance(element, CylinderGas):
-            yield describe_value(field.name, value, field.metadata["unit"])
+    for name, declared in fields_of(type(element)).items():
+        value = getattr(element, name)
+        is_number = declared.form == "quantity" and not isinstance(element, CylinderGas)
+        if isinstance(value, InputFunction) or is_number:
+            yield describe_value(name, value, declared.unit)
 
 
 def _describe_coupling(coupling: Coupling) -> DescribedItem:

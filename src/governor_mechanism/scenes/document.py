@@ -1,10 +1,10 @@
-"""Parser of a scene document: its tables in order, and their consistency. Slow to import: pydantic."""
+"""Parser of a scene document: its tables in order, and their consistency."""
 
 import dataclasses
 import difflib
 from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any
 
 from governor_mechanism.effects.clearance import CLEARANCE_READING, Clearance
 from governor_mechanism.effects.gravity import DEFAULT_GRAVITY
@@ -18,18 +18,16 @@ from governor_mechanism.model.effect import Effect
 from governor_mechanism.model.mechanism import Mechanism
 from governor_mechanism.model.output_variables import Reading, ShaftSpeed
 from governor_mechanism.model.part import EQUILIBRIUM, FreeSpindle, Part, Spindle, Start
-from governor_mechanism.model.scene import Scene
+from governor_mechanism.model.scene import RunSettings, Scene
 from governor_mechanism.scenes import schema
 from governor_mechanism.scenes.cross_validation import check_tables_together
 from governor_mechanism.scenes.effect_tables import parse_effects
 from governor_mechanism.scenes.events import WatchedReadings, join_watched_readings, parse_crossings
-from governor_mechanism.scenes.loads import LoadTable, parse_coupling
-from governor_mechanism.scenes.problems import KEY, Problem, ProblemCode, ProblemCollector, wrong_value
+from governor_mechanism.scenes.loads import LOAD, parse_coupling
 from governor_mechanism.scenes.quantities import parse_name
-from governor_mechanism.scenes.table import validate
+from governor_mechanism.scenes.table import Table
+from governor_mechanism.units.problems import KEY, Problem, ProblemCode, ProblemCollector, wrong_value
 from governor_mechanism.units.quantities import format_value
-
-_TopLevel = TypeVar("_TopLevel", bound=schema.CommonSceneTable)
 
 GOVERNOR_PART_NAME = "governor"
 """Name of the only part of a scene."""
@@ -60,8 +58,8 @@ def parse_document(document: Mapping[str, Any], source: str) -> Scene:
     title, parts, couplings, watched = (_parse_only_part if is_single else _parse_parts)(document, collector)
     crossings = parse_crossings(document.get("events"), watched, collector)
     table = given if isinstance(given := document.get("run"), Mapping) else {}
-    run_table = collector.attempt("run", validate, schema.RunTable, table) or schema.RunTable()
-    run = collector.attempt("[run]", run_table.make_element)
+    run_table = collector.attempt("run", schema.RUN.read, table) or {}
+    run = collector.attempt("[run]", lambda: RunSettings(**run_table))
     if collector.problems or not parts or run is None:
         raise MechanismError(*collector.problems)
     own_document = _copy_document(document)
@@ -82,14 +80,14 @@ def _parse_only_part(document: Mapping[str, Any], collector: ProblemCollector) -
 
 
 def _parse_parts(document: Mapping[str, Any], collector: ProblemCollector) -> _Parts:
-    top_level = collector.attempt("", validate, schema.CoupledSceneTable, document)
+    top_level = collector.attempt("", schema.COUPLED_TOP_LEVEL.read, document) or {}
     tables = given if isinstance(given := document.get("part"), Mapping) else {}
     couplings = collector.parse_tables("coupling", document.get("coupling"), parse_coupling)
     collector.problems += _couplings_without_part(document, tables)
     coupled = set(_angles_of_couplings(document.get("coupling")))
     if isinstance(load := document.get("load"), Mapping):
-        load_table = collector.attempt("load", validate, LoadTable, load)
-        couplings += [load_table.make_element(name=LOAD_NAME)] if load_table else []
+        given_load = collector.attempt("load", LOAD.read, load)
+        couplings += [LOAD.make(name=LOAD_NAME, **given_load)] if given_load else []
     parts, watched = [], dict[str, WatchedReadings | None]()
     for name, table in tables.items():
         part_collector = ProblemCollector()
@@ -101,7 +99,7 @@ def _parse_parts(document: Mapping[str, Any], collector: ProblemCollector) -> _P
         prefix = f"{name}." if len(tables) > 1 else ""
         watched[prefix] = None if parser is None else parser.watched_readings
         collector.problems += [problem.at(f"part.{name}:") for problem in part_collector.problems]
-    title = (top_level and top_level.title) or ""
+    title = top_level.get("title") or ""
     return title, tuple(parts), tuple(couplings), join_watched_readings(watched) if len(parts) == len(tables) else WatchedReadings(None)
 
 
@@ -192,17 +190,17 @@ class PartParser:
         forced = None if self.quantities is None else {name: kind for name, kind in self.quantities.items() if kind != "ratio"}
         return parse_effects(self.tables.get("effects", {}), forced, self.collector)
 
-    def _parse_top_level(self, model: type[_TopLevel]) -> _TopLevel | None:
+    def _parse_top_level(self, table: Table) -> dict[str, Any] | None:
         """Return the keys outside the tables."""
-        top_level = self.collector.attempt("", validate, model, self.document)
-        self.title = (top_level and top_level.title) or ""
+        top_level = self.collector.attempt("", table.read, self.document)
+        self.title = (top_level and top_level.get("title")) or ""
         return top_level
 
     def _parse_custom(self) -> tuple[Part | None, tuple[Effect, ...], Start]:
         """Return part, effects and start of a scene with a custom machine."""
-        from governor_mechanism.scenes.custom.parser import CustomMachineParser, CustomSceneTable  # slow to import: pydantic
+        from governor_mechanism.scenes.custom.parser import CUSTOM_TOP_LEVEL, CustomMachineParser
 
-        part, start, readings = CustomMachineParser(self.document, self._parse_top_level(CustomSceneTable), self.collector).parse()
+        part, start, readings = CustomMachineParser(self.document, self._parse_top_level(CUSTOM_TOP_LEVEL), self.collector).parse()
         effects = self._parse_effects(readings)
         self._add_effect_problems(unsupported_effect_messages(CUSTOM_MACHINE, effects))
         return part, effects, start
@@ -212,7 +210,7 @@ class PartParser:
 
     def _parse_dimensioned(self) -> tuple[Part | None, tuple[Effect, ...], Start]:
         """Return part, effects and start of a scene with a machine that dimensions describe."""
-        self._parse_top_level(schema.SceneTable)
+        self._parse_top_level(schema.TOP_LEVEL)
         machine_class = MACHINES.get(_find_intended_machine(self.document))
         machine = self._build_machine(machine_class)
         mechanism = machine.mechanism() if machine else _build_placeholder_mechanism(machine_class) if machine_class else None
@@ -236,11 +234,12 @@ class PartParser:
             self.collector.add(ProblemCode.MISSING_KEY, f"[dimensions] is missing; {needs}", key="dimensions")
         if machine_class is None or "dimensions" not in self.tables:
             return None
-        table = self.collector.attempt("dimensions", validate, schema.dimensions_table_model(machine_class), self.tables["dimensions"])
-        if table is None:
+        table = schema.dimensions_table(machine_class)
+        given = self.collector.attempt("dimensions", table.read, self.tables["dimensions"])
+        if given is None:
             return None
         gravity = self._find_gravity()
-        return self.collector.attempt("[dimensions]", lambda: machine_class(**table.given_values()).under_gravity(gravity))
+        return self.collector.attempt("[dimensions]", lambda: table.make(**given).under_gravity(gravity))
 
     def _find_gravity(self) -> float:
         """Return the gravitational acceleration of the scene, m/s2; 9.81 if it is written wrongly, which is reported later."""

@@ -1,23 +1,21 @@
-"""[effects] of a scene file, from the keys that the effects declare. Slow to import: pydantic.
+"""[effects] of a scene file, from the keys that the effects declare.
 
-Effects along readings are tables keyed by reading, in the units of the quantity of the reading. The validation context
-is the `ReadingQuantities` of the mechanism.
+Effects along readings are tables keyed by reading, in the units of the quantity of the reading.
 """
 
 import dataclasses
 from collections.abc import Callable, Iterator, Mapping
 from functools import cache, partial
-from typing import Annotated, Any, ClassVar, Final, TypeVar
-
-from pydantic import Field, PlainValidator, ValidationInfo, create_model
+from typing import Any, Final, TypeVar
 
 from governor_mechanism.effects.registry import EFFECTS
 from governor_mechanism.errors import MechanismError, did_you_mean
-from governor_mechanism.model.effect import FLAG_KIND, RESTITUTION_KIND, Effect, OutputEffect, SceneKey, scene_keys_of
-from governor_mechanism.scenes.loads import parse_load
-from governor_mechanism.scenes.problems import KEY, Problem, ProblemCode, ProblemCollector, mistake, parse_each, wrong_value
-from governor_mechanism.scenes.quantities import check_bool, parse_first_fitting, parse_number, parse_si
-from governor_mechanism.scenes.table import SceneFileTable, validate
+from governor_mechanism.model.effect import Effect, OutputEffect
+from governor_mechanism.scenes.loads import LOAD_TYPES
+from governor_mechanism.scenes.quantities import ValueType, check_bool, parse_first_fitting, parse_si
+from governor_mechanism.scenes.table import Table
+from governor_mechanism.units.fields import Declaration, fields_of
+from governor_mechanism.units.problems import KEY, Problem, ProblemCode, ProblemCollector, mistake, parse_each, wrong_value
 from governor_mechanism.units.quantities import QUANTITY_KINDS
 
 ReadingQuantities = Mapping[str, str] | None
@@ -32,15 +30,15 @@ NO_END: Final = "none"
 _Parsed = TypeVar("_Parsed")
 
 
-def _example(key: SceneKey, quantity: str) -> str:
+def _example(declared: Declaration, quantity: str) -> str:
     """Return a valid value of a key along a quantity, quoted."""
-    examples = key.examples or (QUANTITY_KINDS[key.kind_along(quantity)].example,)
-    return f'"{examples[-1] if quantity == "angle" else examples[0]}"'
+    one = declared.along(quantity)
+    return f'"{one.examples[0] if one.examples else QUANTITY_KINDS[one.kind].example}"'
 
 
 def effect_example(effect: type[Effect], quantity: str) -> str:
     """Return a valid value of an effect."""
-    keys = scene_keys_of(effect)
+    keys = fields_of(effect)
     values = [_example(keys[name], quantity) for name in effect.value_fields]
     if values:
         return values[0] if len(values) == 1 else f"[{', '.join(values)}]"
@@ -48,83 +46,75 @@ def effect_example(effect: type[Effect], quantity: str) -> str:
     return f"{{ {', '.join(f'{name} = {_example(keys[name], quantity)}' for name in shown)} }}"
 
 
-def _parse_key(key: SceneKey, quantity: str, value: object) -> Any:
+def _read_key(declared: Declaration, quantity: str, value: object) -> Any:
     """Return the value of a key along a quantity."""
-    if key.kind == FLAG_KIND:
-        return check_bool(value)
-    if key.kind == RESTITUTION_KIND:
-        return parse_number(value, 0, 1, reason=" (speed after over speed before an impact)")
-    kind = key.kind_along(quantity)
-    if key.is_program:
-        return parse_load(value, kind, kind, key.sign, key.reason)
-    return parse_si(value, kind, sign=key.sign, bounded=key.bounded, hint=key.hint)
+    return LOAD_TYPES[declared.form].read(declared.along(quantity), value, None)
 
 
-class EffectTable(SceneFileTable):
-    """A table of the arguments of an effect."""
+def _find_conflicts(effect: type[Effect], quantity: str, values: Mapping[str, Any], context: object) -> Iterator[str]:
+    """Yield fields given twice, or missing although they may be computed from other keys; only along a length."""
+    for derivation in effect.derivations:
+        field, keys, is_angle = derivation.field, list(derivation.kinds), quantity == "angle"
+        declared = fields_of(effect)[field]
+        given = [key for key in keys if key in values]
+        needed = [key for key in keys if key not in (derivation.function.__kwdefaults__ or {})]
+        missing = [key for key in needed if key not in values]
+        hint = f"write {field} = {_example(declared, quantity)}"
+        if given and field in values:
+            yield f"{KEY}: {field} cannot be combined with {', '.join(given)}, from which it follows; leave one of the two out"
+        elif given and is_angle:
+            yield f"{KEY} is an angle and cannot have {', '.join(given)}; {hint}"
+        elif given and missing:
+            yield f"{KEY} lacks {', '.join(missing)}; {', '.join(needed)} are all needed"
+        elif not given and field not in values and declared.is_required:
+            alternative = "" if is_angle else f", or {', '.join(keys)}"
+            yield Problem(f"{KEY}: {field} is missing; {hint}{alternative}", ProblemCode.MISSING_KEY)
 
-    element: ClassVar[type[Effect]]
-    quantity: ClassVar[str]
 
-    @classmethod
-    def find_conflicts(cls, values: Mapping[str, Any], context: Any) -> Iterator[str]:
-        """Yield fields given twice, or missing although they may be computed from other keys; only along a length."""
-        for derivation in cls.element.derivations:
-            field, keys, is_angle = derivation.field, list(derivation.kinds), cls.quantity == "angle"
-            field_key = scene_keys_of(cls.element)[field]
-            given = [key for key in keys if key in values]
-            needed = [key for key in keys if key not in (derivation.function.__kwdefaults__ or {})]
-            missing = [key for key in needed if key not in values]
-            hint = f"write {field} = {_example(field_key, cls.quantity)}"
-            if given and field in values:
-                yield f"{KEY}: {field} cannot be combined with {', '.join(given)}, from which it follows; leave one of the two out"
-            elif given and is_angle:
-                yield f"{KEY} is an angle and cannot have {', '.join(given)}; {hint}"
-            elif given and missing:
-                yield f"{KEY} lacks {', '.join(missing)}; {', '.join(needed)} are all needed"
-            elif not given and field not in values and field_key.is_required:
-                alternative = "" if is_angle else f", or {', '.join(keys)}"
-                yield Problem(f"{KEY}: {field} is missing; {hint}{alternative}", ProblemCode.MISSING_KEY)
-
-    def given_values(self) -> dict[str, Any]:
-        """Return the fields of the effect, given or computed."""
-        values = super().given_values()
-        for derivation in self.element.derivations:
-            given = {name: values.pop(name) for name in derivation.kinds if name in values}
-            values |= {derivation.field: derivation.function(**given)} if given else {}
-        return values
+def _make_effect(effect: type[Effect], **given: Any) -> Effect:
+    """Return an effect from the values of its table, with the fields that are computed from others."""
+    for derivation in effect.derivations:
+        arguments = {name: given.pop(name) for name in derivation.kinds if name in given}
+        given |= {derivation.field: derivation.function(**arguments)} if arguments else {}
+    return effect(**given)
 
 
 @cache
-def _table_model(effect_key: str, quantity: str) -> type[EffectTable]:
-    """Return the model of a table of an effect, along a reading of a quantity, with the keys that the effect declares."""
+def _effect_table(effect_key: str, quantity: str) -> Table:
+    """Return the table of an effect, along a reading of a quantity, with the keys that the effect declares."""
     effect = next(effect for effect in EFFECTS if effect.key == effect_key)
-    keys = {name: key for name, key in scene_keys_of(effect).items() if name not in effect.common_keys}
+    fields = {}
+    for name, one in fields_of(effect).items():
+        declared = one.along(quantity)
+        if one.is_required:
+            meaning = f"{one.meaning or QUANTITY_KINDS[declared.kind].name}, as {_example(one, quantity)}"
+            declared = dataclasses.replace(declared, meaning=meaning)
+        if name not in effect.common_keys:
+            fields[name] = declared
     for derivation in effect.derivations:
-        keys |= {name: SceneKey(kind) for name, kind in derivation.kinds.items()}
-        keys[derivation.field] = dataclasses.replace(keys[derivation.field], is_required=False)
-    fields: dict[str, Any] = {}
-    for name, key in keys.items():
-        meaning = f"{key.meaning or QUANTITY_KINDS[key.kind_along(quantity)].name}, as {_example(key, quantity)}" if key.is_required else ""
-        field = Field(... if meaning else None, description=meaning)
-        fields[name] = (Annotated[Any, PlainValidator(partial(_parse_key, key, quantity))], field)
-    model = create_model(f"{effect.__name__}Table", __base__=EffectTable, **fields)
-    model.element, model.quantity = effect, quantity
-    model.example = "" if effect.value_fields else effect_example(effect, quantity)
-    return model
+        fields |= {name: Declaration(kinds=(kind,), built=True, default=None) for name, kind in derivation.kinds.items()}
+        fields[derivation.field] = dataclasses.replace(fields[derivation.field], follows=True)
+    return Table(
+        make=partial(_make_effect, effect),
+        fields=fields,
+        types=LOAD_TYPES,
+        example="" if effect.value_fields else effect_example(effect, quantity),
+        find_conflicts=partial(_find_conflicts, effect, quantity),
+    )
 
 
 def _build_effect(effect: type[Effect], value: Any, quantity: str = "", **arguments: Any) -> Effect:
     """Return an effect from its value along a quantity; `arguments` are the fields given elsewhere."""
-    names, keys = effect.value_fields, scene_keys_of(effect)
+    names, keys = effect.value_fields, fields_of(effect)
     if not names or (len(names) + len(effect.common_keys) < len(keys) and isinstance(value, Mapping)):
-        built: Effect = validate(_table_model(effect.key, quantity), value).make_element(**arguments)
+        built: Effect = _effect_table(effect.key, quantity).build(value, **arguments)
         return built
     if len(names) == 1:
-        key = keys[names[0]]
-        if not key.is_program:
-            key = dataclasses.replace(key, sign="positive", hint=key.hint or "; leave it out if there is none")
-        return effect(**{names[0]: _parse_key(key, quantity, value)}, **arguments)
+        declared = keys[names[0]]
+        if declared.form == "quantity":
+            hint = declared.hint or "; leave it out if there is none"
+            declared = dataclasses.replace(declared, sign="positive", hint=hint)
+        return effect(**{names[0]: _read_key(declared, quantity, value)}, **arguments)
     ends = _parse_range(effect, quantity, value)
     try:
         return effect(**ends, **arguments)
@@ -134,17 +124,17 @@ def _build_effect(effect: type[Effect], value: Any, quantity: str = "", **argume
 
 def _parse_range(effect: type[Effect], quantity: str, value: Any) -> dict[str, float]:
     """Return the given ends of a range by field."""
-    names, keys = effect.value_fields, scene_keys_of(effect)
+    names, keys = effect.value_fields, fields_of(effect)
     if not isinstance(value, list | tuple) or len(value) != 2:
         requirement = f'must be [{", ".join(names)}], with "{NO_END}" for a missing end'
         raise wrong_value(value, requirement, f"; write {effect_example(effect, quantity)}")
     given = {name: end for name, end in zip(names, value, strict=True) if end != NO_END}
-    return dict(parse_each(lambda name: (name, parse_si(given[name], keys[name].kind_along(quantity), f"{KEY}, {name} end")), given))
+    return dict(parse_each(lambda name: (name, parse_si(given[name], keys[name].along(quantity).kind, f"{KEY}, {name} end")), given))
 
 
 def _parse_single_effect(effect: type[Effect], value: object) -> tuple[Effect, ...]:
     """Return an effect that acts along no reading, or nothing if it is switched off."""
-    keys = scene_keys_of(effect)
+    keys = fields_of(effect)
     may_be_true = bool(effect.value_fields) and not any(key.is_required for key in keys.values())
     if not keys or (may_be_true and isinstance(value, bool)):
         return (effect(),) if check_bool(value) else ()
@@ -171,7 +161,7 @@ def _parse_output_effects(effect: type[Effect], value: object, quantities: Readi
     collector, common, effects = ProblemCollector(), dict[str, Any](), dict[str, Effect]()
     for name in [name for name in effect.common_keys if name in table]:
         with collector.at(f"{KEY}.{name}"):
-            common[name] = _parse_key(scene_keys_of(effect)[name], "", table.pop(name))
+            common[name] = _read_key(fields_of(effect)[name], "", table.pop(name))
     with collector.at():
         _require_readings(effect, table, quantities)
     for name, given in table.items():
@@ -213,14 +203,18 @@ def resolve_reading_name(name: str, quantities: ReadingQuantities, path: str = K
     raise mistake(ProblemCode.UNKNOWN_NAME, f"{path} is not a reading; readings are {', '.join(quantities)}.{suggestion}")
 
 
-def _parse_effect(effect: type[Effect], value: object, info: ValidationInfo) -> tuple[Effect, ...]:
+def _parse_effect(declared: Declaration, value: object, quantities: Any) -> tuple[Effect, ...]:
     """Return the effects of a key; none if it is switched off."""
+    effect: type[Effect] = declared.content
     is_along_readings = issubclass(effect, OutputEffect)
-    return _parse_output_effects(effect, value, info.context) if is_along_readings else _parse_single_effect(effect, value)
+    return _parse_output_effects(effect, value, quantities) if is_along_readings else _parse_single_effect(effect, value)
 
 
-_EFFECT_FIELDS: dict[str, Any] = {effect.key: (Annotated[Any, PlainValidator(partial(_parse_effect, effect))], ()) for effect in EFFECTS}
-EffectsTable = create_model("EffectsTable", __base__=SceneFileTable, **_EFFECT_FIELDS)
+EFFECTS_TABLE: Final = Table(
+    make=dict,
+    fields={effect.key: Declaration(form="effect", content=effect, default=()) for effect in EFFECTS},
+    types={"effect": ValueType(_parse_effect)},
+)
 """[effects]; each key gives a tuple of effects."""
 
 
@@ -229,5 +223,5 @@ def parse_effects(table: Mapping[str, Any], quantities: ReadingQuantities, colle
     effects: dict[str, tuple[Effect, ...]] = {}
     for key, value in table.items():
         with collector.at("effects"):
-            effects |= validate(EffectsTable, {key: value}, context=quantities).given_values()
-    return tuple(effect for key in EffectsTable.model_fields for effect in effects.get(key, ()))
+            effects |= EFFECTS_TABLE.read({key: value}, quantities)
+    return tuple(effect for key in EFFECTS_TABLE.fields for effect in effects.get(key, ()))

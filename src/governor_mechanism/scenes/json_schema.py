@@ -1,31 +1,27 @@
-"""JSON Schema of scene files, for editors that complete and check TOML. Slow to import: pydantic.
+"""JSON Schema of scene files, for editors that complete and check TOML.
 
-The schema is made from the models that the parser uses. It accepts every scene that the parser accepts; the parser refuses more, such as
+The schema is made from the tables that the parser uses. It accepts every scene that the parser accepts; the parser refuses more, such as
 a wrong unit or a reading that does not exist.
 """
 
-import dataclasses
 from collections.abc import Iterable, Mapping
 from typing import Any, Final
 
-from pydantic.fields import FieldInfo
-
 from governor_mechanism.effects.registry import EFFECTS
-from governor_mechanism.machines.base import CHOICE_KIND, Machine
 from governor_mechanism.machines.custom import CUSTOM_MACHINE
 from governor_mechanism.machines.registry import MACHINES
-from governor_mechanism.model.effect import FLAG_KIND, RESTITUTION_KIND, Effect, OutputEffect, SceneKey, scene_keys_of
-from governor_mechanism.scenes.custom.bodies import BodyTable
-from governor_mechanism.scenes.custom.elements import FORCE_TABLES, JOINT_TABLES, LinkTable
-from governor_mechanism.scenes.custom.parser import CustomSceneTable
+from governor_mechanism.model.effect import Effect, OutputEffect
+from governor_mechanism.scenes.custom.bodies import BODY
+from governor_mechanism.scenes.custom.elements import FORCE_TABLES, JOINT_TABLES, LINK
+from governor_mechanism.scenes.custom.parser import CUSTOM_TOP_LEVEL
 from governor_mechanism.scenes.custom.readings import READING_TABLES
-from governor_mechanism.scenes.custom.valve import ValveTable
-from governor_mechanism.scenes.events import CrossingTable
-from governor_mechanism.scenes.loads import COUPLING_TABLES, LoadTable
-from governor_mechanism.scenes.schema import CUSTOM_KEYS, FreeSpindleTable, RunTable, SpindleTable, dimensions_table_model
-from governor_mechanism.scenes.schema_validator import NUMBER_OR_TEXT, TEXT, JsonSchema, SchemaValidator, list_of, or_load, quantity_schema
-from governor_mechanism.scenes.table import SceneFileTable
-from governor_mechanism.units.quantities import QUANTITY_KINDS
+from governor_mechanism.scenes.custom.valve import VALVE
+from governor_mechanism.scenes.events import CROSSING
+from governor_mechanism.scenes.loads import COUPLING_TABLES, LOAD, LOAD_TYPES, or_load
+from governor_mechanism.scenes.quantities import NUMBER_OR_TEXT, TEXT, JsonSchema, list_of, pair_of, quantity_schema
+from governor_mechanism.scenes.schema import CUSTOM_KEYS, FREE_SPINDLE, RUN, SPINDLE, dimensions_table
+from governor_mechanism.scenes.table import Table
+from governor_mechanism.units.fields import Declaration, fields_of
 
 SCHEMA_FILE: Final = "scene.schema.json"
 """Name of the schema beside the shipped scenes, which name it in their first line."""
@@ -43,9 +39,9 @@ def scene_schema() -> dict[str, Any]:
         The schema: with `part` or `coupling` that of several parts, otherwise by the machine.
     """
     names = [*MACHINES, CUSTOM_MACHINE]
-    definitions: dict[str, Any] = {f"dimensions_{name}": table_schema(dimensions_table_model(MACHINES[name])) for name in MACHINES}
-    definitions |= {"effects": _effects_schema(), "spindle": _spindle_schema(), "start": _start_schema(), "run": table_schema(RunTable)}
-    definitions |= {"events": _tables_by_name(table_schema(CrossingTable))}
+    definitions: dict[str, Any] = {f"dimensions_{name}": dimensions_table(MACHINES[name]).schema() for name in MACHINES}
+    definitions |= {"effects": _effects_schema(), "spindle": _spindle_schema(), "start": _start_schema(), "run": RUN.schema()}
+    definitions |= {"events": _tables_by_name(CROSSING.schema())}
     definitions |= {key: _custom_schema(key) for key in CUSTOM_KEYS}
     single = {"title", "run", "events"}
     definitions |= {f"scene_{name}": _part_schema(name, single) for name in names}
@@ -63,37 +59,6 @@ def scene_schema() -> dict[str, Any]:
         "else": _by_machine("scene", names),
         "definitions": definitions,
     }
-
-
-def table_schema(model: type[SceneFileTable]) -> dict[str, Any]:
-    """Return the JSON Schema of a table.
-
-    Parameters
-    ----------
-    model
-        Its pydantic model.
-
-    Returns
-    -------
-    dict
-        Schema with a property for each key.
-    """
-    fields = model.fields_by_key()
-    required = [key for key, field in fields.items() if field.is_required()]
-    schema = {"type": "object", "properties": {key: _field_schema(field) for key, field in fields.items()}}
-    return schema | ({"required": required} if required else {}) | {"additionalProperties": False}
-
-
-def _field_schema(field: FieldInfo) -> dict[str, Any]:
-    """Return the schema of a key, from its validator or its nested table; anything is accepted where neither says more."""
-    schemas = [dict(item.json_schema) for item in field.metadata if isinstance(item, SchemaValidator)]
-    nested = [one for one in (field.annotation, *getattr(field.annotation, "__args__", ())) if _is_table(one)]
-    schema = schemas[0] if schemas else table_schema(nested[0]) if nested else {}
-    return schema | ({"description": field.description} if field.description else {})
-
-
-def _is_table(annotation: Any) -> bool:
-    return isinstance(annotation, type) and issubclass(annotation, SceneFileTable)
 
 
 def _completions(names: Iterable[str]) -> dict[str, Any]:
@@ -129,15 +94,9 @@ def _part_schema(machine: str, common_keys: Iterable[str]) -> dict[str, Any]:
     properties |= {key: {"$ref": f"#/definitions/{key}"} for key in (*keys, *own_keys)}
     if machine in MACHINES:
         properties["dimensions"] = {"$ref": f"#/definitions/dimensions_{machine}"}
-        if not _needs_dimensions(MACHINES[machine]):
+        if not any(one.is_required for one in fields_of(MACHINES[machine]).values()):
             required = ["machine"]
     return {"type": "object", "properties": properties, "required": required, "additionalProperties": False}
-
-
-def _needs_dimensions(machine_class: type[Machine]) -> bool:
-    return any(
-        field.default is dataclasses.MISSING and field.metadata["kind"] != CHOICE_KIND for field in dataclasses.fields(machine_class)
-    )
 
 
 def _coupled_schema() -> dict[str, Any]:
@@ -146,7 +105,7 @@ def _coupled_schema() -> dict[str, Any]:
         "title": dict(TEXT),
         "run": {"$ref": "#/definitions/run"},
         "events": {"$ref": "#/definitions/events"},
-        "load": table_schema(LoadTable),
+        "load": LOAD.schema(),
         "part": _tables_by_name({"$ref": "#/definitions/part"}),
         "coupling": _tables_by_name(_by_type(COUPLING_TABLES)),
     }
@@ -157,23 +116,22 @@ def _tables_by_name(schema: JsonSchema) -> dict[str, Any]:
     return {"type": "object", "additionalProperties": schema}
 
 
-def _by_type(tables: Mapping[str, type[SceneFileTable]]) -> dict[str, Any]:
+def _by_type(tables: Mapping[str, Table]) -> dict[str, Any]:
     """Return the schema of a table whose other keys depend on its type."""
-    models = {name: model for name, model in tables.items() if name}
     cases = []
-    for name, model in models.items():
-        schema = table_schema(model)
+    for name, table in tables.items():
+        schema = table.schema()
         schema["properties"] |= {"type": {"const": name}}
         cases.append({"if": {"properties": {"type": {"const": name}}, "required": ["type"]}, "then": schema})
-    return {"type": "object", "properties": {"type": {"enum": list(models)}}, "required": ["type"], "allOf": cases}
+    return {"type": "object", "properties": {"type": {"enum": list(tables)}}, "required": ["type"], "allOf": cases}
 
 
 def _custom_schema(key: str) -> dict[str, Any]:
     """Return the schema of a key of a custom machine."""
     lists: dict[str, JsonSchema] = {
-        "body": table_schema(BodyTable),
+        "body": BODY.schema(),
         "joint": _by_type(JOINT_TABLES),
-        "link": table_schema(LinkTable),
+        "link": LINK.schema(),
         "force": _by_type(FORCE_TABLES),
     }
     if key in lists:
@@ -181,13 +139,13 @@ def _custom_schema(key: str) -> dict[str, Any]:
     if key == "ground":
         return _tables_by_name({"type": "array", "minItems": 2, "maxItems": 2})
     if key == "readings":
-        return _tables_by_name({"anyOf": [table_schema(model) for model in READING_TABLES.values()]})
-    return table_schema(ValveTable) if key == "valve" else _field_schema(CustomSceneTable.fields_by_key()[key])
+        return _tables_by_name({"anyOf": [table.schema() for table in READING_TABLES.values()]})
+    return VALVE.schema() if key == "valve" else CUSTOM_TOP_LEVEL.schema_of(CUSTOM_TOP_LEVEL.fields[key])
 
 
 def _spindle_schema() -> dict[str, Any]:
     """Return the schema of [spindle], with a given speed or free; the parser refuses keys of both."""
-    given, free = table_schema(SpindleTable), table_schema(FreeSpindleTable)
+    given, free = SPINDLE.schema(), FREE_SPINDLE.schema()
     return {"type": "object", "properties": given["properties"] | free["properties"], "additionalProperties": False}
 
 
@@ -210,7 +168,7 @@ def _effect_schema(effect: type[Effect]) -> dict[str, Any]:
     """Return the schema of an effect: false, or a table by reading for an effect along readings."""
     if not issubclass(effect, OutputEffect):
         return {"anyOf": [{"type": "boolean"}, *_value_schemas(effect)]}
-    keys = scene_keys_of(effect)
+    keys = fields_of(effect)
     common = {name: _key_schema(keys[name]) for name in effect.common_keys}
     by_reading = {"anyOf": [{"const": False}, *_value_schemas(effect)]}
     return {"anyOf": [{"const": False}, {"type": "object", "properties": common, "additionalProperties": by_reading, "minProperties": 1}]}
@@ -218,12 +176,12 @@ def _effect_schema(effect: type[Effect]) -> dict[str, Any]:
 
 def _value_schemas(effect: type[Effect]) -> list[dict[str, Any]]:
     """Return the schemas of the values of an effect: one value or the two ends of a range, and the table of its keys."""
-    keys = {name: key for name, key in scene_keys_of(effect).items() if name not in effect.common_keys}
+    keys = {name: key for name, key in fields_of(effect).items() if name not in effect.common_keys}
     schemas: list[dict[str, Any]] = []
     if len(effect.value_fields) == 1:
         schemas.append(_key_schema(keys[effect.value_fields[0]]))
     elif effect.value_fields:
-        schemas.append({"type": "array", "items": dict(NUMBER_OR_TEXT), "minItems": 2, "maxItems": 2})
+        schemas.append(pair_of(NUMBER_OR_TEXT))
     derived = {
         name: quantity_schema(kind) | {"description": derivation.meanings[name]}
         for derivation in effect.derivations
@@ -235,11 +193,14 @@ def _value_schemas(effect: type[Effect]) -> list[dict[str, Any]]:
     return schemas
 
 
-def _key_schema(key: SceneKey) -> dict[str, Any]:
+def _key_schema(declared: Declaration) -> dict[str, Any]:
     """Return the schema of a key of an effect."""
-    if key.kind == FLAG_KIND:
-        return {"type": "boolean"} | ({"description": key.meaning} if key.meaning else {})
-    is_ratio = key.kind == RESTITUTION_KIND or key.kind not in QUANTITY_KINDS
-    schema = quantity_schema("ratio") if is_ratio else quantity_schema(key.kind, key.sign)
-    schema["description"] = f"{key.meaning}; {schema['description']}" if key.meaning else schema["description"]
-    return or_load(schema) | {"description": key.meaning} if key.is_program else schema
+    if declared.form == "load":
+        return or_load(_with_meaning(quantity_schema(declared.kind, declared.sign), declared)) | {"description": declared.meaning}
+    return _with_meaning(LOAD_TYPES[declared.form].schema_of(declared), declared)
+
+
+def _with_meaning(schema: Mapping[str, Any], declared: Declaration) -> dict[str, Any]:
+    """Return a schema whose description begins with the meaning of the key."""
+    texts = [text for text in (declared.meaning, schema.get("description", "")) if text]
+    return {**schema, "description": "; ".join(texts)} if texts else dict(schema)

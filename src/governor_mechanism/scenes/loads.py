@@ -1,15 +1,16 @@
-"""Loads and couplings of a scene file. Slow to import: pydantic.
+"""Loads and couplings of a scene file.
 
 A load is a constant, a function of time, harmonics, a function of a reading, or a sum of these; a coupling of type control adds to one.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
-from typing import Annotated, Any, ClassVar, Final, TypeAlias
-
-from pydantic import Field, PlainValidator
+from dataclasses import dataclass, replace
+from functools import cache
+from typing import Any, Final
 
 from governor_mechanism.model.coupling.couplings import ControlCoupling, Coupling, FollowCoupling, GearCoupling, LoadCoupling, RatioCoupling
 from governor_mechanism.model.time_functions import (
+    AngleHarmonic,
     Harmonic,
     HarmonicFunction,
     InputFunction,
@@ -17,21 +18,21 @@ from governor_mechanism.model.time_functions import (
     ReadingFunction,
     TableFunction,
 )
-from governor_mechanism.scenes.harmonics import angle_harmonic_table, harmonic_table, parse_table_list
-from governor_mechanism.scenes.problems import KEY, Problem, ProblemCode, mistake, parse_each, unknown_name, wrong_value
 from governor_mechanism.scenes.quantities import (
     SIGNS,
-    Label,
-    built,
+    VALUE_TYPES,
+    JsonSchema,
+    ValueType,
     parse_first_fitting,
     parse_points,
     parse_si,
     parse_time_points,
-    quantity,
+    quantity_schema,
 )
-from governor_mechanism.scenes.schema_validator import SchemaValidator, or_load, quantity_schema
-from governor_mechanism.scenes.table import SceneFileTable, SceneFileTables, validate
-from governor_mechanism.units.quantities import format_value
+from governor_mechanism.scenes.table import Table, parse_table_list
+from governor_mechanism.units.fields import Declaration, entry, fields_of, optional_size
+from governor_mechanism.units.problems import KEY, Problem, ProblemCode, mistake, parse_each, unknown_name, wrong_value
+from governor_mechanism.units.quantities import QUANTITY_KINDS, format_value
 
 READING_KINDS: Final = ("length", "angle", "angular_speed")
 """Kinds of quantity of what a load may depend on."""
@@ -50,46 +51,68 @@ FUNCTION_KEYS: Final = ("table", "gain", "harmonics")
 """Keys of which a function of a reading has one."""
 
 
-class TimeHarmonicsTable(SceneFileTable):
-    """Harmonics of the time, a sum of amplitude * sin(2 pi * frequency * t + phase)."""
+def harmonic_table(kind: str) -> Table:
+    """Return the table of a harmonic amplitude * sin(2 pi * frequency * t + phase) of the time.
 
-    example = '{ harmonics = [{ amplitude = "2 N m", frequency = "2 Hz" }] }'
+    Parameters
+    ----------
+    kind
+        Kind of quantity of the amplitude.
 
-    harmonics: Any = Field(description="a list of { amplitude, frequency, phase }: sines of the time")
+    Returns
+    -------
+    Table
+        The table.
+    """
+    return _harmonic_table(Harmonic, kind, 'frequency = "2 Hz"')
 
-    def build(self, load_kind: str) -> tuple[Harmonic, ...]:
-        """Return the harmonics; their amplitudes are of the kind of the load."""
-        tables = parse_table_list(harmonic_table(load_kind), self.harmonics, "harmonic", f"{KEY}.harmonics")
-        return tuple(table.make_element() for table in tables)
+
+def angle_harmonic_table(kind: str) -> Table:
+    """Return the table of a harmonic amplitude * sin(order * angle + phase) of an angle.
+
+    Parameters
+    ----------
+    kind
+        Kind of quantity of the amplitude.
+
+    Returns
+    -------
+    Table
+        The table.
+    """
+    return _harmonic_table(AngleHarmonic, kind, "order = 2")
 
 
-class ReadingFunctionTable(SceneFileTable):
-    """A function of a reading."""
+@cache
+def _harmonic_table(harmonic: type[Harmonic | AngleHarmonic], kind: str, example: str) -> Table:
+    written = QUANTITY_KINDS[kind].written_example
+    amplitude = replace(fields_of(harmonic)["amplitude"], kinds=(kind,), meaning=f"the amplitude, as {written}")
+    fields = fields_of(harmonic) | {"amplitude": amplitude}
+    return Table.of(harmonic, fields=fields, example=f"{{ amplitude = {written}, {example} }}")
 
-    example = '{ reading = "sleeve_lift", gain = "200 N m/m", about = "20 mm" }'
 
-    reading: Label = Field(description='the name of the reading, as "sleeve_lift"')
-    table: Any = Field(None, description="a list of [reading, value], with straight lines between the points")
-    gain: Any = Field(None, description='the value per unit of the reading, as "200 N m/m"')
-    about: Any = Field(0.0, description="the reading at which a gain gives zero")
-    harmonics: Any = Field(None, description="a list of { amplitude, order, phase }: sines of an angle")
-    lag: Annotated[float, built("time", "not negative")] = Field(0.0, description="the time constant of a first-order lag")
+def parse_harmonics(table: Table, value: object, path: str = KEY) -> tuple[Any, ...]:
+    """Return the harmonics of a list of tables."""
+    return parse_table_list(table, value, "harmonic", path)
 
-    @classmethod
-    def find_conflicts(cls, values: Mapping[str, Any], context: Any) -> Iterator[str]:
-        """Yield a missing function, or more than one."""
-        given = [key for key in FUNCTION_KEYS if key in values]
-        if len(given) != 1:
-            yield f"{KEY} needs one of {', '.join(FUNCTION_KEYS)}; found {' and '.join(given) or 'none'}; write {cls.example}"
-        elif "about" in values and given != ["gain"]:
-            yield Problem(f"{KEY}.about belongs to a gain; leave it out", ProblemCode.CONFLICT, f"{KEY}.about")
+
+@dataclass(frozen=True, kw_only=True)
+class WrittenFunction:
+    """A function of a reading as it is written; its units depend on the load."""
+
+    reading: str = entry("label", meaning='the name of the reading, as "sleeve_lift"')
+    table: Any = entry("any", default=None, meaning="a list of [reading, value], with straight lines between the points")
+    gain: Any = entry("any", default=None, meaning='the value per unit of the reading, as "200 N m/m"')
+    about: Any = entry("any", default=0.0, meaning="the reading at which a gain gives zero")
+    harmonics: Any = entry("any", default=None, meaning="a list of { amplitude, order, phase }: sines of an angle")
+    lag: float = optional_size("time", meaning="the time constant of a first-order lag")
 
     def build(self, load_kind: str) -> ReadingFunction:
         """Return the function; its values are of the kind of the load."""
+        common: dict[str, Any] = {"reading": self.reading, "lag": self.lag}
         if self.harmonics is not None:
-            tables = parse_table_list(angle_harmonic_table(load_kind), self.harmonics, "harmonic", f"{KEY}.harmonics")
-            harmonics = tuple(table.make_element() for table in tables)
-            return HarmonicFunction(reading=self.reading, lag=self.lag, harmonics=harmonics, quantity="angle")
+            harmonics = parse_harmonics(angle_harmonic_table(load_kind), self.harmonics, f"{KEY}.harmonics")
+            return HarmonicFunction(harmonics=harmonics, quantity="angle", **common)
         if self.table is not None:
             path, names = f"{KEY}.table", ("reading", "value")
             fitting = parse_first_fitting(READING_KINDS, lambda kind: parse_points(self.table, (kind, load_kind), names, path))
@@ -97,18 +120,67 @@ class ReadingFunctionTable(SceneFileTable):
             if len(positions) < 2:
                 raise mistake(ProblemCode.WRONG_TYPE, f"{path} needs two points or more; found {len(positions)}")
             has_unit = any(isinstance(point[0], str) for point in self.table)
-            return TableFunction(reading=self.reading, lag=self.lag, positions=positions, values=values, quantity=kind if has_unit else "")
+            return TableFunction(positions=positions, values=values, quantity=kind if has_unit else "", **common)
         kind, (gain, about) = parse_first_fitting(
             READING_KINDS,
             lambda kind: (parse_si(self.gain, GAIN_KINDS[load_kind][kind], f"{KEY}.gain"), parse_si(self.about, kind, f"{KEY}.about")),
         )
         has_unit = isinstance(self.gain, str) or isinstance(self.about, str)
-        return LinearFunction(reading=self.reading, lag=self.lag, gain=gain, about=about, quantity=kind if has_unit else "")
+        return LinearFunction(gain=gain, about=about, quantity=kind if has_unit else "", **common)
 
 
-def input_function(kind: str, name: str) -> PlainValidator:
-    """Return the validator of a load, see `parse_load`."""
-    return SchemaValidator(lambda value: parse_load(value, kind, name), json_schema=or_load(quantity_schema(kind)))
+_FUNCTION_EXAMPLE: Final = '{ reading = "sleeve_lift", gain = "200 N m/m", about = "20 mm" }'
+
+
+def _find_function_conflicts(values: Mapping[str, Any], context: object) -> Iterator[str]:
+    """Yield a missing function, or more than one."""
+    given = [key for key in FUNCTION_KEYS if key in values]
+    if len(given) != 1:
+        found = " and ".join(given) or "none"
+        yield f"{KEY} needs one of {', '.join(FUNCTION_KEYS)}; found {found}; write {_FUNCTION_EXAMPLE}"
+    elif "about" in values and given != ["gain"]:
+        yield Problem(f"{KEY}.about belongs to a gain; leave it out", ProblemCode.CONFLICT, f"{KEY}.about")
+
+
+READING_FUNCTION: Final = Table.of(WrittenFunction, example=_FUNCTION_EXAMPLE, find_conflicts=_find_function_conflicts)
+"""A function of a reading."""
+
+_TIME_HARMONICS = Table(
+    make=dict,
+    fields={"harmonics": Declaration(form="any", meaning="a list of { amplitude, frequency, phase }: sines of the time")},
+    example='{ harmonics = [{ amplitude = "2 N m", frequency = "2 Hz" }] }',
+)
+"""Harmonics of the time, a sum of amplitude * sin(2 pi * frequency * t + phase)."""
+
+
+def or_load(schema: JsonSchema) -> dict[str, Any]:
+    """Return the JSON Schema of a value, a list of [time, value], harmonics, a function, or a list of these."""
+    function = {"type": "object", "anyOf": [{"required": ["reading"]}, {"required": ["harmonics"]}]}
+    return {"anyOf": [schema, function, {"type": "array", "minItems": 1}]}
+
+
+def _read_load(declared: Declaration, value: object, context: object) -> InputFunction:
+    """Return a load as a function, also where it is constant."""
+    return parse_load(value, declared.kind, declared.noun or declared.kind, declared.sign, declared.reason)
+
+
+def _read_number_or_load(declared: Declaration, value: object, context: object) -> float | InputFunction:
+    """Return a quantity in SI, or the function of one that changes with time and readings."""
+    if isinstance(value, list | tuple | Mapping):
+        return parse_load(value, declared.kind, declared.noun)
+    return parse_si(value, declared.kind, sign=declared.sign)
+
+
+def _load_schema(declared: Declaration) -> JsonSchema:
+    return or_load(quantity_schema(declared.kind, declared.sign))
+
+
+LOAD_TYPES: Final[Mapping[str, ValueType]] = {
+    **VALUE_TYPES,
+    "load": ValueType(_read_load, _load_schema),
+    "number or load": ValueType(_read_number_or_load, _load_schema),
+}
+"""How values are written, loads too."""
 
 
 def parse_load(value: Any, kind: str, name: str, sign: str = "any", reason: str = "") -> InputFunction:
@@ -153,8 +225,9 @@ def _parse_terms(value: Any, kind: str, name: str) -> InputFunction:
     """Return a load of any sign."""
     if isinstance(value, Mapping):
         if "reading" not in value and "harmonics" in value:
-            return InputFunction(harmonics=validate(TimeHarmonicsTable, value).build(kind))
-        return InputFunction(functions=(validate(ReadingFunctionTable, value).build(kind),))
+            given = _TIME_HARMONICS.read(value)["harmonics"]
+            return InputFunction(harmonics=parse_harmonics(harmonic_table(kind), given, f"{KEY}.harmonics"))
+        return InputFunction(functions=(READING_FUNCTION.build(value).build(kind),))
     is_list = isinstance(value, list | tuple)
     if is_list and any(isinstance(item, Mapping) for item in value):
         return _add_up(parse_each(lambda item: _parse_terms(item, kind, name), value))
@@ -176,87 +249,72 @@ def _add_up(loads: Sequence[InputFunction]) -> InputFunction:
     return InputFunction(times=base.times, values=values, harmonics=harmonics, functions=functions)
 
 
-RatioCouplingClass: TypeAlias = type[RatioCoupling]
-"""Named here, because `type` is a key of the tables below, and Python 3.14 reads annotations within the class."""
+_TYPE: Final = {"type": Declaration(form="any", default="", meaning="gear, follow or control")}
+_ENDS: Final = 'first = "engine.crank_angle", second = "governor.spindle_angle", ratio = 2.0'
 
 
-class FollowTable(SceneFileTable):
-    """A spindle that follows an angle without reaction."""
-
-    element: ClassVar[RatioCouplingClass] = FollowCoupling
-    example = '{ type = "follow", first = "engine.crank_angle", second = "governor.spindle_angle", ratio = 2.0 }'
-
-    type: str = Field("", description="gear, follow or control")
-    first: Label = Field(description='the angle that is followed, as "engine.crank_angle"')
-    second: Label = Field(description='the angle of the spindle that follows, as "governor.spindle_angle"')
-    ratio: Annotated[float, built("number", "not zero")] = Field(1.0, description="the speed of the second angle relative to the first")
+def _coupling_table(coupling: type[RatioCoupling], name: str, summary: str) -> Table:
+    """Return the table of a coupling of two angles."""
+    example = f'{{ type = "{name}", {_ENDS} }}'
+    return Table.of(coupling, fields=_TYPE | fields_of(coupling), example=example, summary=summary)
 
 
-class GearTable(FollowTable):
-    """A gear or belt between two angles."""
-
-    element = GearCoupling
-    example = '{ type = "gear", first = "engine.crank_angle", second = "governor.spindle_angle", ratio = 2.0 }'
-
-    first: Label = Field(description='the first angle, as "engine.crank_angle"')
-    second: Label = Field(description='the second angle, as "governor.spindle_angle"')
-    until: Annotated[float | None, quantity("time", "not negative")] = Field(
-        None, description="the time at which the gear lets go; it holds for good by default"
-    )
-
-
-class ControlTable(SceneFileTable):
+@dataclass(frozen=True, kw_only=True)
+class WrittenControl:
     """A load that follows a reading."""
 
-    example = '{ type = "control", reading = "governor.sleeve_lift", sets = "engine.torque", gain = "-200 N m/m", about = "20 mm" }'
-
-    type: str = Field("", description="gear, follow or control")
-    reading: Label = Field(description='the reading that is followed, as "governor.sleeve_lift"')
-    sets: Label = Field("", description='the load to which the function is added, as "engine.torque"; or scales')
-    scales: Label = Field("", description="the load that is multiplied by the function; or sets")
-    table: Any = Field(None, description="a list of [reading, value], with straight lines between the points")
-    gain: Any = Field(None, description='the value per unit of the reading, as "200 N m/m"')
-    about: Any = Field(0.0, description="the reading at which a gain gives zero")
-    lag: Any = Field(0.0, description="the time constant of a first-order lag")
-
-    @classmethod
-    def find_conflicts(cls, values: Mapping[str, Any], context: Any) -> Iterator[str]:
-        """Yield a control of no load, or of two."""
-        if ("sets" in values) == ("scales" in values):
-            text = f"{KEY} needs one of sets (the load to add the function to) and scales (the load to multiply by it)"
-            yield f"{text}; write {cls.example}"
-
-    def make_element(self, **arguments: Any) -> Coupling:
-        """Return the coupling."""
-        given = {key: value for key, value in self.given_values().items() if key in ("reading", "about", "lag", *FUNCTION_KEYS)}
-        target = self.scales or self.sets
-        # Of functions without units the first kind fits, and of wrong ones that one is what the message expects.
-        is_ratio = target.rpartition(".")[2] in RATIO_LOADS
-        kinds = ("ratio",) if self.scales else ("ratio", "torque", "force") if is_ratio else ("torque", "force", "ratio")
-        kind, function = parse_first_fitting(kinds, lambda kind: validate(ReadingFunctionTable, given).build(kind))
-        values = [self.gain] if self.gain is not None else [value for row in self.table or () for value in row[1:]]
-        quantity_name = kind if any(isinstance(value, str) for value in values) else ""
-        return ControlCoupling(function=function, target=target, scales=bool(self.scales), quantity=quantity_name, **arguments)
+    reading: str = entry("label", meaning='the reading that is followed, as "governor.sleeve_lift"')
+    sets: str = entry("label", default="", meaning='the load to which the function is added, as "engine.torque"; or scales')
+    scales: str = entry("label", default="", meaning="the load that is multiplied by the function; or sets")
+    table: Any = entry("any", default=None, meaning="a list of [reading, value], with straight lines between the points")
+    gain: Any = entry("any", default=None, meaning='the value per unit of the reading, as "200 N m/m"')
+    about: Any = entry("any", default=0.0, meaning="the reading at which a gain gives zero")
+    lag: Any = entry("any", default=0.0, meaning="the time constant of a first-order lag")
 
 
-def _parse_fraction(value: Any) -> InputFunction:
-    return parse_load(value, "ratio", "fraction", "not negative", ": a load resists")
+_CONTROL_EXAMPLE: Final = (
+    '{ type = "control", reading = "governor.sleeve_lift", sets = "engine.torque", gain = "-200 N m/m", about = "20 mm" }'
+)
 
 
-class LoadTable(SceneFileTable):
-    """[load]: what resists the shaft of an engine."""
-
-    element = LoadCoupling
-    example = '{ angle = "engine.crank_angle", rated_torque = "700 N m", fraction = [[0, 1.0], [5, 1.0], [5, 0.5]] }'
-
-    angle: Label = Field(description='the angle of the shaft, as "engine.crank_angle"')
-    rated_torque: Annotated[float, quantity("torque", "positive")] = Field(description='the torque at full load, as "700 N m"')
-    fraction: Annotated[Any, SchemaValidator(_parse_fraction, json_schema=or_load(quantity_schema("ratio", "not negative")))] = Field(
-        None, description="the share of the rated torque, over time or as a function of a reading; full load by default"
-    )
+def _find_control_conflicts(values: Mapping[str, Any], context: object) -> Iterator[str]:
+    """Yield a control of no load, or of two."""
+    if ("sets" in values) == ("scales" in values):
+        text = f"{KEY} needs one of sets (the load to add the function to) and scales (the load to multiply by it)"
+        yield f"{text}; write {_CONTROL_EXAMPLE}"
 
 
-COUPLING_TABLES: SceneFileTables = {"gear": GearTable, "follow": FollowTable, "control": ControlTable}
+def _make_control(*, name: str, sets: str = "", scales: str = "", **given: Any) -> ControlCoupling:
+    """Return the coupling from the values of its table."""
+    target = scales or sets
+    # Of functions without units the first kind fits, and of wrong ones that one is what the message expects.
+    is_ratio = target.rpartition(".")[2] in RATIO_LOADS
+    kinds = ("ratio",) if scales else ("ratio", "torque", "force") if is_ratio else ("torque", "force", "ratio")
+    kind, function = parse_first_fitting(kinds, lambda kind: READING_FUNCTION.build(given).build(kind))
+    values = [given["gain"]] if given.get("gain") is not None else [one for row in given.get("table") or () for one in row[1:]]
+    quantity_name = kind if any(isinstance(value, str) for value in values) else ""
+    return ControlCoupling(name=name, function=function, target=target, scales=bool(scales), quantity=quantity_name)
+
+
+LOAD: Final = Table.of(
+    LoadCoupling,
+    types=LOAD_TYPES,
+    example='{ angle = "engine.crank_angle", rated_torque = "700 N m", fraction = [[0, 1.0], [5, 1.0], [5, 0.5]] }',
+)
+"""[load]: what resists the shaft of an engine."""
+
+COUPLING_TABLES: Final[Mapping[str, Table]] = {
+    "gear": _coupling_table(GearCoupling, "gear", "A gear or belt between two angles."),
+    "follow": _coupling_table(FollowCoupling, "follow", "A spindle that follows an angle without reaction."),
+    "control": Table.of(
+        WrittenControl,
+        make=_make_control,
+        fields=_TYPE | fields_of(WrittenControl),
+        summary="A load that follows a reading.",
+        example=_CONTROL_EXAMPLE,
+        find_conflicts=_find_control_conflicts,
+    ),
+}
 """Tables of couplings by their type."""
 
 
@@ -266,5 +324,5 @@ def parse_coupling(name: str, values: object) -> Coupling:
     if not isinstance(kind, str) or kind not in COUPLING_TABLES:
         found = f"{format_value(kind)} is unknown" if kind is not None else "is missing"
         raise unknown_name(f"{KEY}.type {found}; types are", kind, COUPLING_TABLES)
-    coupling: Coupling = validate(COUPLING_TABLES[kind], values).make_element(name=name)
+    coupling: Coupling = COUPLING_TABLES[kind].build(values, name=name)
     return coupling

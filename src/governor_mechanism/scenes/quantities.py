@@ -1,17 +1,17 @@
-"""Values of a scene file: quantities in SI, words, positions and functions of time. Slow to import: pydantic."""
+"""Values of a scene file: quantities in SI, words, positions and functions of time, and their JSON Schemas."""
 
 import math
-from collections.abc import Callable, Collection, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, field
 from itertools import count
-from types import UnionType
-from typing import Annotated, Final, TypeGuard, TypeVar
+from typing import Any, Final, TypeGuard, TypeVar
 
-from pydantic import PlainValidator
-
-from governor_mechanism.errors import MechanismError, escape_control_characters
+from governor_mechanism.errors import MechanismError, did_you_mean, escape_control_characters
 from governor_mechanism.machines.base import MIN_DIMENSION
-from governor_mechanism.scenes.problems import KEY, ProblemCode, mistake, parse_each, unknown_name, wrong_value
-from governor_mechanism.scenes.schema_validator import TEXT, SchemaValidator, pair_of, quantity_schema
+from governor_mechanism.model.part import EQUILIBRIUM
+from governor_mechanism.model.time_functions import PrescribedMotion
+from governor_mechanism.units.fields import Declaration
+from governor_mechanism.units.problems import KEY, ProblemCode, mistake, parse_each, unknown_name, wrong_value
 from governor_mechanism.units.quantities import QUANTITY_KINDS, format_value, read_quantity, require_plausible
 
 UNITLESS_LIMITS: Final = {"length": 50.0, "mass": 1e6, "angular_speed": 1e3}
@@ -88,17 +88,6 @@ def parse_si(value: object, kind: str, key: str = KEY, *, sign: str = "any", bou
     return number
 
 
-def quantity(kind: str, sign: str = "any", *, bounded: bool = False, hint: str = "") -> PlainValidator:
-    """Return the validator of a quantity; see `parse_si`."""
-    schema = quantity_schema(kind, sign)
-    return SchemaValidator(lambda value: parse_si(value, kind, sign=sign, bounded=bounded, hint=hint), json_schema=schema)
-
-
-def built(kind: str, sign: str = "positive", *, hint: str = "") -> PlainValidator:
-    """Return the validator of a quantity whose magnitude can be built."""
-    return quantity(kind, sign, bounded=True, hint=hint)
-
-
 def parse_number(value: object, low: float, high: float, *, open_ends: str = "", reason: str = "") -> float:
     """Return a ratio from `low` to `high`; `open_ends` names the ends ("low", "high") that are excluded."""
     number = parse_si(value, "ratio")
@@ -107,35 +96,6 @@ def parse_number(value: object, low: float, high: float, *, open_ends: str = "",
         bounds = f"{'above' if 'low' in open_ends else 'at least'} {low:g} and {'below' if 'high' in open_ends else 'at most'} {high:g}"
         raise wrong_value(value, f"must be {bounds}{reason}", code=ProblemCode.OUT_OF_RANGE)
     return number
-
-
-def number_between(low: float, high: float, *, open_ends: str = "", reason: str = "") -> PlainValidator:
-    """Return the validator of a ratio; see `parse_number`."""
-    bounds = {"exclusiveMinimum" if "low" in open_ends else "minimum": low, "exclusiveMaximum" if "high" in open_ends else "maximum": high}
-    schema = quantity_schema("ratio") | bounds
-    return SchemaValidator(lambda value: parse_number(value, low, high, open_ends=open_ends, reason=reason), json_schema=schema)
-
-
-def choice(known_words: Collection[str]) -> PlainValidator:
-    """Return the validator of a word from a list."""
-
-    def check(value: object) -> str:
-        if isinstance(value, str) and value in known_words:
-            return value
-        raise unknown_name(f"{KEY} {format_value(value)} is unknown; known are", value, known_words)
-
-    return SchemaValidator(check, json_schema={"enum": list(known_words)})
-
-
-def instance_of(kind: type | UnionType, requirement: str, hint: str = "") -> PlainValidator:
-    """Return the validator of a value of a type."""
-
-    def check(value: object) -> object:
-        if not isinstance(value, kind):
-            raise wrong_value(value, requirement, hint)
-        return value
-
-    return PlainValidator(check)
 
 
 def check_bool(value: object) -> bool:
@@ -208,11 +168,135 @@ def parse_first_fitting(kinds: Iterable[str], parse: Callable[[str], _Parsed]) -
     raise min(refusals, key=lambda refusal: len(refusal.problems))
 
 
-Position = Annotated[FloatPair, SchemaValidator(parse_position, json_schema=pair_of(quantity_schema("length")))]
-Bool = Annotated[bool, SchemaValidator(check_bool, json_schema={"type": "boolean"})]
-Label = Annotated[str, SchemaValidator(check_label, json_schema=TEXT)]
-Angle = Annotated[float, quantity("angle")]
-PositiveLength = Annotated[float, built("length")]
-Length = Annotated[float, built("length", "not negative")]
-Mass = Annotated[float, built("mass", "not negative")]
-"""Types of fields; lengths and masses have magnitudes that can be built, and only PositiveLength excludes 0."""
+JsonSchema = Mapping[str, Any]
+"""A JSON Schema of draft 7, which editors of TOML understand."""
+
+NUMBER_PATTERN: Final = r"^\s*[-+\u2212]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?\s*\D"
+"""Pattern of a number with a unit, for JSON Schema."""
+
+TEXT: Final[JsonSchema] = {"type": "string", "minLength": 1}
+TABLE: Final[JsonSchema] = {"type": "object"}
+NUMBER_OR_TEXT: Final[JsonSchema] = {"type": ["number", "string"]}
+"""Schemas of simple values."""
+
+
+def quantity_schema(kind: str, sign: str = "any") -> dict[str, Any]:
+    """Return the JSON Schema of a quantity.
+
+    Parameters
+    ----------
+    kind
+        Key of QUANTITY_KINDS.
+    sign
+        Key of SIGNS; it holds for bare numbers.
+
+    Returns
+    -------
+    dict
+        The schema: a number in SI, or text with a unit.
+    """
+    limit = {"positive": {"exclusiveMinimum": 0}, "not negative": {"minimum": 0}}.get(sign, {})
+    return {**NUMBER_OR_TEXT, "pattern": NUMBER_PATTERN, **limit, "description": QUANTITY_KINDS[kind].hint}
+
+
+def or_points(schema: JsonSchema) -> dict[str, Any]:
+    """Return the JSON Schema of a value, or of a list of [time, value]."""
+    pair = {"type": "array", "items": [quantity_schema("time"), schema], "minItems": 2, "maxItems": 2}
+    return {"anyOf": [schema, {"type": "array", "items": pair, "minItems": 1}]}
+
+
+def pair_of(schema: JsonSchema) -> dict[str, Any]:
+    """Return the JSON Schema of a list of two values."""
+    return {"type": "array", "items": schema, "minItems": 2, "maxItems": 2}
+
+
+def list_of(schema: JsonSchema) -> dict[str, Any]:
+    """Return the JSON Schema of a list."""
+    return {"type": "array", "items": schema}
+
+
+@dataclass(frozen=True)
+class ValueType:
+    """How a scene file writes the values of a form.
+
+    Attributes
+    ----------
+    read
+        Function of the declaration, the value, and what the table's reader knows besides, that returns the value in SI.
+    schema
+        JSON Schema of what is accepted, roughly: the reader may refuse more. A function of the declaration, or the same for all.
+    """
+
+    read: Callable[[Declaration, Any, Any], Any]
+    schema: Callable[[Declaration], JsonSchema] | JsonSchema = field(default_factory=dict)
+
+    def schema_of(self, declared: Declaration) -> dict[str, Any]:
+        """Return the JSON Schema of a declaration."""
+        return dict(self.schema(declared) if callable(self.schema) else self.schema)
+
+
+def without_context(read: Callable[[Any], Any], schema: JsonSchema) -> ValueType:
+    """Return the type of values that a function of the value alone reads."""
+    return ValueType(lambda declared, value, context: read(value), schema)
+
+
+def read_declared_quantity(declared: Declaration, value: object, context: object = None) -> float | str:
+    """Return the declared quantity in SI, or one of the words that may stand in its place."""
+    if declared.words and value in declared.words:
+        return str(value)
+    try:
+        if declared.limits:
+            return parse_number(value, *declared.limits, open_ends=declared.open_ends, reason=declared.reason)
+        return parse_si(value, declared.kind, sign=declared.sign, bounded=declared.built, hint=declared.hint)
+    except MechanismError as error:
+        if not declared.words:
+            raise
+        suggestion = f".{suggest_equilibrium(value)}" if EQUILIBRIUM in declared.words else ""
+        words = " or ".join(f'"{word}"' for word in declared.words)
+        raise mistake(ProblemCode.WRONG_QUANTITY, f"{error}; or write {words}{suggestion}") from error
+
+
+def suggest_equilibrium(value: object) -> str:
+    """Return a hint at "equilibrium", if a value is nearly that."""
+    return did_you_mean(value.lower(), [EQUILIBRIUM]) if isinstance(value, str) else ""
+
+
+def declared_quantity_schema(declared: Declaration) -> JsonSchema:
+    """Return the JSON Schema of a declared quantity, and of the words that may stand in its place."""
+    limits = zip(("minimum", "maximum"), ("low", "high"), declared.limits or (), strict=False)
+    bounds = {f"exclusive{key.capitalize()}" if end in declared.open_ends else key: value for key, end, value in limits}
+    schema = quantity_schema(declared.kind, "any" if declared.limits else declared.sign) | bounds
+    return {"anyOf": [*({"const": word} for word in declared.words), schema]} if declared.words else schema
+
+
+def _read_choice(declared: Declaration, value: object, context: object) -> str:
+    """Return one of the words to choose from."""
+    if isinstance(value, str) and value in declared.words:
+        return value
+    raise unknown_name(f"{KEY} {format_value(value)} is unknown; known are", value, declared.words)
+
+
+def _read_program(declared: Declaration, value: object, context: object) -> float | PrescribedMotion:
+    """Return a quantity in SI, or the motion with rests of a list of [time, quantity]."""
+    if not isinstance(value, list | tuple):
+        return parse_si(value, declared.kind, sign=declared.sign)
+    times, values = parse_time_points(value, declared.kind, "value")
+    return PrescribedMotion(times=times, values=values, has_rests=True)
+
+
+def read_restitution(value: object) -> float:
+    """Return a coefficient of restitution."""
+    return parse_number(value, 0, 1, reason=" (speed after over speed before an impact)")
+
+
+VALUE_TYPES: Final[Mapping[str, ValueType]] = {
+    "quantity": ValueType(read_declared_quantity, declared_quantity_schema),
+    "program": ValueType(_read_program, lambda declared: or_points(quantity_schema(declared.kind, declared.sign))),
+    "choice": ValueType(_read_choice, lambda declared: {"enum": list(declared.words)}),
+    "restitution": without_context(read_restitution, quantity_schema("ratio")),
+    "flag": without_context(check_bool, {"type": "boolean"}),
+    "label": without_context(check_label, TEXT),
+    "position": without_context(parse_position, pair_of(quantity_schema("length"))),
+    "any": without_context(lambda value: value, {}),
+}
+"""How the values of each form are written."""

@@ -1,144 +1,168 @@
-"""Base of the pydantic models of scene tables. Slow to import: pydantic."""
+"""Tables of a scene file, read by what the fields of a class declare."""
 
+import dataclasses
 import difflib
-from collections.abc import Callable, Iterable, Iterator, Mapping
-from typing import Annotated, Any, ClassVar, Final, Self, TypeVar
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
+from itertools import count
+from typing import Any, Final
 
-from pydantic import BaseModel, PlainValidator, ValidationError, ValidationInfo, model_validator
-from pydantic.fields import FieldInfo
-from pydantic_core import ErrorDetails
-
-from governor_mechanism.errors import MechanismError, did_you_mean
-from governor_mechanism.scenes.problems import KEY, Problem, ProblemCode, wrong_value
-from governor_mechanism.scenes.quantities import check_label
-from governor_mechanism.units.quantities import format_value
+from governor_mechanism.errors import did_you_mean
+from governor_mechanism.scenes.quantities import VALUE_TYPES, ValueType
+from governor_mechanism.units.fields import Declaration, fields_of
+from governor_mechanism.units.problems import KEY, ProblemCode, ProblemCollector, parse_each, wrong_value
 
 TOP_LEVEL_KEYS: Final = ("machine", "title", "dimensions", "effects", "spindle", "start", "run", "events")
 """Keys of a scene file outside its tables, and its tables."""
 
-Title = Annotated[str | None, PlainValidator(lambda value: check_label(value, '; write title = "..."'))]
-_Table = TypeVar("_Table", bound="SceneFileTable")
+
+def _find_nothing(*_: Any) -> Iterable[str]:
+    return ()
 
 
-class SceneFileTable(BaseModel, extra="forbid", protected_namespaces=()):
-    """A table of a scene file. Every mistake is reported as a sentence, with `KEY` for the path of the table."""
-
-    element: ClassVar[Callable[..., Any]]
-    """What the table describes; its keys, except `type`, are the arguments."""
-    alternative_keys: ClassVar[tuple[str, ...]] = ()
-    """Keys that the same table may have instead, in another scene."""
-    alternative_hint: ClassVar[str] = ""
-    """What to do if keys of both kinds are given."""
-    example: ClassVar[str] = ""
-    """A valid table, for messages."""
-
-    @classmethod
-    def fields_by_key(cls) -> dict[str, FieldInfo]:
-        """Return the fields by their keys in the file."""
-        return {field.alias or name: field for name, field in cls.model_fields.items()}
-
-    def given_values(self) -> dict[str, Any]:
-        """Return the parsed values of the keys in the file except `type`, in the order of the class."""
-        return {name: getattr(self, name) for name in type(self).model_fields if name in self.model_fields_set and name != "type"}
-
-    def make_element(self, **arguments: Any) -> Any:
-        """Return what the table describes; `arguments` are those that are no keys of the table."""
-        return type(self).element(**self.given_values(), **arguments)
-
-    @classmethod
-    def find_conflicts(cls, values: Mapping[str, Any], context: Any) -> Iterable[str]:
-        """Yield the problems of keys that are missing, or exclude each other; `context` is the caller's. A mere sentence is a conflict."""
-        return ()
-
-    @classmethod
-    def unknown_key(cls, key: str, value: object) -> str:
-        """Return the message about an unknown key."""
-        known_keys = [*cls.fields_by_key(), *cls.alternative_keys]
-        elsewhere = f" {key!r} belongs above the first [table], or is a table of its own." if key in TOP_LEVEL_KEYS else ""
-        return f"{KEY}.{key} is unknown; known keys are {', '.join(known_keys)}.{elsewhere or did_you_mean(key, known_keys)}"
-
-    @model_validator(mode="wrap")
-    @classmethod
-    def _report(cls, values: Any, handler: Callable[[Any], Self], info: ValidationInfo) -> Self:
-        if not isinstance(values, Mapping):
-            raise wrong_value(values, "must be a table", f"; write {cls.example}" if cls.example else "")
-        known_keys = cls.fields_by_key()
-        own_keys = [key for key in values if key in known_keys]
-        misplaced_keys = [key for key in values if key in cls.alternative_keys] if own_keys else []
-        problems = []
-        for path in (f"{KEY}.{key}" for key in misplaced_keys[:1]):
-            text = f"{path} cannot be combined with {', '.join(own_keys)}; {cls.alternative_hint}"
-            problems.append(Problem(text, ProblemCode.CONFLICT, path))
-        table = None
-        try:
-            table = handler({key: value for key, value in values.items() if key not in misplaced_keys})
-        except ValidationError as error:
-            problems += cls._field_problems(error)
-        if not any(problem.code == ProblemCode.UNKNOWN_KEY for problem in problems):
-            problems += [Problem(text, ProblemCode.CONFLICT) for text in cls.find_conflicts(values, info.context)]
-        if table is None or problems:
-            raise MechanismError(*problems)
-        return table
-
-    @classmethod
-    def _field_problems(cls, error: ValidationError) -> Iterator[Problem]:
-        details = error.errors(include_url=False)
-        unknown_keys = [str(detail["loc"][-1]) for detail in details if detail["type"] == "extra_forbidden"]
-        misspelt_keys = {near for key in unknown_keys for near in difflib.get_close_matches(key, list(cls.fields_by_key()), n=1)}
-        for detail in details:
-            key = str(detail["loc"][0]) if detail["loc"] else ""
-            # A required key that is misspelt is one mistake, reported where the wrong spelling is.
-            if not (detail["type"] == "missing" and key in misspelt_keys):
-                yield from cls._problems_at(key, detail)
-
-    @classmethod
-    def _problems_at(cls, key: str, detail: ErrorDetails) -> Iterator[Problem]:
-        path = f"{KEY}.{key}" if key else KEY
-        cause = detail.get("ctx", {}).get("error")
-        if isinstance(cause, MechanismError):
-            yield from (Problem(problem).at(path) for problem in cause.problems)
-        elif detail["type"] == "missing":
-            yield Problem(f"{path} is missing; it is {cls.fields_by_key()[key].description}", ProblemCode.MISSING_KEY, path)
-        elif detail["type"] == "extra_forbidden":
-            yield Problem(cls.unknown_key(key, detail["input"]), ProblemCode.UNKNOWN_KEY, path)
-        else:
-            text = f"{path} cannot be read ({detail['msg'].lower()}); found {format_value(detail['input'])}"
-            yield Problem(text, ProblemCode.WRONG_TYPE, path)
+def unknown_key_message(known_keys: Iterable[str], key: str, value: object) -> str:
+    """Return the message about an unknown key of a table."""
+    known = list(known_keys)
+    elsewhere = f" {key!r} belongs above the first [table], or is a table of its own." if key in TOP_LEVEL_KEYS else ""
+    return f"{KEY}.{key} is unknown; known keys are {', '.join(known)}.{elsewhere or did_you_mean(key, known)}"
 
 
-SceneFileTables = Mapping[str, type[SceneFileTable]]
-"""Models of tables by the type or the key that determines the model."""
+@dataclass(frozen=True, kw_only=True)
+class Table:
+    """A table of a scene file. Every mistake is reported as a sentence, with `KEY` for the path of the table.
 
-
-def validate(model: type[_Table], values: object, path: str = KEY, context: Any = None) -> _Table:
-    """Return the parsed table.
-
-    Parameters
+    Attributes
     ----------
-    model
-        Model of the table.
-    values
-        The table as read from TOML.
-    path
-        Key path of the table.
-    context
-        Passed to the validators.
-
-    Returns
-    -------
-    SceneFileTable
-        An instance of the model.
-
-    Raises
-    ------
-    MechanismError
-        With a `Problem` for each mistake.
+    make
+        What the table describes: its keys, except `type`, are the arguments.
+    fields
+        What its keys hold, by argument.
+    types
+        How values are written, by form.
+    summary
+        What the table describes, in a sentence.
+    example
+        A valid table, for messages.
+    check
+        Function of the values read, which yields their mistakes if no key has one.
+    find_conflicts
+        Function of the table as it is written and of what its reader knows besides, which yields the problems of keys that are missing,
+        or exclude each other. A mere sentence is a conflict.
+    alternative_keys
+        Keys that the same table may have instead, in another scene.
+    alternative_hint
+        What to do if keys of both kinds are given.
+    unknown_key
+        Function of the known keys, an unknown one and its value, which returns the message; None if unknown keys are passed over.
     """
-    try:
-        return model.model_validate(values, context=context)
-    except ValidationError as error:
-        causes = [detail.get("ctx", {}).get("error") for detail in error.errors(include_url=False)]
-        raise MechanismError(*(Problem(problem).at(path) for cause in causes for problem in getattr(cause, "problems", ()))) from error
+
+    make: Callable[..., Any]
+    fields: Mapping[str, Declaration]
+    types: Mapping[str, ValueType] = dataclasses.field(default_factory=lambda: VALUE_TYPES)
+    summary: str = ""
+    example: str = ""
+    check: Callable[[Mapping[str, Any]], Iterable[str]] = _find_nothing
+    find_conflicts: Callable[[Mapping[str, Any], Any], Iterable[str]] = _find_nothing
+    alternative_keys: tuple[str, ...] = ()
+    alternative_hint: str = ""
+    unknown_key: Callable[[Iterable[str], str, object], str] | None = unknown_key_message
+
+    @classmethod
+    def of(cls, owner: type, **properties: Any) -> "Table":
+        """Return the table that describes an instance of a dataclass; the arguments are other attributes of the table."""
+        return cls(**{"make": owner, "fields": fields_of(owner), **properties})
+
+    @property
+    def fields_by_key(self) -> dict[str, Declaration]:
+        """What the keys of the file hold."""
+        return {one.key or name: one for name, one in self.fields.items()}
+
+    def read(self, values: object, context: Any = None) -> dict[str, Any]:
+        """Return the values of the keys that are given, by argument and in the order of the declarations.
+
+        Parameters
+        ----------
+        values
+            The table as read from TOML.
+        context
+            What the readers of values need besides.
+
+        Returns
+        -------
+        dict[str, Any]
+            The values.
+
+        Raises
+        ------
+        MechanismError
+            With a `Problem` for each mistake.
+        """
+        if not isinstance(values, Mapping):
+            raise wrong_value(values, "must be a table", f"; write {self.example}" if self.example else "")
+        keys = self.fields_by_key
+        own_keys = [key for key in values if key in keys]
+        misplaced = [key for key in values if key in self.alternative_keys] if own_keys else []
+        unknown = [key for key in values if key not in keys and key not in misplaced] if self.unknown_key else []
+        collector = ProblemCollector()
+        for path in (f"{KEY}.{key}" for key in misplaced[:1]):
+            text = f"{path} cannot be combined with {', '.join(own_keys)}; {self.alternative_hint}"
+            collector.add(ProblemCode.CONFLICT, text, key=path)
+        given = self._read_fields(values, unknown, context, collector)
+        for key in unknown:
+            text = self.unknown_key([*keys, *self.alternative_keys], str(key), values[key]) if self.unknown_key else ""
+            collector.add(ProblemCode.UNKNOWN_KEY, text, key=f"{KEY}.{key}")
+        conflicts = [] if collector.has_failed else [*self.check(given)]
+        conflicts += [] if unknown else [*self.find_conflicts(values, context)]
+        collector.add(ProblemCode.CONFLICT, *conflicts)
+        collector.raise_if_failed()
+        return given
+
+    def _read_fields(self, values: Mapping[str, Any], unknown: list[str], context: Any, collector: ProblemCollector) -> dict[str, Any]:
+        """Return the values of the keys that are given; a required key that is misspelt is one mistake, where the wrong spelling is."""
+        keys = self.fields_by_key
+        misspelt = {near for key in unknown for near in difflib.get_close_matches(str(key), list(keys), n=1)}
+        given: dict[str, Any] = {}
+        for name, (key, declared) in zip(self.fields, keys.items(), strict=True):
+            path = f"{KEY}.{key}"
+            if key in values:
+                with collector.at(path):
+                    given[name] = self.types[declared.form].read(declared, values[key], context)
+            elif declared.is_required and key not in misspelt:
+                collector.add(ProblemCode.MISSING_KEY, f"{path} is missing; it is {declared.meaning}", key=path)
+        return given
+
+    def build(self, values: object, context: Any = None, **arguments: Any) -> Any:
+        """Return what the table describes; `arguments` are those that are no keys of the table."""
+        given = self.read(values, context)
+        given.pop("type", None)
+        return self.make(**given, **arguments)
+
+    def schema(self) -> dict[str, Any]:
+        """Return the JSON Schema of the table, with a property for each key."""
+        keys = self.fields_by_key
+        required = [key for key, declared in keys.items() if declared.is_required]
+        schema: dict[str, Any] = {"type": "object", "properties": {key: self.schema_of(one) for key, one in keys.items()}}
+        return schema | ({"required": required} if required else {}) | {"additionalProperties": False}
+
+    def schema_of(self, declared: Declaration) -> dict[str, Any]:
+        """Return the JSON Schema of a key; anything is accepted where its form does not say more."""
+        return self.types[declared.form].schema_of(declared) | ({"description": declared.meaning} if declared.meaning else {})
+
+
+def parse_table_list(table: Table, value: object, noun: str, path: str = KEY) -> tuple[Any, ...]:
+    """Return what the tables of a list describe; `noun` is what one of them is."""
+    if not isinstance(value, list | tuple):
+        raise wrong_value(value, f"must be a list, as [{table.example}]", path=path)
+    paths = (f"{path}, {noun} {number}:" for number in count(1))
+    return tuple(parse_each(table.build, value, paths=paths))
+
+
+def _read_table(declared: Declaration, value: object, context: object) -> Any:
+    return declared.content.build(value, context)
+
+
+TABLE_TYPE: Final = ValueType(_read_table, lambda declared: declared.content.schema())
+"""A table within a table."""
 
 
 def nearest_type(values: object, known_types: Iterable[str]) -> str:

@@ -1,6 +1,5 @@
 """Scene files to begin with: what a machine needs, with values that run, and, commented out, what it may have."""
 
-import dataclasses
 import math
 import tomllib
 from collections.abc import Iterator, Mapping
@@ -9,19 +8,20 @@ from typing import Any, Final
 from governor_mechanism.effects.clearance import Clearance
 from governor_mechanism.effects.registry import EFFECTS
 from governor_mechanism.errors import MechanismError, did_you_mean
-from governor_mechanism.machines.base import CHOICE_KIND, Machine
+from governor_mechanism.machines.base import Machine
 from governor_mechanism.machines.custom import CUSTOM_MACHINE
 from governor_mechanism.machines.registry import MACHINES
 from governor_mechanism.model.effect import Effect, OutputEffect
 from governor_mechanism.model.mechanism import Mechanism
 from governor_mechanism.model.part import EQUILIBRIUM, Part
+from governor_mechanism.model.scene import ENGINE_CHOICES
 from governor_mechanism.scenes.custom_template import CUSTOM_TEMPLATE
-from governor_mechanism.scenes.described_values import dimension_meaning
 from governor_mechanism.scenes.effect_tables import SLEEVE_ALIAS, SLEEVE_LIFT_NAME, effect_example
 from governor_mechanism.scenes.library import models_folder
 from governor_mechanism.scenes.parser import parse_scene_document
-from governor_mechanism.scenes.schema import ENGINE_CHOICES, rate_key
+from governor_mechanism.scenes.schema import rate_key
 from governor_mechanism.scenes.toml_text import format_toml_value
+from governor_mechanism.units.fields import fields_of
 from governor_mechanism.units.quantities import QUANTITY_KINDS, format_quantity
 
 GOVERNED_ENGINE: Final = "governed-engine"
@@ -123,16 +123,14 @@ def _part_lines(table: Mapping[str, Any], part: Part, prefix: str) -> Iterator[s
 
 def _dimension_lines(machine_class: type[Machine], given: Mapping[str, Any], part: Part) -> Iterator[str]:
     """Yield the given dimensions, and commented out those that may be added, with the value that stands for them if there is one."""
-    for field in dataclasses.fields(machine_class):
-        kind, meaning = field.metadata["kind"], dimension_meaning(field)
-        if field.name in given:
-            yield _line(field.name, given[field.name], meaning)
-            continue
-        if kind == CHOICE_KIND:
-            words = field.metadata["words"]
-            yield _line(f"# {field.name}", words[0], f"{meaning}: {', '.join(words)}")
+    for name, declared in fields_of(machine_class).items():
+        meaning = declared.kind_and_meaning
+        if name in given:
+            yield _line(name, given[name], meaning)
+        elif declared.form == "choice":
+            yield _line(f"# {name}", declared.words[0], f"{meaning}: {', '.join(declared.words)}")
         else:
-            yield _line(f"# {field.name}", _shown_value(part.dimensions.get(field.name, math.inf), kind), meaning)
+            yield _line(f"# {name}", _shown_value(part.dimensions.get(name, math.inf), declared.kind), meaning)
 
 
 def _shown_value(value: float, kind: str) -> float | str:
@@ -160,8 +158,9 @@ def _example_of(effect: type[Effect], mechanism: Mechanism) -> str:
         reading = mechanism.reading(SLEEVE_LIFT_NAME if SLEEVE_LIFT_NAME in names else mechanism.coordinate)
         name = SLEEVE_ALIAS if reading.name == SLEEVE_LIFT_NAME else reading.name
         return f"{{ {name} = {effect_example(effect, reading.quantity)} }}"
-    is_switch = not any(field.default is dataclasses.MISSING for field in dataclasses.fields(effect)) and bool(effect.value_fields)
-    return "true" if is_switch or not dataclasses.fields(effect) else effect_example(effect, "")
+    declared = fields_of(effect).values()
+    is_switch = bool(effect.value_fields) and not any(one.is_required for one in declared)
+    return "true" if is_switch or not declared else effect_example(effect, "")
 
 
 def _summary_of(effect: type[Effect]) -> str:

@@ -3,9 +3,10 @@
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from governor_mechanism.machines.base import Machine, choice_field, dimension_field, optional_field, values_of
+from governor_mechanism.machines.base import Machine, values_of
 from governor_mechanism.machines.slide_valve import rod_field
 from governor_mechanism.model.time_functions import InputFunction, TableFunction
+from governor_mechanism.units.fields import entry, quantity
 
 AT_DEAD_CENTRE, WITHIN_STROKE = "at dead centre", "within stroke"
 CYCLIC, MEAN = "cyclic", "mean"
@@ -65,31 +66,49 @@ class FlywheelEngineDimensions(Machine):
         Torque of the load over the speed of the shaft, N m s/rad, in place of or beside load_torque.
     """
 
-    area: float = dimension_field("area", "of the expansion piston")
-    stroke: float = dimension_field("length", "of the expansion piston: twice its crank")
-    connecting_rod: float | None = rod_field("of the connecting rod of the expansion piston; endless if left out")
-    cut_off: float | InputFunction = dimension_field("ratio", "of the stroke at which the supply is cut off", signed=True, is_load=True)
-    cut_off_read: str = choice_field((AT_DEAD_CENTRE, WITHIN_STROKE), "when a cut-off that follows a reading takes its value")
-    clearance: float = dimension_field("ratio", "of the clearance to the volume of the stroke", signed=True)
-    pump_area: float | None = optional_field("area", "of the pump piston; no pump if left out", omission_word="none")
-    pump_stroke: float | None = optional_field("length", "of the pump piston; that of the expansion piston if left out")
-    pump_connecting_rod: float | None = rod_field("of the connecting rod of the pump; endless if left out")
-    pump_clearance: float | None = optional_field("ratio", "of the clearance of the pump to the volume of its stroke", signed=True)
-    supply_pressure: float = dimension_field("pressure", "of the supply, absolute", signed=True)
-    back_pressure: float = dimension_field("pressure", "behind the expansion piston, absolute", signed=True)
-    throttle: float | InputFunction | None = dimension_field(
-        "ratio", "of the opening of a throttle before the expansion cylinder; none if left out", default=None, signed=True, is_load=True
+    area: float = quantity("area", meaning="of the expansion piston")
+    stroke: float = quantity("length", meaning="of the expansion piston: twice its crank")
+    connecting_rod: float | None = rod_field(meaning="of the connecting rod of the expansion piston; endless if left out")
+    cut_off: float | InputFunction = entry("number or load", "ratio", sign="any", meaning="of the stroke at which the supply is cut off")
+    cut_off_read: str = entry(
+        "choice",
+        words=(AT_DEAD_CENTRE, WITHIN_STROKE),
+        default=AT_DEAD_CENTRE,
+        meaning="when a cut-off that follows a reading takes its value",
     )
-    atmospheric_pressure: float = dimension_field("pressure", "at which the pump takes in air, absolute", default=1e5)
-    inertia: float | None = optional_field("moment_of_inertia", "of shaft and flywheel")
-    rim_mass: float | None = optional_field("mass", "of the rim of the flywheel, in place of inertia")
-    rim_radius: float | None = optional_field("length", "from the shaft to the middle of the rim")
-    gas_torque: str = choice_field((CYCLIC, MEAN), "whether the torque of the gas follows its pressure, or is averaged over a turn")
-    load_pressure: float | None = optional_field("pressure", "of the load; closing if left out", omission_word="closing", signed=True)
-    load_torque: float | InputFunction | None = dimension_field(
-        "torque", "of the load, in place of load_pressure", default=None, signed=True, is_load=True
+    clearance: float = quantity("ratio", sign="any", meaning="of the clearance to the volume of the stroke")
+    pump_area: float | None = quantity("area", words=("none",), default=None, meaning="of the pump piston; no pump if left out")
+    pump_stroke: float | None = quantity("length", default=None, meaning="of the pump piston; that of the expansion piston if left out")
+    pump_connecting_rod: float | None = rod_field(meaning="of the connecting rod of the pump; endless if left out")
+    pump_clearance: float | None = quantity(
+        "ratio", sign="any", default=None, meaning="of the clearance of the pump to the volume of its stroke"
     )
-    load_damping: float | None = optional_field("torsion_damping", "of a load that grows with the speed of the shaft")
+    supply_pressure: float = quantity("pressure", sign="any", meaning="of the supply, absolute")
+    back_pressure: float = quantity("pressure", sign="any", meaning="behind the expansion piston, absolute")
+    throttle: float | InputFunction | None = entry(
+        "number or load",
+        "ratio",
+        sign="any",
+        default=None,
+        meaning="of the opening of a throttle before the expansion cylinder; none if left out",
+    )
+    atmospheric_pressure: float = quantity("pressure", default=1e5, meaning="at which the pump takes in air, absolute")
+    inertia: float | None = quantity("moment_of_inertia", default=None, meaning="of shaft and flywheel")
+    rim_mass: float | None = quantity("mass", default=None, meaning="of the rim of the flywheel, in place of inertia")
+    rim_radius: float | None = quantity("length", default=None, meaning="from the shaft to the middle of the rim")
+    gas_torque: str = entry(
+        "choice",
+        words=(CYCLIC, MEAN),
+        default=CYCLIC,
+        meaning="whether the torque of the gas follows its pressure, or is averaged over a turn",
+    )
+    load_pressure: float | None = quantity(
+        "pressure", sign="any", words=("closing",), default=None, meaning="of the load; closing if left out"
+    )
+    load_torque: float | InputFunction | None = entry(
+        "number or load", "torque", sign="any", default=None, meaning="of the load, in place of load_pressure"
+    )
+    load_damping: float | None = quantity("torsion_damping", default=None, meaning="of a load that grows with the speed of the shaft")
 
     def dimension_problems(self) -> list[str]:
         """Return sentences about cylinders, pressures, wheel and load."""

@@ -12,9 +12,10 @@ from typing import Any, NamedTuple, Self
 from governor_mechanism.effects.gravity import DEFAULT_GRAVITY
 from governor_mechanism.effects.spring import helical_spring_rate
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.machines.base import Machine, dimension_field, optional_field
+from governor_mechanism.machines.base import Machine
 from governor_mechanism.model.output_variables import Limit
 from governor_mechanism.types import Vector2
+from governor_mechanism.units.fields import quantity
 
 N_TRAVEL_SAMPLES = 720
 """Samples per quarter turn to bracket an end of the travel, before bisection."""
@@ -62,32 +63,32 @@ class LinearSpringLaw:
 class HartungDimensions(Machine):
     """Dimensions of a Hartung governor. Lengths in m, masses in kg, angles in rad, speeds in rad/s."""
 
-    weight_arm: float = dimension_field("length", "from the fulcrum of a bell crank to its weight's centre")
-    sleeve_arm: float = dimension_field("length", "from the fulcrum to the hanger")
-    bell_crank_angle: float = dimension_field("angle", "between its two arms, 90 to 180 deg", default=math.pi / 2)
-    fulcrum_radius: float = dimension_field("length", "of the fulcrum from the spindle axis")
-    fulcrum_height: float | None = optional_field(
-        "length", "of the fulcrum above the cross axis; as far below as weight_arm is long, if left out", signed=True
+    weight_arm: float = quantity("length", meaning="from the fulcrum of a bell crank to its weight's centre")
+    sleeve_arm: float = quantity("length", meaning="from the fulcrum to the hanger")
+    bell_crank_angle: float = quantity("angle", default=math.pi / 2, meaning="between its two arms, 90 to 180 deg")
+    fulcrum_radius: float = quantity("length", meaning="of the fulcrum from the spindle axis")
+    fulcrum_height: float | None = quantity(
+        "length", sign="any", default=None, meaning="of the fulcrum above the cross axis; as far below as weight_arm is long, if left out"
     )
-    weight_mass: float = dimension_field("mass", "of one weight; there are two")
-    sleeve_mass: float = dimension_field("mass", "of the whole sleeve and its load")
-    hanger: float | None = optional_field("length", "of the hangers, from bell crank to sleeve", omission_word="vertical")
-    lug_offset: float = dimension_field("length", "of the sleeve's lugs from the axis", default=0.0, signed=True)
-    inner_angle: float | None = optional_field("angle", "of the lever at the inner end of the stroke", signed=True)
-    outer_angle: float | None = optional_field("angle", "of the lever at the outer end of the stroke", signed=True)
-    spring_rate: float | None = optional_field("stiffness", "of each spring")
-    spring_preload: float | None = optional_field("force", "of each spring at preload_radius", signed=True)
-    preload_radius: float | None = optional_field(
-        "length", "of a weight where spring_preload is its spring's force; fulcrum_radius if left out"
+    weight_mass: float = quantity("mass", meaning="of one weight; there are two")
+    sleeve_mass: float = quantity("mass", meaning="of the whole sleeve and its load")
+    hanger: float | None = quantity("length", words=("vertical",), default=None, meaning="of the hangers, from bell crank to sleeve")
+    lug_offset: float = quantity("length", sign="any", default=0.0, meaning="of the sleeve's lugs from the axis")
+    inner_angle: float | None = quantity("angle", sign="any", default=None, meaning="of the lever at the inner end of the stroke")
+    outer_angle: float | None = quantity("angle", sign="any", default=None, meaning="of the lever at the outer end of the stroke")
+    spring_rate: float | None = quantity("stiffness", default=None, meaning="of each spring")
+    spring_preload: float | None = quantity("force", sign="any", default=None, meaning="of each spring at preload_radius")
+    preload_radius: float | None = quantity(
+        "length", default=None, meaning="of a weight where spring_preload is its spring's force; fulcrum_radius if left out"
     )
-    spring_wire: float | None = optional_field("length", "of each spring's wire, its diameter")
-    spring_coil: float | None = optional_field("length", "of each spring's coil, its mean diameter")
-    spring_turns: float | None = optional_field("number", "of each spring's active turns")
-    spring_modulus: float | None = optional_field("modulus", "of the springs' wire")
-    spring_stress_limit: float | None = optional_field("pressure", "that the springs' wire may bear")
-    inner_speed: float | None = optional_field("angular_speed", "that holds the weights at the inner end of the stroke")
-    outer_speed: float | None = optional_field("angular_speed", "that holds the weights at the outer end of the stroke")
-    insensitivity: float = dimension_field("ratio", "that the regulating force is computed with", default=0.04)
+    spring_wire: float | None = quantity("length", default=None, meaning="of each spring's wire, its diameter")
+    spring_coil: float | None = quantity("length", default=None, meaning="of each spring's coil, its mean diameter")
+    spring_turns: float | None = quantity("number", default=None, meaning="of each spring's active turns")
+    spring_modulus: float | None = quantity("modulus", default=None, meaning="of the springs' wire")
+    spring_stress_limit: float | None = quantity("pressure", default=None, meaning="that the springs' wire may bear")
+    inner_speed: float | None = quantity("angular_speed", default=None, meaning="that holds the weights at the inner end of the stroke")
+    outer_speed: float | None = quantity("angular_speed", default=None, meaning="that holds the weights at the outer end of the stroke")
+    insensitivity: float = quantity("ratio", default=0.04, meaning="that the regulating force is computed with")
 
     @property
     def fulcrum_y(self) -> float:

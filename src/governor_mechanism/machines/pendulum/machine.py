@@ -14,12 +14,13 @@ from typing import ClassVar, NamedTuple
 from governor_mechanism.effects.clearance import CLEARANCE_READING, Clearance
 from governor_mechanism.effects.rod_masses import RodMasses
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.machines.base import Machine, dimension_field, optional_field, travel_problems, x_coordinate, y_coordinate
+from governor_mechanism.machines.base import Machine, travel_problems, x_coordinate, y_coordinate
 from governor_mechanism.machines.mass_elements import MassElement, join_elements, slender_rod, solid_ball
 from governor_mechanism.model.effect import Effect
 from governor_mechanism.model.joints import GROUND, Distance, Gear, Joint, Pin, Point, Slider
 from governor_mechanism.model.mechanism import Body, Mechanism
 from governor_mechanism.model.output_variables import FollowerHeight, Limit, LineAngle, Reading
+from governor_mechanism.units.fields import quantity
 
 RIGHT_BALL, LEFT_BALL, SLEEVE = "right ball", "left ball", "sleeve"
 RIGHT_LINK, LEFT_LINK = "right link", "left link"
@@ -53,13 +54,19 @@ class PendulumGovernor(Machine):
     }
     supported_effects: ClassVar[tuple[type[Effect], ...]] = (RodMasses, Clearance)
 
-    arm: float = dimension_field("length", "from the suspension to the ball's centre")
-    ball_mass: float = dimension_field("mass", "of one ball; there are two")
-    offset: float = dimension_field("length", "of the suspension from the spindle axis; negative = crossed arms", default=0.0, signed=True)
-    arm_joint: float | None = optional_field("length", "from the suspension to the joint of arm and link; the whole arm if left out")
-    link: float | None = optional_field("length", "of the sleeve link; as long as arm_joint if left out")
-    lug_offset: float | None = optional_field("length", "of the sleeve's lug from the axis; the same as offset if left out", signed=True)
-    sleeve_mass: float | None = optional_field("mass", "of the whole sleeve and its load; left out for a governor without a loaded sleeve")
+    arm: float = quantity("length", meaning="from the suspension to the ball's centre")
+    ball_mass: float = quantity("mass", meaning="of one ball; there are two")
+    offset: float = quantity("length", sign="any", default=0.0, meaning="of the suspension from the spindle axis; negative = crossed arms")
+    arm_joint: float | None = quantity(
+        "length", default=None, meaning="from the suspension to the joint of arm and link; the whole arm if left out"
+    )
+    link: float | None = quantity("length", default=None, meaning="of the sleeve link; as long as arm_joint if left out")
+    lug_offset: float | None = quantity(
+        "length", sign="any", default=None, meaning="of the sleeve's lug from the axis; the same as offset if left out"
+    )
+    sleeve_mass: float | None = quantity(
+        "mass", default=None, meaning="of the whole sleeve and its load; left out for a governor without a loaded sleeve"
+    )
 
     def dimension_problems(self) -> Iterator[str]:
         """Yield a sentence about dimensions with which the governor cannot be assembled."""

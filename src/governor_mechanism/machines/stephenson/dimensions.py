@@ -7,7 +7,7 @@ from functools import cached_property
 
 import numpy as np
 
-from governor_mechanism.machines.base import Machine, choice_field, dimension_field, optional_field, values_of
+from governor_mechanism.machines.base import Machine, values_of
 from governor_mechanism.machines.driven_crank import advance_problems
 from governor_mechanism.machines.slide_valve import rod_field
 from governor_mechanism.machines.slider_crank import rod_length_problems
@@ -15,6 +15,7 @@ from governor_mechanism.machines.stephenson.link_geometry import LinkGeometry, a
 from governor_mechanism.model.time_functions import PrescribedMotion
 from governor_mechanism.numerics.roots import find_root
 from governor_mechanism.types import FloatArray, Vector2
+from governor_mechanism.units.fields import entry, quantity
 
 OPEN_RODS, CROSSED_RODS = "open", "crossed"
 ARC_MIDDLE, CHORD_MIDDLE, LOWER_PIN, HALF_WAY, ANY_POINT = "arc middle", "chord middle", "lower pin", "half-way", "point"
@@ -70,28 +71,35 @@ class StephensonDimensions(Machine):
         Crank angle at the start, rad.
     """
 
-    crank: float = dimension_field("length", "from the shaft to the crank pin: half the stroke")
-    connecting_rod: float | None = rod_field("from the crank pin to the crosshead; endless if left out")
-    eccentric: float = dimension_field("length", "from the shaft to the centre of each eccentric")
-    eccentric_rod: float = dimension_field("length", "from the centre of each eccentric to its pin on the link")
-    advance: float = dimension_field("angle", "by which the eccentrics run ahead of a right angle to the crank", signed=True)
-    rods: str = choice_field((OPEN_RODS, CROSSED_RODS), "arrangement of the eccentric rods")
-    link_radius: float = dimension_field("length", "of the arc of the link, which is concave to the shaft")
-    half_link: float = dimension_field("length", "that is half the distance of the rod pins")
-    pin_setback: float = dimension_field("length", "of the rod pins behind the arc, toward the shaft", default=0.0, signed=True)
-    suspension: str = choice_field((ARC_MIDDLE, CHORD_MIDDLE, LOWER_PIN, HALF_WAY, ANY_POINT), "point from which the link hangs")
-    suspension_x: float | None = optional_field("length", "from the arc's middle to the suspension, away from the shaft", signed=True)
-    suspension_y: float | None = optional_field("length", "from the arc's middle up to the suspension", signed=True)
-    hanger: float = dimension_field("length", "from the link up to the arm that the reversing lever moves")
-    reverser: float | PrescribedMotion = dimension_field(
-        "ratio", "of the travel of the reversing lever: 1 is full forward gear, -1 full back", default=1.0, signed=True, is_program=True
+    crank: float = quantity("length", meaning="from the shaft to the crank pin: half the stroke")
+    connecting_rod: float | None = rod_field(meaning="from the crank pin to the crosshead; endless if left out")
+    eccentric: float = quantity("length", meaning="from the shaft to the centre of each eccentric")
+    eccentric_rod: float = quantity("length", meaning="from the centre of each eccentric to its pin on the link")
+    advance: float = quantity("angle", sign="any", meaning="by which the eccentrics run ahead of a right angle to the crank")
+    rods: str = entry("choice", words=(OPEN_RODS, CROSSED_RODS), default=OPEN_RODS, meaning="arrangement of the eccentric rods")
+    link_radius: float = quantity("length", meaning="of the arc of the link, which is concave to the shaft")
+    half_link: float = quantity("length", meaning="that is half the distance of the rod pins")
+    pin_setback: float = quantity("length", sign="any", default=0.0, meaning="of the rod pins behind the arc, toward the shaft")
+    suspension: str = entry(
+        "choice",
+        words=(ARC_MIDDLE, CHORD_MIDDLE, LOWER_PIN, HALF_WAY, ANY_POINT),
+        default=ARC_MIDDLE,
+        meaning="point from which the link hangs",
     )
-    slot_half_length: float | None = optional_field("length", "of the slot along the arc from its middle to each end")
-    outside_lap: float = dimension_field("length", "by which the valve in its middle covers the outer edges", signed=True)
-    inside_lap: float = dimension_field("length", "by which it covers the inner edges; negative leaves them open", default=0.0, signed=True)
-    valve_set_at: float = dimension_field("ratio", "of the reversing lever for which the valve has equal leads", default=1.0, signed=True)
-    crank_speed: float | None = optional_field("angular_speed", "of the crank, which is driven")
-    crank_start: float = dimension_field("angle", "of the crank at the start", default=0.0, signed=True)
+    suspension_x: float | None = quantity(
+        "length", sign="any", default=None, meaning="from the arc's middle to the suspension, away from the shaft"
+    )
+    suspension_y: float | None = quantity("length", sign="any", default=None, meaning="from the arc's middle up to the suspension")
+    hanger: float = quantity("length", meaning="from the link up to the arm that the reversing lever moves")
+    reverser: float | PrescribedMotion = entry(
+        "program", "ratio", sign="any", default=1.0, meaning="of the travel of the reversing lever: 1 is full forward gear, -1 full back"
+    )
+    slot_half_length: float | None = quantity("length", default=None, meaning="of the slot along the arc from its middle to each end")
+    outside_lap: float = quantity("length", sign="any", meaning="by which the valve in its middle covers the outer edges")
+    inside_lap: float = quantity("length", sign="any", default=0.0, meaning="by which it covers the inner edges; negative leaves them open")
+    valve_set_at: float = quantity("ratio", sign="any", default=1.0, meaning="of the reversing lever for which the valve has equal leads")
+    crank_speed: float | None = quantity("angular_speed", default=None, meaning="of the crank, which is driven")
+    crank_start: float = quantity("angle", sign="any", default=0.0, meaning="of the crank at the start")
 
     def dimension_problems(self) -> list[str]:
         """Return sentences about rods, link, suspension, lever and laps, and gears in which the link cannot be assembled."""

@@ -102,6 +102,7 @@ class _GearBuilder:
                 steam_lap=self.gear.outside_lap,
                 exhaust_lap=self.gear.inside_lap,
                 piston_travel=CRANK_END_TRAVEL,
+                centre=0.0,
                 stroke=2 * self.gear.crank,
                 reverser=Reverser(key="dimensions.reverser", forward=1.0, back=-1.0),
             ),

@@ -1,7 +1,7 @@
 """Couplings between parts of a scene, their checks, and controls applied to the loads they name. Frozen values without mathematics."""
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import dataclass, fields, replace
 from itertools import pairwise
 from typing import Any, Final
 
@@ -11,6 +11,7 @@ from governor_mechanism.model.force_elements import CylinderGas, Force, ForceEle
 from governor_mechanism.model.mechanism import Mechanism
 from governor_mechanism.model.output_variables import ShaftSpeed
 from governor_mechanism.model.time_functions import InputFunction, LinearFunction, ReadingFunction, TableFunction
+from governor_mechanism.units.fields import entry, quantity
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -38,9 +39,11 @@ class RatioCoupling(Coupling):
         Ratio of the second speed to the first; negative for the opposite sense of rotation, not 0.
     """
 
-    first: str
-    second: str
-    ratio: float = 1.0
+    first: str = entry("label", meaning='the first angle, as "engine.crank_angle"')
+    second: str = entry("label", meaning='the second angle, as "governor.spindle_angle"')
+    ratio: float = quantity(
+        "number", sign="not zero", built=True, default=1.0, meaning="the speed of the second angle relative to the first"
+    )
 
     def __post_init__(self) -> None:
         require_finite(self.ratio, "", f"ratio of coupling {self.name!r}")
@@ -60,7 +63,9 @@ class GearCoupling(RatioCoupling):
         Time at which the belt breaks, s; None if it never does.
     """
 
-    until: float | None = None
+    until: float | None = quantity(
+        "time", sign="not negative", default=None, meaning="the time at which the gear lets go; it holds for good by default"
+    )
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -71,6 +76,9 @@ class GearCoupling(RatioCoupling):
 @dataclass(frozen=True, kw_only=True)
 class FollowCoupling(RatioCoupling):
     """A spindle that follows the first angle without reaction: the first part feels no torque."""
+
+    first: str = entry("label", meaning='the angle that is followed, as "engine.crank_angle"')
+    second: str = entry("label", meaning='the angle of the spindle that follows, as "governor.spindle_angle"')
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -87,9 +95,17 @@ class LoadCoupling(Coupling):
         Load over time and readings, relative to the rated torque.
     """
 
-    angle: str
-    rated_torque: float
-    fraction: InputFunction = field(default_factory=lambda: InputFunction(values=(1.0,)))
+    angle: str = entry("label", meaning='the angle of the shaft, as "engine.crank_angle"')
+    rated_torque: float = quantity("torque", meaning='the torque at full load, as "700 N m"')
+    fraction: InputFunction = entry(
+        "load",
+        "ratio",
+        sign="not negative",
+        reason=": a load resists",
+        noun="fraction",
+        default=InputFunction(values=(1.0,)),
+        meaning="the share of the rated torque, over time or as a function of a reading; full load by default",
+    )
 
     def __post_init__(self) -> None:
         require_positive(self.rated_torque, "N m", f"rated torque of the load {self.name!r}")

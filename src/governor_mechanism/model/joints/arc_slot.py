@@ -2,10 +2,10 @@
 
 from dataclasses import dataclass
 
-from governor_mechanism.model.joints.base import Glyph, Joint, Key
+from governor_mechanism.model.joints.base import Glyph, Joint
 from governor_mechanism.model.joints.constraint_row import ConstraintRow, RowKind
 from governor_mechanism.model.joints.impulse_parts import FixedDistance, ImpulsePart
-from governor_mechanism.model.measured_fields import measured
+from governor_mechanism.units.fields import quantity
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -19,10 +19,9 @@ class ArcSlot(Joint):
     """
 
     type_name = "arc"
-    keys = (Key("radius", "length", 'the radius of the slot, as "100 mm"', sign="positive", is_required=True),)
     glyphs = frozenset((Glyph.SLOT, Glyph.PIN_IN_SLOT, Glyph.FOOT))
 
-    radius: float = measured("m", positive=True)
+    radius: float = quantity("length", meaning='the radius of the slot, as "100 mm"')
 
     def constraint_rows(self, length_scale: float) -> list[ConstraintRow]:
         """Return the equations of the joint; `length_scale` (m) converts angles to lengths."""

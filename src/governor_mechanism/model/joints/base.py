@@ -8,7 +8,7 @@ from typing import Any, ClassVar, Protocol, Self
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.model.joints.constraint_row import ConstraintRow
 from governor_mechanism.model.joints.impulse_parts import ImpulsePart
-from governor_mechanism.model.measured_fields import class_words, measured, require_valid_fields
+from governor_mechanism.units.fields import Declaration, class_words, quantity, require_valid_fields
 
 GROUND = "ground"
 """Name of the plane that the mechanism moves in. The plane is fixed or turns with the spindle."""
@@ -27,8 +27,8 @@ class Point:
     """
 
     body: str
-    x: float = measured("m", default=0.0)
-    y: float = measured("m", default=0.0)
+    x: float = quantity("length", sign="any", default=0.0)
+    y: float = quantity("length", sign="any", default=0.0)
 
     def __post_init__(self) -> None:
         require_valid_fields(self, f"a point on body {self.body!r}")
@@ -49,37 +49,6 @@ class FirstConfiguration(Protocol):
 
     def displacement_along(self, first: Point, second: Point, angle: float, body: str = GROUND) -> float:
         """Return the displacement from the first to the second point along a direction at `angle` (rad) from the x axis of a body, m."""
-
-
-@dataclass(frozen=True)
-class Key:
-    """A key of the table of a joint in a scene file.
-
-    Attributes
-    ----------
-    name
-        The key.
-    kind
-        Kind of its quantity, or one of "curve", "angle motion" and "displacement motion".
-    meaning
-        Its meaning in messages and in the reference.
-    sign
-        Condition on its sign: "any", "positive", "not negative" or "not zero".
-    is_built
-        Whether its magnitude must be one that can be built.
-    is_required
-        Whether it must be given.
-    argument
-        Argument of `Joint.create`; the key itself if empty.
-    """
-
-    name: str
-    kind: str
-    meaning: str
-    sign: str = "any"
-    is_built: bool = False
-    is_required: bool = False
-    argument: str = ""
 
 
 class Glyph(Enum):
@@ -127,8 +96,8 @@ class Joint:
     """Word for it in messages, if that is not the name of the class."""
     type_name: ClassVar[str] = ""
     """Its `type` in [[joint]] of a scene file; empty if no file can have it."""
-    keys: ClassVar[tuple[Key, ...]] = ()
-    """Keys of its table besides type, name, first and second."""
+    keys: ClassVar[Mapping[str, Declaration]] = {}
+    """Keys of its table that are no fields."""
     joins_bodies: ClassVar[bool] = False
     """Whether its ends in a scene file may be bodies without a point."""
     glyphs: ClassVar[frozenset[Glyph]] = frozenset()
@@ -154,8 +123,8 @@ class Joint:
         return {}
 
     @classmethod
-    def find_conflicts(cls, given: Mapping[str, Any]) -> Iterator[tuple[str, bool]]:
-        """Yield the problems of keys that exclude each other, and whether a key is missing."""
+    def find_conflicts(cls, given: Mapping[str, Any]) -> Iterator[str]:
+        """Yield the problems of keys that are missing, or exclude each other."""
         yield from ()
 
     def constraint_rows(self, length_scale: float) -> list[ConstraintRow]:

@@ -3,10 +3,10 @@
 from dataclasses import dataclass
 
 from governor_mechanism.model.curves import Curve
-from governor_mechanism.model.joints.base import Glyph, Joint, Key
+from governor_mechanism.model.joints.base import Glyph, Joint
 from governor_mechanism.model.joints.constraint_row import ConstraintRow, RowKind
 from governor_mechanism.model.joints.impulse_parts import Guide, ImpulsePart
-from governor_mechanism.model.measured_fields import measured
+from governor_mechanism.units.fields import entry, quantity
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -22,14 +22,12 @@ class CurveSlot(Joint):
     """
 
     type_name = "curve"
-    keys = (
-        Key("curve", "curve", "the curve y(x), as { coefficients = [0, 0, 5] } or { points = [[0, 0], [0.1, 0.05]] }", is_required=True),
-        Key("angle", "angle", "the direction of the x axis of the curve in the axes of the first body"),
-    )
     glyphs = frozenset((Glyph.SLOT, Glyph.PIN_IN_SLOT, Glyph.FOOT))
 
-    curve: Curve
-    angle: float = measured("rad", default=0.0)
+    curve: Curve = entry("curve", meaning="the curve y(x), as { coefficients = [0, 0, 5] } or { points = [[0, 0], [0.1, 0.05]] }")
+    angle: float = quantity(
+        "angle", sign="any", default=0.0, meaning="the direction of the x axis of the curve in the axes of the first body"
+    )
 
     def constraint_rows(self, length_scale: float) -> list[ConstraintRow]:
         """Return the equations of the joint; `length_scale` (m) converts angles to lengths."""

@@ -1,11 +1,14 @@
 """The massless link."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
-from governor_mechanism.model.joints.base import Glyph, Joint
+from governor_mechanism.model.joints.base import FirstConfiguration, Glyph, Joint
 from governor_mechanism.model.joints.constraint_row import ConstraintRow, RowKind
 from governor_mechanism.model.joints.impulse_parts import FixedDistance, ImpulsePart
-from governor_mechanism.model.measured_fields import measured
+from governor_mechanism.units.fields import quantity
+from governor_mechanism.units.problems import ProblemCode, mistake
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -21,7 +24,15 @@ class Distance(Joint):
     noun = "link"
     glyphs = frozenset((Glyph.BAR, Glyph.PINS, Glyph.FEET))
 
-    length: float = measured("m", positive=True)
+    length: float = quantity("length", built=True, follows=True, meaning="the length; by default the initial distance of its ends")
+
+    @classmethod
+    def initial_values(cls, given: Mapping[str, Any], first_configuration: FirstConfiguration) -> Mapping[str, Any]:
+        """Return the distance of the ends."""
+        distance = first_configuration.distance(given["first"], given["second"])
+        if not given.get("length") and not distance:
+            raise mistake(ProblemCode.MISSING_KEY, "length is missing, and the ends of the link coincide initially")
+        return {"length": distance}
 
     def constraint_rows(self, length_scale: float) -> list[ConstraintRow]:
         """Return the equations of the joint; `length_scale` (m) converts angles to lengths."""

@@ -5,10 +5,10 @@ from dataclasses import dataclass
 from typing import Any
 
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.model.joints.base import FirstConfiguration, Glyph, Joint, Key
+from governor_mechanism.model.joints.base import FirstConfiguration, Glyph, Joint
 from governor_mechanism.model.joints.constraint_row import ConstraintRow, RowKind
 from governor_mechanism.model.joints.impulse_parts import AngleRatio, ImpulsePart
-from governor_mechanism.model.measured_fields import measured
+from governor_mechanism.units.fields import quantity
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -27,21 +27,20 @@ class Gear(Joint):
 
     type_name = "gear"
     joins_bodies = True
-    keys = (
-        Key(
-            "ratio",
-            "ratio",
-            "the rotation of the second body per rotation of the first; negative for external gears",
-            sign="not zero",
-            is_built=True,
-            is_required=True,
-        ),
-        Key("offset", "angle", "the angle of the second body where the first has none; by default that of the initial configuration"),
-    )
     glyphs = frozenset((Glyph.WHEELS,))
 
-    ratio: float = measured("")
-    offset: float = measured("rad", default=0.0)
+    ratio: float = quantity(
+        "ratio",
+        sign="not zero",
+        built=True,
+        meaning="the rotation of the second body per rotation of the first; negative for external gears",
+    )
+    offset: float = quantity(
+        "angle",
+        sign="any",
+        default=0.0,
+        meaning="the angle of the second body where the first has none; by default that of the initial configuration",
+    )
 
     def __post_init__(self) -> None:
         super().__post_init__()

@@ -8,8 +8,7 @@ from governor_mechanism.model.joints.base import FirstConfiguration, Glyph
 from governor_mechanism.model.joints.constraint_row import ConstraintRow, relative_angle_row
 from governor_mechanism.model.joints.impulse_parts import FixedAngle, ImpulsePart
 from governor_mechanism.model.joints.slider import Slider
-from governor_mechanism.model.joints.weld import Weld
-from governor_mechanism.model.measured_fields import measured
+from governor_mechanism.model.joints.weld import turn_field
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -24,10 +23,9 @@ class Prismatic(Slider):
 
     noun = "prismatic joint"
     type_name = "prismatic"
-    keys = (*Slider.keys, *Weld.keys)
     glyphs = frozenset((Glyph.GUIDE, Glyph.FOOT))
 
-    relative_angle: float = measured("rad", default=0.0)
+    relative_angle: float = turn_field()
 
     @classmethod
     def initial_values(cls, given: Mapping[str, Any], first_configuration: FirstConfiguration) -> Mapping[str, Any]:

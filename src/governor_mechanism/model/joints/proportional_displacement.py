@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 from governor_mechanism.model.joints.base import Joint
 from governor_mechanism.model.joints.constraint_row import ConstraintRow, RowKind, direction
-from governor_mechanism.model.measured_fields import measured
+from governor_mechanism.units.fields import quantity
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -25,9 +25,9 @@ class ProportionalDisplacement(Joint):
 
     noun = "proportion"
 
-    ratio: float = measured("")
-    angle: float = measured("rad")
-    offset: float = measured("m", default=0.0)
+    ratio: float = quantity(sign="any")
+    angle: float = quantity("angle", sign="any")
+    offset: float = quantity("length", sign="any", default=0.0)
 
     def constraint_rows(self, length_scale: float) -> list[ConstraintRow]:
         """Return the equations of the joint; `length_scale` (m) converts angles to lengths."""

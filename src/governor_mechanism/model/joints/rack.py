@@ -5,9 +5,9 @@ from dataclasses import dataclass
 from typing import Any
 
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.model.joints.base import FirstConfiguration, Glyph, Joint, Key
+from governor_mechanism.model.joints.base import FirstConfiguration, Glyph, Joint
 from governor_mechanism.model.joints.constraint_row import ConstraintRow, RowKind, direction
-from governor_mechanism.model.measured_fields import measured
+from governor_mechanism.units.fields import quantity
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -29,23 +29,18 @@ class RackAndPinion(Joint):
     noun = "rack"
     type_name = "rack"
     joins_bodies = True
-    keys = (
-        Key(
-            "radius",
-            "length",
-            'the radius of the pinion, as "20 mm"; negative for the opposite direction',
-            sign="not zero",
-            is_built=True,
-            is_required=True,
-        ),
-        Key("angle", "angle", "the direction in which the rack moves"),
-        Key("offset", "length", "the displacement of the rack where the pinion has no angle; by default that of the initial configuration"),
-    )
     glyphs = frozenset((Glyph.RACK,))
 
-    radius: float = measured("m")
-    angle: float = measured("rad", default=0.0)
-    offset: float = measured("m", default=0.0)
+    radius: float = quantity(
+        "length", sign="not zero", built=True, meaning='the radius of the pinion, as "20 mm"; negative for the opposite direction'
+    )
+    angle: float = quantity("angle", sign="any", default=0.0, meaning="the direction in which the rack moves")
+    offset: float = quantity(
+        "length",
+        sign="any",
+        default=0.0,
+        meaning="the displacement of the rack where the pinion has no angle; by default that of the initial configuration",
+    )
 
     def __post_init__(self) -> None:
         super().__post_init__()

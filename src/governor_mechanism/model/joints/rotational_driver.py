@@ -4,9 +4,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from governor_mechanism.model.joints.base import FirstConfiguration, Key
+from governor_mechanism.model.joints.base import FirstConfiguration
 from governor_mechanism.model.joints.constraint_row import ConstraintRow, relative_angle_row
-from governor_mechanism.model.joints.driver import Driver
+from governor_mechanism.model.joints.driver import Driver, motion_keys
 from governor_mechanism.model.joints.impulse_parts import DrivenAngle, ImpulsePart
 
 
@@ -23,10 +23,10 @@ class RotationalDriver(Driver):
     type_name = "driven_turn"
     joins_bodies = True
     rate_example = 'rate = "120 rpm", or motion = [[0, "0 deg"], [1, "90 deg"]]'
-    keys = (
-        Key("rate", "angular_speed", "the constant speed of the second body against the first; instead of motion"),
-        Key("start", "angle", "the relative angle at the start, with a rate; by default the initial one"),
-        Key("motion", "angle motion", "the relative angle over time: a list of [time, angle], or a start and a rate with harmonics"),
+    keys = motion_keys(
+        rate=("angular_speed", "the constant speed of the second body against the first; instead of motion"),
+        start=("angle", "the relative angle at the start, with a rate; by default the initial one"),
+        motion=("angle motion", "the relative angle over time: a list of [time, angle], or a start and a rate with harmonics"),
     )
 
     @classmethod

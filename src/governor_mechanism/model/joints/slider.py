@@ -1,12 +1,11 @@
 """The slider: a point on a line of a body."""
 
 from dataclasses import dataclass
-from typing import ClassVar
 
-from governor_mechanism.model.joints.base import Glyph, Joint, Key
+from governor_mechanism.model.joints.base import Glyph, Joint
 from governor_mechanism.model.joints.constraint_row import ConstraintRow, RowKind
 from governor_mechanism.model.joints.impulse_parts import Guide, ImpulsePart
-from governor_mechanism.model.measured_fields import measured
+from governor_mechanism.units.fields import quantity
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -20,12 +19,9 @@ class Slider(Joint):
     """
 
     type_name = "slider"
-    keys: ClassVar[tuple[Key, ...]] = (
-        Key("angle", "angle", 'the direction of the line in the axes of the first body, as "0 deg"', is_required=True),
-    )
     glyphs = frozenset((Glyph.GUIDE, Glyph.PIN_ON_BLOCK, Glyph.FOOT))
 
-    angle: float = measured("rad")
+    angle: float = quantity("angle", sign="any", meaning='the direction of the line in the axes of the first body, as "0 deg"')
 
     def constraint_rows(self, length_scale: float) -> list[ConstraintRow]:
         """Return the equations of the joint; `length_scale` (m) converts angles to lengths."""

@@ -5,12 +5,11 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from governor_mechanism.model.joints.base import FirstConfiguration, Glyph, Key
+from governor_mechanism.model.joints.base import FirstConfiguration, Glyph
 from governor_mechanism.model.joints.constraint_row import ConstraintRow, RowKind
-from governor_mechanism.model.joints.driver import Driver
+from governor_mechanism.model.joints.driver import Driver, motion_keys
 from governor_mechanism.model.joints.impulse_parts import DrivenOffset, ImpulsePart
-from governor_mechanism.model.joints.slider import Slider
-from governor_mechanism.model.measured_fields import measured
+from governor_mechanism.units.fields import quantity
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -30,15 +29,14 @@ class TranslationalDriver(Driver):
     noun = "driver"
     type_name = "driven_slide"
     rate_example = 'rate = "50 mm/s", or motion = [[0, "0 mm"], [1, "50 mm"]]'
-    keys = (
-        *Slider.keys,
-        Key("rate", "speed", "the constant speed along the line; instead of motion"),
-        Key("start", "length", "the displacement at the start, with a rate; by default the initial one"),
-        Key("motion", "displacement motion", "the displacement over time: a list of [time, length], or a start and a rate with harmonics"),
+    keys = motion_keys(
+        rate=("speed", "the constant speed along the line; instead of motion"),
+        start=("length", "the displacement at the start, with a rate; by default the initial one"),
+        motion=("displacement motion", "the displacement over time: a list of [time, length], or a start and a rate with harmonics"),
     )
     glyphs = frozenset((Glyph.PATH,))
 
-    angle: float = measured("rad")
+    angle: float = quantity("angle", sign="any", meaning='the direction of the line in the axes of the first body, as "0 deg"')
 
     @classmethod
     def initial_values(cls, given: Mapping[str, Any], first_configuration: FirstConfiguration) -> Mapping[str, Any]:

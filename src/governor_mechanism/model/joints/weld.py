@@ -2,12 +2,23 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
-from governor_mechanism.model.joints.base import FirstConfiguration, Glyph, Joint, Key
+from governor_mechanism.model.joints.base import FirstConfiguration, Glyph, Joint
 from governor_mechanism.model.joints.constraint_row import ConstraintRow, coincidence_rows, relative_angle_row
 from governor_mechanism.model.joints.impulse_parts import FixedAngle, ImpulsePart, Pivot
-from governor_mechanism.model.measured_fields import measured
+from governor_mechanism.units.fields import quantity
+
+turn_field = partial(
+    quantity,
+    "angle",
+    sign="any",
+    key="turn",
+    default=0.0,
+    meaning="the angle of the second body against the first; by default the initial one",
+)
+"""Declare the relative angle of two bodies that do not rotate against each other."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -21,10 +32,9 @@ class Weld(Joint):
     """
 
     type_name = "weld"
-    keys = (Key("turn", "angle", "the angle of the second body against the first; by default the initial one", argument="relative_angle"),)
     glyphs = frozenset((Glyph.FEET,))
 
-    relative_angle: float = measured("rad", default=0.0)
+    relative_angle: float = turn_field()
 
     @classmethod
     def initial_values(cls, given: Mapping[str, Any], first_configuration: FirstConfiguration) -> Mapping[str, Any]:

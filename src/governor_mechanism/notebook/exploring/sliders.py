@@ -6,11 +6,11 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 from governor_mechanism.errors import MechanismError, did_you_mean
-from governor_mechanism.machines.base import CHOICE_KIND
 from governor_mechanism.machines.registry import MACHINES
 from governor_mechanism.model.part import Part
 from governor_mechanism.render.geometry.primitives import round_step
 from governor_mechanism.studies.sweep.parameters import SweepAxis, parse_axes
+from governor_mechanism.units.fields import fields_of
 from governor_mechanism.units.quantities import DISPLAY_UNITS, QUANTITY_KINDS, format_value, number_or_text, parse_quantity
 
 MAX_DEFAULT_SLIDERS = 4
@@ -136,7 +136,7 @@ def _default_keys(own: Mapping[str, Any], part: Part) -> list[str]:
     machine = MACHINES.get(part.machine)
     if machine is None:
         return list(_rod_keys(own).values())[:MAX_DEFAULT_SLIDERS]
-    fields = {one.name: one for one in dataclasses.fields(machine) if one.metadata["kind"] != CHOICE_KIND}
+    fields = [name for name, declared in fields_of(machine).items() if declared.form != "choice"]
     given = {name: value for name, value in own.get("dimensions", {}).items() if isinstance(value, int | float | str)}
     names = [*LEADING_DIMENSIONS.get(part.machine, ()), *(name for name in fields if name not in machine.driver_dimensions)]
     # A word such as "endless" stands for a dimension that is left out.
@@ -233,10 +233,8 @@ def _split_range(key: str, text: str) -> list[float | str]:
 def _default_range(value: float, kind: str, part: Part, dimension: str) -> tuple[float, float]:
     """Return half to double a value (SI) within the declared limit of a dimension; of a signed ratio both signs."""
     machine = MACHINES.get(part.machine)
-    metadata: Mapping[str, Any] = {}
-    if machine and dimension:
-        metadata = next(field.metadata for field in dataclasses.fields(machine) if field.name == dimension)
-    if kind == "ratio" and metadata.get("signed"):  # as a reversing lever, which goes from 1 to -1; other limits are found by trial
+    is_signed = bool(machine and dimension) and fields_of(machine)[dimension].sign == "any"
+    if kind == "ratio" and is_signed:  # as a reversing lever, which goes from 1 to -1; other limits are found by trial
         return -2.0 * (abs(value) or 1.0), 2.0 * (abs(value) or 1.0)
     if value == 0.0:
         half = {"length": 0.5 * part.mechanism.length_scale, "angle": ZERO_ANGLE_RANGE}.get(kind, 1.0)

@@ -1,13 +1,12 @@
-"""Values of a custom machine: points, curves, motions, and moving points of the ground. Slow to import: pydantic."""
+"""Values of a custom machine: points, curves, motions, and moving points of the ground."""
 
 import math
 from collections.abc import Callable, Collection, Mapping
-from functools import cached_property, partial
+from functools import cached_property
 from itertools import chain, count
-from typing import Annotated, Any
+from typing import Any, Final
 
 import numpy as np
-from pydantic import ValidationInfo
 
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.machines.custom import BodyShape, InitialConfiguration, SketchedBody
@@ -16,11 +15,25 @@ from governor_mechanism.mechanics.kinematics.time_functions import CubicTimeFunc
 from governor_mechanism.model.curves import Curve, PolynomialCurve, SplineCurve
 from governor_mechanism.model.joints import GROUND, Joint, Point, TranslationalDriver
 from governor_mechanism.model.time_functions import PrescribedMotion
-from governor_mechanism.scenes.harmonics import harmonic_table, table_list
-from governor_mechanism.scenes.problems import KEY, ProblemCode, mistake, parse_each, unknown_name, wrong_value
-from governor_mechanism.scenes.quantities import FloatPair, check_label, parse_name, parse_points, parse_position, parse_si, quantity
-from governor_mechanism.scenes.schema_validator import MOTION, POINT, TABLE, TEXT, SchemaValidator, pair_of
-from governor_mechanism.scenes.table import SceneFileTable, validate
+from governor_mechanism.scenes.loads import LOAD_TYPES, harmonic_table, parse_harmonics
+from governor_mechanism.scenes.quantities import (
+    TABLE,
+    TEXT,
+    VALUE_TYPES,
+    FloatPair,
+    JsonSchema,
+    ValueType,
+    check_label,
+    pair_of,
+    parse_name,
+    parse_points,
+    parse_position,
+    parse_si,
+    without_context,
+)
+from governor_mechanism.scenes.table import TABLE_TYPE, Table
+from governor_mechanism.units.fields import Declaration
+from governor_mechanism.units.problems import KEY, ProblemCode, mistake, parse_each, unknown_name, wrong_value
 from governor_mechanism.units.quantities import format_value
 
 
@@ -95,28 +108,24 @@ def make_unique_name(base_name: str, used_names: Collection[str], separator: str
     return next(name for name in chain([base_name], numbered_names) if name not in used_names)
 
 
-def _parse_point(value: object, info: ValidationInfo[PointRegistry], *, allow_body: bool = False) -> Point:
-    """Return a point of the registry that is the context."""
+def _parse_point(value: object, registry: PointRegistry, *, allow_body: bool = False) -> Point:
+    """Return a point of the registry."""
     if isinstance(value, str):
         body, dot, point = value.strip().partition(".")
         if body and (point if dot else allow_body):
-            return info.context.find_point(body, point)
+            return registry.find_point(body, point)
         if body and not dot:
             text = f'{KEY} {format_value(value)} names no point; write "{value}.origin", or ["{value}", "10 mm", 0]'
             raise mistake(ProblemCode.WRONG_TYPE, text)
     elif isinstance(value, list | tuple) and len(value) == 3 and isinstance(value[0], str):
-        return info.context.find_point(value[0], position=parse_position(value[1:]))
+        return registry.find_point(value[0], position=parse_position(value[1:]))
     raise wrong_value(value, 'must be "body.point" or ["body", x, y]')
 
 
-def _parse_two_points(value: object, info: ValidationInfo[PointRegistry]) -> list[Point]:
+def _parse_two_points(value: object, registry: PointRegistry) -> list[Point]:
     if not isinstance(value, list | tuple) or len(value) != 2:
         raise wrong_value(value, 'must be two points, as ["ground.O", "crank.A"]')
-    return parse_each(lambda point: _parse_point(point, info), value)
-
-
-def _parse_body(value: object, info: ValidationInfo[PointRegistry]) -> str:
-    return info.context.require_body(check_label(value))
+    return parse_each(lambda point: _parse_point(point, registry), value)
 
 
 def _parse_body_name(value: object) -> str:
@@ -161,35 +170,43 @@ MotionBuilder = Callable[[float], PrescribedMotion]
 """Return the motion, for its value at 0 s (rad or m) where the file leaves the start out."""
 
 
-def _motion_parser(kind: str, rate_kind: str, name: str) -> Callable[[object], MotionBuilder]:
-    """Return the parser of a motion of a kind of quantity, given by points of [time, value] or by a formula."""
-
-    class FormulaTable(SceneFileTable):
-        """A motion start + rate * t + the sum of amplitude * sin(2 pi * frequency * t + phase)."""
-
-        start: Annotated[float | None, quantity(kind)] = None
-        rate: Annotated[float, quantity(rate_kind)] = 0.0
-        harmonics: Annotated[tuple[Any, ...], table_list(harmonic_table(kind), "harmonic")] = ()
-
-        def build(self, value_at_zero: float) -> PrescribedMotion:
-            """Return the motion; without a start it has the given value at 0 s."""
-            harmonics = tuple(table.make_element() for table in self.harmonics)
-            start = value_at_zero - sum(item.amplitude * math.sin(item.phase) for item in harmonics) if self.start is None else self.start
-            return PrescribedMotion.constant_rate(start, self.rate, harmonics)
-
-    def parse(value: object) -> MotionBuilder:
-        if isinstance(value, Mapping):
-            return validate(FormulaTable, value).build
-        if not isinstance(value, list | tuple):
-            raise wrong_value(value, f"must be a list of [time, {name}], or a formula {{ start, rate, harmonics = [...] }}")
-        times, values = parse_points(value, ("time", kind), ("time", name))
-        motion = PrescribedMotion(times=times, values=values)
-        return lambda _: motion
-
-    return parse
+def _parse_motion(value: object, kind: str, rate_kind: str, name: str) -> MotionBuilder:
+    """Return a motion of a kind of quantity, given by points of [time, value] or by a formula."""
+    if isinstance(value, Mapping):
+        return _read_formula(value, kind, rate_kind)
+    if not isinstance(value, list | tuple):
+        raise wrong_value(value, f"must be a list of [time, {name}], or a formula {{ start, rate, harmonics = [...] }}")
+    times, values = parse_points(value, ("time", kind), ("time", name))
+    motion = PrescribedMotion(times=times, values=values)
+    return lambda _: motion
 
 
-parse_displacement_motion = _motion_parser("length", "speed", "displacement")
+def _read_formula(value: object, kind: str, rate_kind: str) -> MotionBuilder:
+    """Return a motion start + rate * t + the sum of amplitude * sin(2 pi * frequency * t + phase)."""
+    fields = {
+        "start": Declaration(kinds=(kind,), sign="any", default=None),
+        "rate": Declaration(kinds=(rate_kind,), sign="any", default=0.0),
+        "harmonics": Declaration(form="harmonics", default=()),
+    }
+    read_harmonics = without_context(lambda one: parse_harmonics(harmonic_table(kind), one), {})
+    table = Table(make=dict, fields=fields, types={**VALUE_TYPES, "harmonics": read_harmonics})
+    given = table.read(value)
+    harmonics, rate = given.get("harmonics", ()), given.get("rate", 0.0)
+
+    def build(value_at_zero: float) -> PrescribedMotion:
+        """Return the motion; without a start it has the given value at 0 s."""
+        offset = sum(item.amplitude * math.sin(item.phase) for item in harmonics)
+        return PrescribedMotion.constant_rate(given.get("start", value_at_zero - offset), rate, harmonics)
+
+    return build
+
+
+def _parse_angle_motion(value: object) -> MotionBuilder:
+    return _parse_motion(value, "angle", "angular_speed", "angle")
+
+
+def _parse_displacement_motion(value: object) -> MotionBuilder:
+    return _parse_motion(value, "length", "speed", "displacement")
 
 
 def is_moving(position: object) -> bool:
@@ -229,17 +246,31 @@ def parse_moving_point(name: str, position: object) -> tuple[SketchedBody, list[
 def _parse_coordinate(value: object) -> PrescribedMotion:
     """Return the motion of a coordinate; a length is at rest."""
     if isinstance(value, Mapping | list | tuple):
-        return parse_displacement_motion({"start": 0.0, **value} if isinstance(value, Mapping) else value)(0.0)
+        return _parse_displacement_motion({"start": 0.0, **value} if isinstance(value, Mapping) else value)(0.0)
     return PrescribedMotion.constant_rate(parse_si(value, "length"), 0.0)
 
 
-PointRef = Annotated[Point, SchemaValidator(_parse_point, json_schema=POINT)]
-PointOrBodyRef = Annotated[Point, SchemaValidator(partial(_parse_point, allow_body=True), json_schema=POINT)]
-TwoPointRefs = Annotated[list[Point], SchemaValidator(_parse_two_points, json_schema=pair_of(POINT))]
-BodyRef = Annotated[str, SchemaValidator(_parse_body, json_schema=TEXT)]
-NewBodyName = Annotated[str, SchemaValidator(_parse_body_name, json_schema=TEXT)]
-NamedPoints = Annotated[dict[str, FloatPair], SchemaValidator(parse_named_points, json_schema=TABLE)]
-CurveValue = Annotated[Any, SchemaValidator(_parse_curve, json_schema=TABLE)]
-AngleMotion = Annotated[Any, SchemaValidator(_motion_parser("angle", "angular_speed", "angle"), json_schema=MOTION)]
-DisplacementMotion = Annotated[Any, SchemaValidator(parse_displacement_motion, json_schema=MOTION)]
-"""Types of fields; the values of motions are `MotionBuilder`. The validation context of references is the `PointRegistry`."""
+POINT: Final[JsonSchema] = {"type": ["string", "array"], "description": 'a point, as "crank.end", or ["crank", "10 mm", 0]'}
+MOTION: Final[JsonSchema] = {"type": ["array", "object"], "description": "a list of [time, value], or { start, rate, harmonics }"}
+"""Schemas of points and motions."""
+
+
+def _reference(read: Callable[[Any, PointRegistry], Any], schema: JsonSchema) -> ValueType:
+    """Return the type of values that refer to the bodies of a registry."""
+    return ValueType(lambda declared, value, registry: read(value, registry), schema)
+
+
+CUSTOM_TYPES: Final[Mapping[str, ValueType]] = {
+    **LOAD_TYPES,
+    "point": _reference(_parse_point, POINT),
+    "point or body": _reference(lambda value, registry: _parse_point(value, registry, allow_body=True), POINT),
+    "two points": _reference(_parse_two_points, pair_of(POINT)),
+    "body": _reference(lambda value, registry: registry.require_body(check_label(value)), TEXT),
+    "new body": without_context(_parse_body_name, TEXT),
+    "points": without_context(parse_named_points, TABLE),
+    "curve": without_context(_parse_curve, TABLE),
+    "angle motion": without_context(_parse_angle_motion, MOTION),
+    "displacement motion": without_context(_parse_displacement_motion, MOTION),
+    "table": TABLE_TYPE,
+}
+"""How values are written; their context is the `PointRegistry`. Those of motions are read as `MotionBuilder`."""

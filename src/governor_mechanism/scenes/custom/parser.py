@@ -1,56 +1,70 @@
-"""Scenes with a custom machine: from bodies, joints, forces and readings to a mechanism. Slow to import: pydantic."""
+"""Scenes with a custom machine: from bodies, joints, forces and readings to a mechanism."""
 
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from itertools import chain
-from typing import Annotated, Any
-
-from pydantic import Field
+from typing import Any, Final
 
 from governor_mechanism.machines.custom import CUSTOM_MACHINE, MechanismSketch, SketchedBody
 from governor_mechanism.model.joints import GROUND, Joint
 from governor_mechanism.model.output_variables import Reading
 from governor_mechanism.model.part import FIXED_PLANE, TURNING_PLANE, Part, Start
 from governor_mechanism.model.valve import Valve
-from governor_mechanism.scenes.custom.bodies import BodyTable
-from governor_mechanism.scenes.custom.elements import FORCE_TABLES, JOINT_TABLES, ElementTable, LinkTable
+from governor_mechanism.scenes.custom.bodies import BODY
+from governor_mechanism.scenes.custom.elements import FORCE_TABLES, JOINT_TABLES, LINK, UNTYPED_FORCE, UNTYPED_JOINT
 from governor_mechanism.scenes.custom.field_types import PointRegistry, is_moving, parse_moving_point, parse_named_points
 from governor_mechanism.scenes.custom.readings import READING_TABLES, find_reading_kind, make_default_readings
 from governor_mechanism.scenes.custom.valve import parse_valve
-from governor_mechanism.scenes.problems import KEY, ProblemCode, ProblemCollector, mistake, wrong_value
-from governor_mechanism.scenes.quantities import PositiveLength, choice, instance_of, parse_name
-from governor_mechanism.scenes.schema import AnyTable, CommonSceneTable, parse_start, rate_key
-from governor_mechanism.scenes.table import nearest_type, validate
+from governor_mechanism.scenes.quantities import parse_name
+from governor_mechanism.scenes.schema import COMMON_FIELDS, TOP_LEVEL_TYPES, parse_start, rate_key, unknown_top_level_key
+from governor_mechanism.scenes.table import Table, nearest_type
+from governor_mechanism.units.fields import Declaration
+from governor_mechanism.units.problems import ProblemCode, ProblemCollector, mistake, wrong_value
 from governor_mechanism.units.quantities import format_value
 
 CUSTOM_PART_NAME = "mechanism"
 """Name of the only part."""
 
 
-TableList = Annotated[list[Any] | None, instance_of(list | tuple, "must be a list of tables", f"; write [[{KEY}]] above each of them")]
-"""Tables under a heading in double brackets; each is checked later."""
+def _tables(meaning: str, **properties: Any) -> Declaration:
+    """Return what a heading in double brackets holds; its tables are checked later."""
+    return Declaration(**{"form": "tables", "meaning": meaning, "default": None, **properties})
 
 
-class CustomSceneTable(CommonSceneTable):
-    """The top level of a scene file with a custom machine."""
-
-    size: PositiveLength = Field(0.0, description="the length to which accuracy and tolerances are relative; by default that of the bodies")
-    plane: Annotated[str, choice((FIXED_PLANE, TURNING_PLANE))] = Field(
-        "", description="whether the plane turns with a spindle; turning by default if there is a [spindle]"
-    )
-    ground: AnyTable = Field(None, description='points of the ground by name, as O = [0, "100 mm"]')
-    body: TableList = Field(description="the moving parts, one table [[body]] for each")
-    joint: TableList = Field(None, description="the joints, one table [[joint]] for each")
-    link: TableList = Field(None, description="massless bars, one table [[link]] for each")
-    force: TableList = Field(None, description="springs, dampers, torques and forces, one table [[force]] for each")
-    readings: AnyTable = Field(None, description="what is read off the mechanism, by name; by default angles of bodies")
-    valve: AnyTable = Field(None, description="the slide valve that the mechanism moves, for its timing")
+CUSTOM_TOP_LEVEL: Final = Table(
+    make=dict,
+    fields={
+        **COMMON_FIELDS,
+        "size": Declaration(
+            kinds=("length",),
+            built=True,
+            default=0.0,
+            meaning="the length to which accuracy and tolerances are relative; by default that of the bodies",
+        ),
+        "plane": Declaration(
+            form="choice",
+            words=(FIXED_PLANE, TURNING_PLANE),
+            default="",
+            meaning="whether the plane turns with a spindle; turning by default if there is a [spindle]",
+        ),
+        "ground": _tables('points of the ground by name, as O = [0, "100 mm"]', form="table"),
+        "body": Declaration(form="tables", meaning="the moving parts, one table [[body]] for each"),
+        "joint": _tables("the joints, one table [[joint]] for each"),
+        "link": _tables("massless bars, one table [[link]] for each"),
+        "force": _tables("springs, dampers, torques and forces, one table [[force]] for each"),
+        "readings": _tables("what is read off the mechanism, by name; by default angles of bodies", form="table"),
+        "valve": _tables("the slide valve that the mechanism moves, for its timing", form="table"),
+    },
+    types=TOP_LEVEL_TYPES,
+    unknown_key=unknown_top_level_key,
+)
+"""The top level of a scene file with a custom machine."""
 
 
 class CustomMachineParser:
     """Parser of one document; `top_level` is None if the keys above the tables have mistakes."""
 
-    def __init__(self, document: Mapping[str, Any], top_level: CustomSceneTable | None, collector: ProblemCollector) -> None:
+    def __init__(self, document: Mapping[str, Any], top_level: Mapping[str, Any] | None, collector: ProblemCollector) -> None:
         self.document, self.top_level, self.collector = document, top_level, collector
         self.n_foreign_problems = len(collector.problems)
         plane = document.get("plane")
@@ -69,7 +83,7 @@ class CustomMachineParser:
         self._check_sketch(sketch)
         readings, are_all_known = self._parse_readings(list(sketch.bodies[: len(sketch.bodies) - len(self.registry.moving_points)]))
         start = self._parse_start(readings)
-        length_scale = (self.top_level and self.top_level.size) or sketch.length_scale
+        length_scale = (self.top_level and self.top_level.get("size")) or sketch.length_scale
         if not length_scale and not self.has_problems:
             text = 'size is missing: the initial configuration has no length that could be the length scale; write size = "1 m"'
             self.collector.add(ProblemCode.MISSING_KEY, text, key="size")
@@ -82,10 +96,13 @@ class CustomMachineParser:
         """Return the bodies, joints and forces without mistakes of their own; what they make together is not checked."""
         drivers = self._parse_ground()
         bodies = self._parse_bodies()
-        joints = [*self._parse_tables("joint", JOINT_TABLES), *self._parse_tables("link", {"": LinkTable}), *drivers]
+        joints = [*self._parse_tables("joint", {"": UNTYPED_JOINT, **JOINT_TABLES})]
+        joints += [*self._parse_tables("link", {"": LINK}), *drivers]
         # The drivers connect the moving points of the ground to it.
         all_bodies = [*bodies, *self.registry.moving_points.values()]
-        return MechanismSketch(bodies=all_bodies, joints=joints, force_elements=self._parse_tables("force", FORCE_TABLES))
+        return MechanismSketch(
+            bodies=all_bodies, joints=joints, force_elements=self._parse_tables("force", {"": UNTYPED_FORCE, **FORCE_TABLES})
+        )
 
     def _build_part(self, sketch: MechanismSketch, readings: list[Reading], length_scale: float, valve: Valve | None) -> Part:
         mechanism = sketch.build(readings, _leading_coordinate(self.document.get("start"), readings), length_scale, valve)
@@ -101,13 +118,13 @@ class CustomMachineParser:
         names = (values.get("name") for values in self._tables_under(key) if isinstance(values, Mapping))
         return {name for name in names if isinstance(name, str)}
 
-    def _parse_tables(self, key: str, models: Mapping[str, type[BodyTable | ElementTable]]) -> list[Any]:
-        """Return what the tables under a heading, with a model by type, describe, without those with mistakes."""
+    def _parse_tables(self, key: str, tables: Mapping[str, Table]) -> list[Any]:
+        """Return what the tables under a heading, with a table by type, describe, without those with mistakes."""
         elements = []
         for number, values in enumerate(self._tables_under(key), start=1):
             name = values.get("name") if isinstance(values, Mapping) else None
             with self.collector.at(f"{key} {format_value(name) if isinstance(name, str) and name else number}:"):
-                elements.append(validate(models[nearest_type(values, models)], values, context=self.registry).build(self.registry))
+                elements.append(tables[nearest_type(values, tables)].build(values, self.registry))
         return elements
 
     def _parse_ground(self) -> list[Joint]:
@@ -133,7 +150,7 @@ class CustomMachineParser:
     def _parse_bodies(self) -> list[SketchedBody]:
         if "body" in self.document and self.document["body"] in ([], ()):
             self.collector.add(ProblemCode.MISSING_KEY, "body is an empty list; a mechanism needs at least one [[body]]", key="body")
-        bodies = self._parse_tables("body", {"": BodyTable})
+        bodies: list[SketchedBody] = self._parse_tables("body", {"": BODY})
         self.registry.bodies = {body.name: body for body in bodies}
         self.registry.invalid_bodies |= self._names_under("body") - set(self.registry.bodies)
         return bodies
@@ -171,7 +188,7 @@ class CustomMachineParser:
         kind = find_reading_kind(values)
         if not kind:
             raise wrong_value(values, f"must be a table with one of {', '.join(READING_TABLES)}", f'; write {name} = {{ angle = "crank" }}')
-        reading: Reading = validate(READING_TABLES[kind], values, context=self.registry).make_element(name=name)
+        reading: Reading = READING_TABLES[kind].build(values, self.registry, name=name)
         return reading
 
     def _parse_valve(self, readings: tuple[Reading, ...] | None, joints: Sequence[Joint]) -> Valve | None:

@@ -1,59 +1,39 @@
-"""[readings] of a custom machine. Slow to import: pydantic."""
+"""[readings] of a custom machine."""
 
 import difflib
 import math
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from functools import partial
-from typing import Any
-
-from pydantic import Field
+from typing import Any, Final
 
 from governor_mechanism.machines.custom import SketchedBody
 from governor_mechanism.model.joints import GROUND, Point
 from governor_mechanism.model.output_variables import BodyAngle, LineAngle, PointCoordinate, PointDistance, Reading
-from governor_mechanism.scenes.custom.field_types import BodyRef, PointRef, TwoPointRefs, make_unique_name
-from governor_mechanism.scenes.problems import ProblemCode, mistake
-from governor_mechanism.scenes.table import SceneFileTable, SceneFileTables
+from governor_mechanism.scenes.custom.field_types import CUSTOM_TYPES, make_unique_name
+from governor_mechanism.scenes.table import Table
+from governor_mechanism.units.fields import Declaration
+from governor_mechanism.units.problems import ProblemCode, mistake
 
 _X_COORDINATE = partial(PointCoordinate, quantity="length", direction_x=1.0, direction_y=0.0)
 _Y_COORDINATE = partial(PointCoordinate, quantity="length", direction_x=0.0, direction_y=1.0)
 
 
-class AngleTable(SceneFileTable):
-    """Angle of a body against another one."""
-
-    angle: BodyRef = Field(..., description='the body whose angle it is, as "crank"')
-    against: BodyRef = Field(GROUND, description="the body from which the angle is measured")
-
-    def make_element(self, **arguments: Any) -> Reading:
-        """Return the reading."""
-        if self.angle in (self.against, GROUND):
-            raise mistake(ProblemCode.CONFLICT, "angle must name a moving body, and against another body or the ground")
-        return BodyAngle(quantity="angle", body=self.angle, reference_body=self.against, **arguments)
+def _read_angle(*, name: str, angle: str, against: str = GROUND) -> Reading:
+    if angle in (against, GROUND):
+        raise mistake(ProblemCode.CONFLICT, "angle must name a moving body, and against another body or the ground")
+    return BodyAngle(name=name, quantity="angle", body=angle, reference_body=against)
 
 
-class LineTable(SceneFileTable):
-    """Angle of a line from x, counterclockwise."""
-
-    line: TwoPointRefs = Field(..., description="the two points of the line")
-
-    def make_element(self, **arguments: Any) -> Reading:
-        """Return the reading."""
-        start, end = _require_different("line", self.line)
-        # LineAngle counts from the downward vertical.
-        return LineAngle(quantity="angle", start=start, end=end, zero=math.pi / 2, **arguments)
+def _read_line(*, name: str, line: list[Point]) -> Reading:
+    start, end = _require_different("line", line)
+    # LineAngle counts from the downward vertical.
+    return LineAngle(name=name, quantity="angle", start=start, end=end, zero=math.pi / 2)
 
 
-class DistanceTable(SceneFileTable):
-    """Distance of two points."""
-
-    distance: TwoPointRefs = Field(..., description="the two points")
-
-    def make_element(self, **arguments: Any) -> Reading:
-        """Return the reading."""
-        first, second = _require_different("distance", self.distance)
-        return PointDistance(quantity="length", first=first, second=second, **arguments)
+def _read_distance(*, name: str, distance: list[Point]) -> Reading:
+    first, second = _require_different("distance", distance)
+    return PointDistance(name=name, quantity="length", first=first, second=second)
 
 
 def _require_different(key: str, points: list[Point]) -> list[Point]:
@@ -62,24 +42,41 @@ def _require_different(key: str, points: list[Point]) -> list[Point]:
     return points
 
 
-class XTable(SceneFileTable):
-    """Coordinate x of a point, relative to another one."""
-
-    element = _X_COORDINATE
-    origin: PointRef = Field(
-        Point(body=GROUND), alias="from", description="the point from which it is measured, along the axes of its body"
+def _coordinate_table(axis: str, make: Callable[..., Any]) -> Table:
+    """Return the table of a coordinate of a point, relative to another one."""
+    origin = Declaration(
+        form="point", key="from", default=Point(body=GROUND), meaning="the point from which it is measured, along the axes of its body"
     )
-    point: PointRef = Field(alias="x", description="the point whose coordinate x it is")
+    point = Declaration(form="point", key=axis, meaning=f"the point whose coordinate {axis} it is")
+    summary = f"Coordinate {axis} of a point, relative to another one."
+    return Table(make=make, fields={"origin": origin, "point": point}, types=CUSTOM_TYPES, summary=summary)
 
 
-class YTable(XTable):
-    """Coordinate y of a point, relative to another one."""
-
-    element = _Y_COORDINATE
-    point: PointRef = Field(alias="y", description="the point whose coordinate y it is")
-
-
-READING_TABLES: SceneFileTables = {"angle": AngleTable, "line": LineTable, "x": XTable, "y": YTable, "distance": DistanceTable}
+READING_TABLES: Final[Mapping[str, Table]] = {
+    "angle": Table(
+        make=_read_angle,
+        fields={
+            "angle": Declaration(form="body", meaning='the body whose angle it is, as "crank"'),
+            "against": Declaration(form="body", default=GROUND, meaning="the body from which the angle is measured"),
+        },
+        types=CUSTOM_TYPES,
+        summary="Angle of a body against another one.",
+    ),
+    "line": Table(
+        make=_read_line,
+        fields={"line": Declaration(form="two points", meaning="the two points of the line")},
+        types=CUSTOM_TYPES,
+        summary="Angle of a line from x, counterclockwise.",
+    ),
+    "x": _coordinate_table("x", _X_COORDINATE),
+    "y": _coordinate_table("y", _Y_COORDINATE),
+    "distance": Table(
+        make=_read_distance,
+        fields={"distance": Declaration(form="two points", meaning="the two points")},
+        types=CUSTOM_TYPES,
+        summary="Distance of two points.",
+    ),
+}
 """Tables of readings by the key that determines the kind of reading; each has one of them."""
 
 

@@ -17,9 +17,9 @@ from governor_mechanism.errors import MechanismError
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.scenes.changed_document import parse_scene_with, replace_document_value
 from governor_mechanism.scenes.parser import parse_scene_document
-from governor_mechanism.scenes.problems import ProblemCode, ProblemCollector
 from governor_mechanism.studies.sweep.quantities import find_display_unit
 from governor_mechanism.studies.sweep.scene_value import find_scene_value
+from governor_mechanism.units.problems import ProblemCode, ProblemCollector
 from governor_mechanism.units.quantities import QUANTITY_KINDS, format_value, number_or_text
 
 MAX_SWEEP_ROWS = 10_000_000
@@ -219,7 +219,7 @@ def _parse_axis(document: Mapping[str, Any], request: AxisRequest, other_request
 
 def _make_axis(request: AxisRequest, kind: str | None, find_problems: ProblemFinder) -> SweepAxis:
     """Return the axis of a key that takes quantities of a kind; `kind` is None if only words are allowed."""
-    from governor_mechanism.scenes.quantities import UNITLESS_LIMITS  # slow to import: pydantic
+    from governor_mechanism.scenes.quantities import UNITLESS_LIMITS
 
     if request.range_count is not None and kind is None:
         no_range_message = f"{request.key} takes no range; list its values, as in {request.key}=a,b"

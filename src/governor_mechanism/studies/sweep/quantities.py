@@ -16,7 +16,6 @@ from governor_mechanism.model.coupling.coupled_system import SPINDLE_ANGLE, SPIN
 from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.observables.valve_motion import has_valve_events
-from governor_mechanism.scenes.problems import ProblemCode, ProblemCollector
 from governor_mechanism.studies.sweep.rules import (
     DURATION_RULE,
     ENGINE_RULES,
@@ -28,6 +27,7 @@ from governor_mechanism.studies.sweep.rules import (
     evaluate_engine_rule,
     evaluate_valve_rule,
 )
+from governor_mechanism.units.problems import ProblemCode, ProblemCollector
 from governor_mechanism.units.quantities import DISPLAY_UNITS, format_value
 
 RATE_PREFIX = "rate of "

@@ -21,7 +21,6 @@ from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.scenes.changed_document import parse_scene_with
 from governor_mechanism.scenes.parser import parse_scene_document
-from governor_mechanism.scenes.problems import ProblemCollector
 from governor_mechanism.studies.sweep.checkpoint import RowWriter, SweepFiles
 from governor_mechanism.studies.sweep.cluster import find_computer_problems
 from governor_mechanism.studies.sweep.default_quantities import choose_quantities
@@ -31,6 +30,7 @@ from governor_mechanism.studies.sweep.results import Sweep
 from governor_mechanism.studies.sweep.rows import ROW_FAILED, ROW_OK, ROW_REFUSED, SweepRow, SweepRows
 from governor_mechanism.studies.sweep.rules import DURATION_RULE, MissingNumberError, RunNumbers
 from governor_mechanism.studies.sweep.workers import RowComputer
+from governor_mechanism.units.problems import ProblemCollector
 from governor_mechanism.units.quantities import format_value
 
 SweepProgress = Callable[[int, int], None]

@@ -23,7 +23,7 @@ def find_scene_value(document: Mapping[str, Any], key: str, kind: str | None) ->
     float or str or bool or None
         A number in SI or a word; None if the document leaves the key out, or has something else there.
     """
-    from governor_mechanism.scenes.quantities import parse_si  # slow to import: pydantic
+    from governor_mechanism.scenes.quantities import parse_si
 
     value: Any = document
     for name in key.split("."):

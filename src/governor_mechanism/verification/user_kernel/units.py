@@ -7,6 +7,7 @@ from governor_mechanism.errors import MechanismError
 from governor_mechanism.machines.registry import MACHINES
 from governor_mechanism.model.part import Part
 from governor_mechanism.model.scene import Scene
+from governor_mechanism.units.fields import fields_of
 from governor_mechanism.units.quantities import QUANTITY_KINDS, parse_quantity
 
 _FIRST_KINDS: dict[str, str] = {kind.si_unit or "1": name for name, kind in list(QUANTITY_KINDS.items())[::-1]}
@@ -47,11 +48,11 @@ def constant_units(scene: Scene) -> dict[str, str]:
     for part in scene.parts:
         prefix = _prefix(scene, part)
         machine = MACHINES.get(part.machine)
-        fields = {} if machine is None else machine.__dataclass_fields__
+        fields = {} if machine is None else fields_of(machine)
         units[f"{prefix}gravity"] = "m/s^2"
         for name, value in part.dimensions.items():
             if isinstance(value, float | int) and not isinstance(value, bool):
-                units[prefix + name] = _unit_of_field(fields.get(name))
+                units[prefix + name] = fields[name].unit or "1" if name in fields else ""
     return units
 
 
@@ -67,8 +68,3 @@ def _constants_of(part: Part) -> dict[str, Any]:
 
 def _prefix(scene: Scene, part: Part) -> str:
     return "" if len(scene.parts) == 1 else f"{part.name}_"
-
-
-def _unit_of_field(field: object) -> str:
-    kind = getattr(field, "metadata", {}).get("kind", "")
-    return QUANTITY_KINDS[kind].si_unit or "1" if kind in QUANTITY_KINDS else ""
