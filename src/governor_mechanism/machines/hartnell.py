@@ -17,6 +17,7 @@ from governor_mechanism.model.mechanism import Body, Mechanism
 from governor_mechanism.model.output_variables import Limit, LineAngle, Reading, StaticForce
 from governor_mechanism.types import Vector2
 from governor_mechanism.units.fields import quantity
+from governor_mechanism.units.quantities import in_mm
 
 RIGHT_BALL, LEFT_BALL, SLEEVE = "right ball", "left ball", "sleeve"
 SIDE_SIGNS = {RIGHT_BALL: 1.0, LEFT_BALL: -1.0}
@@ -54,7 +55,7 @@ class HartnellGovernor(base.Machine):
             )
         elif self.sleeve_arm >= self.pivot_radius:
             yield (
-                f"sleeve_arm ({_mm(self.sleeve_arm)}) must be shorter than pivot_radius ({_mm(self.pivot_radius)}), "
+                f"sleeve_arm ({in_mm(self.sleeve_arm)}) must be shorter than pivot_radius ({in_mm(self.pivot_radius)}), "
                 "or the rollers would meet on the spindle axis"
             )
         else:
@@ -63,8 +64,8 @@ class HartnellGovernor(base.Machine):
             # zero lift is a height only, so the end of the travel itself is allowed
             if self.inner_radius is not None and not low < self.inner_radius < high:
                 yield (
-                    f"inner_radius ({_mm(self.inner_radius)}) is not reached by the balls: on arms of {_mm(self.ball_arm)} about pivots "
-                    f"at {_mm(self.pivot_radius)} they go from {_mm(max(low, 0.0))} to {_mm(high)}"
+                    f"inner_radius ({in_mm(self.inner_radius)}) is not reached by the balls: on arms of {in_mm(self.ball_arm)} "
+                    f"about pivots at {in_mm(self.pivot_radius)} they go from {in_mm(max(low, 0.0))} to {in_mm(high)}"
                 )
 
     def ball_position(self, arm_angle: float) -> Vector2:
@@ -151,7 +152,3 @@ class HartnellGovernor(base.Machine):
         """Return all dimensions in SI, with the values that stand for omitted ones; a neglected sleeve mass is 0 kg."""
         omitted = {"inner_radius": self.pivot_radius if self.inner_radius is None else self.inner_radius}
         return super().dimensions() | omitted | {"sleeve_mass": self.sleeve_mass or 0.0}
-
-
-def _mm(metres: float) -> str:
-    return f"{metres * 1e3:.6g} mm"

@@ -17,6 +17,7 @@ from governor_mechanism.model.mechanism import Body, Mechanism
 from governor_mechanism.model.output_variables import Limit, LineAngle, StaticForce
 from governor_mechanism.types import Vector2
 from governor_mechanism.units.fields import quantity
+from governor_mechanism.units.quantities import in_mm
 
 RIGHT_BALL, LEFT_BALL, SLEEVE = "right ball", "left ball", "sleeve"
 SIDE_SIGNS = {RIGHT_BALL: 1.0, LEFT_BALL: -1.0}
@@ -67,8 +68,8 @@ class ProellGovernor(base.Machine):
             return
         if self.upright_radius is not None and not self._closes_at(self.upright_radius):
             yield (
-                f"upright_radius ({_mm(self.upright_radius)}) is not reached: an arm of {_mm(self.arm)} and a link of "
-                f"{_mm(self.link_length)} do not meet there; give a radius less than both, from the axis"
+                f"upright_radius ({in_mm(self.upright_radius)}) is not reached: an arm of {in_mm(self.arm)} and a link of "
+                f"{in_mm(self.link_length)} do not meet there; give a radius less than both, from the axis"
             )
             return
         if abs(self.bend) >= math.pi / 2:
@@ -78,8 +79,9 @@ class ProellGovernor(base.Machine):
             )
         elif self._middle_angle is None:
             yield (
-                f"the arms cannot be assembled with the balls off the axis: arm {_mm(self.arm)}, link {_mm(self.link_length)}, offset "
-                f"{_mm(self.offset)}, lug_offset {_mm(self.lug_distance)}; lengthen the link or bring offset and lug_offset closer together"
+                f"the arms cannot be assembled with the balls off the axis: arm {in_mm(self.arm)}, link {in_mm(self.link_length)}, offset "
+                f"{in_mm(self.offset)}, lug_offset {in_mm(self.lug_distance)}; "
+                "lengthen the link or bring offset and lug_offset closer together"
             )
 
     @property
@@ -209,7 +211,3 @@ class ProellGovernor(base.Machine):
         derived = {"link": self.link_length, "lug_offset": self.lug_distance, "extension_angle": self.bend}
         values = super().dimensions() | derived
         return {name: value for name, value in values.items() if name != "upright_radius"}
-
-
-def _mm(metres: float) -> str:
-    return f"{metres * 1e3:.6g} mm"

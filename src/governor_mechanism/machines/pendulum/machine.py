@@ -21,6 +21,7 @@ from governor_mechanism.model.joints import GROUND, Distance, Gear, Joint, Pin, 
 from governor_mechanism.model.mechanism import Body, Mechanism
 from governor_mechanism.model.output_variables import FollowerHeight, Limit, LineAngle, Reading
 from governor_mechanism.units.fields import quantity
+from governor_mechanism.units.quantities import in_mm
 
 RIGHT_BALL, LEFT_BALL, SLEEVE = "right ball", "left ball", "sleeve"
 RIGHT_LINK, LEFT_LINK = "right link", "left link"
@@ -73,16 +74,16 @@ class PendulumGovernor(Machine):
         low, high = self._angle_range_with_ball_off_axis()
         reach = self._min_link_reach(low, high)
         if self.joint_length > self.arm:
-            yield f"arm_joint ({_mm(self.joint_length)}) lies beyond the ball; it must not exceed arm ({_mm(self.arm)})"
+            yield f"arm_joint ({in_mm(self.joint_length)}) lies beyond the ball; it must not exceed arm ({in_mm(self.arm)})"
         elif low >= high:
             yield (
-                f"offset ({_mm(self.offset)}) puts the balls on or across the spindle axis at every arm angle; "
-                f"with an arm of {_mm(self.arm)} it must lie above {_mm(-self.arm)}"
+                f"offset ({in_mm(self.offset)}) puts the balls on or across the spindle axis at every arm angle; "
+                f"with an arm of {in_mm(self.arm)} it must lie above {in_mm(-self.arm)}"
             )
         elif reach >= self.link_length:
             yield (
-                f"link ({_mm(self.link_length)}) is too short to be assembled: between arm joint and sleeve it stays "
-                f"open by {_mm(reach - self.link_length)} at best; it closes for a link longer than {_mm(reach)}"
+                f"link ({in_mm(self.link_length)}) is too short to be assembled: between arm joint and sleeve it stays "
+                f"open by {in_mm(reach - self.link_length)} at best; it closes for a link longer than {in_mm(reach)}"
             )
 
     @property
@@ -335,7 +336,3 @@ class PendulumBuilder:
             zero=zero,
             reference_point=reference_point,
         )
-
-
-def _mm(metres: float) -> str:
-    return f"{metres * 1e3:.6g} mm"

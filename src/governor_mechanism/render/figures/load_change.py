@@ -14,8 +14,7 @@ from governor_mechanism.render.style import BLUE, GREEN, INK, MUTED, PAPER, VERM
 from governor_mechanism.studies.regulation.governed_engine import GovernedEngine
 from governor_mechanism.studies.regulation.load_change import LoadChangeStudy
 from governor_mechanism.studies.regulation.speed_response import SETTLING_BAND, Verdict
-
-RPM_PER_RAD_PER_S = 60 / math.tau
+from governor_mechanism.units.constants import RPM
 
 
 def load_change_figure(study: LoadChangeStudy) -> Page:
@@ -37,13 +36,13 @@ def load_change_figure(study: LoadChangeStudy) -> Page:
     times, begin = run.times, study.change_times[0]
     speed, sleeve, torque = (page.add_panel((0.10, y, 0.86, 0.225), "", label) for y, label in _PANELS)
     angles, n_columns = run.readings[governed.shaft_angle], math.ceil(speed.bbox.width / COLUMN_WIDTH)
-    speeds, lift = run.rates[governed.shaft_angle] * RPM_PER_RAD_PER_S, run.readings[governed.sleeve] * MM_PER_M
+    speeds, lift = run.rates[governed.shaft_angle] / RPM, run.readings[governed.sleeve] * MM_PER_M
     bands = [make_range_band(times, values, angles / math.tau, n_columns) for values in (speeds, lift)]
     if not governed.has_mean_torque:
         for panel, band in zip((speed, sleeve), bands, strict=True):
             panel.fill_between(band.times, band.low, band.high, color=BLUE, alpha=BAND_OPACITY, linewidth=0)
         speed.write_note("line: mean over a turn; band: range within it", (0.985, 0.06), **_corner(MUTED))
-    speed.plot(study.average.times, study.average.speeds * RPM_PER_RAD_PER_S, color=BLUE, linewidth=1.6)
+    speed.plot(study.average.times, study.average.speeds / RPM, color=BLUE, linewidth=1.6)
     _draw_settling(speed, study)
     sleeve.plot(bands[1].mean_times, bands[1].means, color=BLUE, linewidth=1.6)
     _draw_torques(torque, study, governed)
@@ -69,12 +68,12 @@ def _draw_settling(panel: Panel, study: LoadChangeStudy) -> None:
     begin = study.change_times[0]
     for point, span in ((study.before, (0.0, begin)), (study.after, (begin, end))):
         if point is not None:
-            panel.plot(span, [point.shaft_speed * RPM_PER_RAD_PER_S] * 2, color=VERMILLION, linewidth=1.0, linestyle=DASHED)
+            panel.plot(span, [point.shaft_speed / RPM] * 2, color=VERMILLION, linewidth=1.0, linestyle=DASHED)
     if study.after is not None:
-        height = study.after.shaft_speed * RPM_PER_RAD_PER_S
+        height = study.after.shaft_speed / RPM
         panel.write_note("equilibrium by statics", (end, height), (-4, 4), ha="right", color=VERMILLION, fontsize=8, bbox=_HALO)
     if study.verdict is Verdict.SETTLES:
-        first, _, last = (one * RPM_PER_RAD_PER_S for one in study.mean_speeds)
+        first, _, last = (one / RPM for one in study.mean_speeds)
         half = SETTLING_BAND * abs(last - first)
         panel.axhspan(last - half, last + half, color=GREEN, alpha=0.15, linewidth=0)
         settled = begin + study.settling_time

@@ -1,6 +1,5 @@
 """Painter of a governed engine: one elevation of its engine room, and beside it plots on a common time axis."""
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -27,6 +26,7 @@ from governor_mechanism.render.range_bands import RangeBand, name_cycles
 from governor_mechanism.render.shown_readings import chosen_readings
 from governor_mechanism.render.style import BLUE, GREEN, INK, MUTED, SERIES_COLOURS, SERIF_FONT, VERMILLION
 from governor_mechanism.types import FloatArray
+from governor_mechanism.units.constants import RPM
 
 ROOM_RECT: layout.PixelRect = (8.0, 42.0, 8.0 + room.WIDTH, 42.0 + room.HEIGHT)
 """Place of the elevation in a frame of two parts."""
@@ -219,7 +219,7 @@ class EngineRoomPainter(FrameCanvas):
 
     def _speed_curves(self) -> tuple[Curve, ...]:
         """Return the mean speed of each turn and the speed in it, rpm; only the speed if the run has too few turns."""
-        factor = 30 / math.pi
+        factor = 1 / RPM
         speed = self._run.rates[self._governed.crank_angle]
         mean = mean_speed(self._run, self._governed)
         if mean is None:
