@@ -16,7 +16,7 @@ from governor_mechanism.model.joints import GROUND, Gear, Joint, Pin, Point, Sli
 from governor_mechanism.model.mechanism import Body, Mechanism
 from governor_mechanism.model.output_variables import Limit, LineAngle, Reading, StaticForce
 from governor_mechanism.types import Vector2
-from governor_mechanism.units.fields import quantity
+from governor_mechanism.units.fields import optional, quantity
 from governor_mechanism.units.quantities import in_mm
 
 RIGHT_BALL, LEFT_BALL, SLEEVE = "right ball", "left ball", "sleeve"
@@ -39,11 +39,9 @@ class HartnellGovernor(base.Machine):
     sleeve_arm: float = quantity("length", meaning="from the pivot to the roller under the sleeve")
     bell_crank_angle: float = quantity("angle", default=math.pi / 2, meaning="between the two arms of a bell crank")
     pivot_radius: float = quantity("length", meaning="of the pivots from the spindle axis")
-    inner_radius: float | None = quantity(
-        "length", default=None, meaning="of the balls where sleeve_lift is 0; pivot_radius, upright arms, if left out"
-    )
+    inner_radius: float | None = optional("length", meaning="of the balls where sleeve_lift is 0; pivot_radius, upright arms, if left out")
     ball_mass: float = quantity("mass", meaning="of one ball; there are two")
-    sleeve_mass: float | None = quantity("mass", default=None, meaning="of the whole sleeve; left out where it is neglected")
+    sleeve_mass: float | None = optional("mass", meaning="of the whole sleeve; left out where it is neglected")
 
     def dimension_problems(self) -> Iterator[str]:
         """Yield a sentence about dimensions with which the governor cannot be assembled."""

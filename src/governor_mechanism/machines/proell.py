@@ -16,7 +16,7 @@ from governor_mechanism.model.joints import GROUND, Distance, Joint, Pin, Point,
 from governor_mechanism.model.mechanism import Body, Mechanism
 from governor_mechanism.model.output_variables import Limit, LineAngle, StaticForce
 from governor_mechanism.types import Vector2
-from governor_mechanism.units.fields import quantity
+from governor_mechanism.units.fields import optional, quantity
 from governor_mechanism.units.quantities import in_mm
 
 RIGHT_BALL, LEFT_BALL, SLEEVE = "right ball", "left ball", "sleeve"
@@ -41,9 +41,7 @@ class ProellGovernor(base.Machine):
     }
 
     arm: float = quantity("length", meaning="from the suspension to the joint of upper and lower arm")
-    link: float | None = quantity(
-        "length", default=None, meaning="of the lower arm, from this joint to the sleeve; as long as arm if left out"
-    )
+    link: float | None = optional("length", meaning="of the lower arm, from this joint to the sleeve; as long as arm if left out")
     extension: float = quantity("length", meaning="of the lower arm beyond the joint, to the ball's centre")
     extension_angle: float | None = quantity(
         "angle",
@@ -51,13 +49,9 @@ class ProellGovernor(base.Machine):
         default=None,
         meaning="of the extension from the line of the lower arm, positive outward; 0 if this and upright_radius are left out",
     )
-    upright_radius: float | None = quantity(
-        "length", default=None, meaning="of the balls where the extensions are upright, instead of extension_angle"
-    )
+    upright_radius: float | None = optional("length", meaning="of the balls where the extensions are upright, instead of extension_angle")
     offset: float = quantity("length", sign="any", default=0.0, meaning="of the suspension from the spindle axis; negative = crossed arms")
-    lug_offset: float | None = quantity(
-        "length", sign="any", default=None, meaning="of the sleeve's lug from the axis; the same as offset if left out"
-    )
+    lug_offset: float | None = optional("length", sign="any", meaning="of the sleeve's lug from the axis; the same as offset if left out")
     ball_mass: float = quantity("mass", meaning="of one ball; there are two")
     sleeve_mass: float = quantity("mass", meaning="of the whole sleeve and its load")
 

@@ -30,14 +30,14 @@ from governor_mechanism.model.part import FIXED_PLANE
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.model.valve import EQUAL_LEADS, MIDDLE, Valve
 from governor_mechanism.numerics.roots import find_root
-from governor_mechanism.units.fields import entry, quantity
+from governor_mechanism.units.fields import entry, optional, quantity
 
 ECCENTRIC_ROD, VALVE_GUIDE = "eccentric rod", "valve guide"
 
 EQUAL_CUT_OFFS = "equal cut-offs"
 
 
-rod_field = partial(quantity, "length", words=("endless",), default=None)
+rod_field = partial(optional, "length", words=("endless",))
 """Declare the length of a rod that may be left out."""
 
 

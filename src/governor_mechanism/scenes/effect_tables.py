@@ -14,7 +14,7 @@ from governor_mechanism.model.effect import Effect, OutputEffect
 from governor_mechanism.scenes.loads import LOAD_TYPES
 from governor_mechanism.scenes.quantities import ValueType, check_bool, parse_first_fitting, parse_si
 from governor_mechanism.scenes.table import Table
-from governor_mechanism.units.fields import Declaration, fields_of
+from governor_mechanism.units.fields import Declaration, declare, fields_of
 from governor_mechanism.units.problems import KEY, Problem, ProblemCode, ProblemCollector, mistake, parse_each, wrong_value
 from governor_mechanism.units.quantities import QUANTITY_KINDS
 
@@ -92,7 +92,7 @@ def _effect_table(effect_key: str, quantity: str) -> Table:
         if name not in effect.common_keys:
             fields[name] = declared
     for derivation in effect.derivations:
-        fields |= {name: Declaration(kinds=(kind,), built=True, default=None) for name, kind in derivation.kinds.items()}
+        fields |= {name: declare("quantity", kind, built=True, default=None) for name, kind in derivation.kinds.items()}
         fields[derivation.field] = dataclasses.replace(fields[derivation.field], follows=True)
     return Table(
         make=partial(_make_effect, effect),
@@ -212,7 +212,7 @@ def _parse_effect(declared: Declaration, value: object, quantities: Any) -> tupl
 
 EFFECTS_TABLE: Final = Table(
     make=dict,
-    fields={effect.key: Declaration(form="effect", content=effect, default=()) for effect in EFFECTS},
+    fields={effect.key: declare("effect", content=effect, default=()) for effect in EFFECTS},
     types={"effect": ValueType(_parse_effect)},
 )
 """[effects]; each key gives a tuple of effects."""

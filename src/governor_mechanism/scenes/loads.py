@@ -18,19 +18,9 @@ from governor_mechanism.model.time_functions import (
     ReadingFunction,
     TableFunction,
 )
-from governor_mechanism.scenes.quantities import (
-    SIGNS,
-    VALUE_TYPES,
-    JsonSchema,
-    ValueType,
-    parse_first_fitting,
-    parse_points,
-    parse_si,
-    parse_time_points,
-    quantity_schema,
-)
+from governor_mechanism.scenes import quantities
 from governor_mechanism.scenes.table import Table, parse_table_list
-from governor_mechanism.units.fields import Declaration, entry, fields_of, optional_size
+from governor_mechanism.units.fields import Declaration, declare, entry, fields_of, optional_size
 from governor_mechanism.units.problems import KEY, Problem, ProblemCode, mistake, parse_each, unknown_name, wrong_value
 from governor_mechanism.units.quantities import QUANTITY_KINDS, format_value
 
@@ -115,15 +105,20 @@ class WrittenFunction:
             return HarmonicFunction(harmonics=harmonics, quantity="angle", **common)
         if self.table is not None:
             path, names = f"{KEY}.table", ("reading", "value")
-            fitting = parse_first_fitting(READING_KINDS, lambda kind: parse_points(self.table, (kind, load_kind), names, path))
+            fitting = quantities.parse_first_fitting(
+                READING_KINDS, lambda kind: quantities.parse_points(self.table, (kind, load_kind), names, path)
+            )
             kind, (positions, values) = fitting
             if len(positions) < 2:
                 raise mistake(ProblemCode.WRONG_TYPE, f"{path} needs two points or more; found {len(positions)}")
             has_unit = any(isinstance(point[0], str) for point in self.table)
             return TableFunction(positions=positions, values=values, quantity=kind if has_unit else "", **common)
-        kind, (gain, about) = parse_first_fitting(
+        kind, (gain, about) = quantities.parse_first_fitting(
             READING_KINDS,
-            lambda kind: (parse_si(self.gain, GAIN_KINDS[load_kind][kind], f"{KEY}.gain"), parse_si(self.about, kind, f"{KEY}.about")),
+            lambda kind: (
+                quantities.parse_si(self.gain, GAIN_KINDS[load_kind][kind], f"{KEY}.gain"),
+                quantities.parse_si(self.about, kind, f"{KEY}.about"),
+            ),
         )
         has_unit = isinstance(self.gain, str) or isinstance(self.about, str)
         return LinearFunction(gain=gain, about=about, quantity=kind if has_unit else "", **common)
@@ -147,13 +142,13 @@ READING_FUNCTION: Final = Table.of(WrittenFunction, example=_FUNCTION_EXAMPLE, f
 
 _TIME_HARMONICS = Table(
     make=dict,
-    fields={"harmonics": Declaration(form="any", meaning="a list of { amplitude, frequency, phase }: sines of the time")},
+    fields={"harmonics": declare("any", meaning="a list of { amplitude, frequency, phase }: sines of the time")},
     example='{ harmonics = [{ amplitude = "2 N m", frequency = "2 Hz" }] }',
 )
 """Harmonics of the time, a sum of amplitude * sin(2 pi * frequency * t + phase)."""
 
 
-def or_load(schema: JsonSchema) -> dict[str, Any]:
+def or_load(schema: quantities.JsonSchema) -> dict[str, Any]:
     """Return the JSON Schema of a value, a list of [time, value], harmonics, a function, or a list of these."""
     function = {"type": "object", "anyOf": [{"required": ["reading"]}, {"required": ["harmonics"]}]}
     return {"anyOf": [schema, function, {"type": "array", "minItems": 1}]}
@@ -168,17 +163,17 @@ def _read_number_or_load(declared: Declaration, value: object, context: object) 
     """Return a quantity in SI, or the function of one that changes with time and readings."""
     if isinstance(value, list | tuple | Mapping):
         return parse_load(value, declared.kind, declared.noun)
-    return parse_si(value, declared.kind, sign=declared.sign)
+    return quantities.parse_si(value, declared.kind, sign=declared.sign)
 
 
-def _load_schema(declared: Declaration) -> JsonSchema:
-    return or_load(quantity_schema(declared.kind, declared.sign))
+def _load_schema(declared: Declaration) -> quantities.JsonSchema:
+    return or_load(quantities.quantity_schema(declared.kind, declared.sign))
 
 
-LOAD_TYPES: Final[Mapping[str, ValueType]] = {
-    **VALUE_TYPES,
-    "load": ValueType(_read_load, _load_schema),
-    "number or load": ValueType(_read_number_or_load, _load_schema),
+LOAD_TYPES: Final[Mapping[str, quantities.ValueType]] = {
+    **quantities.VALUE_TYPES,
+    "load": quantities.ValueType(_read_load, _load_schema),
+    "number or load": quantities.ValueType(_read_number_or_load, _load_schema),
 }
 """How values are written, loads too."""
 
@@ -195,7 +190,7 @@ def parse_load(value: Any, kind: str, name: str, sign: str = "any", reason: str 
     name
         Name of the load in messages.
     sign
-        Key of SIGNS, for a load that depends on time alone.
+        Key of quantities.SIGNS, for a load that depends on time alone.
     reason
         Reason for the sign, at the end of the requirement.
 
@@ -210,7 +205,7 @@ def parse_load(value: Any, kind: str, name: str, sign: str = "any", reason: str 
         With the problems of the value.
     """
     load = _parse_terms(value, kind, name)
-    has_sign, requirement = SIGNS[sign]
+    has_sign, requirement = quantities.SIGNS[sign]
     is_points = isinstance(value, list | tuple) and not any(isinstance(item, Mapping) for item in value)
     for i, number in enumerate(load.values if is_points else ()):
         if not has_sign(number):
@@ -231,7 +226,7 @@ def _parse_terms(value: Any, kind: str, name: str) -> InputFunction:
     is_list = isinstance(value, list | tuple)
     if is_list and any(isinstance(item, Mapping) for item in value):
         return _add_up(parse_each(lambda item: _parse_terms(item, kind, name), value))
-    times, values = parse_time_points(value, kind, name)
+    times, values = quantities.parse_time_points(value, kind, name)
     return InputFunction(times=times, values=values)
 
 
@@ -249,7 +244,7 @@ def _add_up(loads: Sequence[InputFunction]) -> InputFunction:
     return InputFunction(times=base.times, values=values, harmonics=harmonics, functions=functions)
 
 
-_TYPE: Final = {"type": Declaration(form="any", default="", meaning="gear, follow or control")}
+_TYPE: Final = {"type": declare("any", default="", meaning="gear, follow or control")}
 _ENDS: Final = 'first = "engine.crank_angle", second = "governor.spindle_angle", ratio = 2.0'
 
 
@@ -259,19 +254,14 @@ def _coupling_table(coupling: type[RatioCoupling], name: str, summary: str) -> T
     return Table.of(coupling, fields=_TYPE | fields_of(coupling), example=example, summary=summary)
 
 
-@dataclass(frozen=True, kw_only=True)
-class WrittenControl:
-    """A load that follows a reading."""
-
-    reading: str = entry("label", meaning='the reading that is followed, as "governor.sleeve_lift"')
-    sets: str = entry("label", default="", meaning='the load to which the function is added, as "engine.torque"; or scales')
-    scales: str = entry("label", default="", meaning="the load that is multiplied by the function; or sets")
-    table: Any = entry("any", default=None, meaning="a list of [reading, value], with straight lines between the points")
-    gain: Any = entry("any", default=None, meaning='the value per unit of the reading, as "200 N m/m"')
-    about: Any = entry("any", default=0.0, meaning="the reading at which a gain gives zero")
-    lag: Any = entry("any", default=0.0, meaning="the time constant of a first-order lag")
-
-
+_CONTROL_FIELDS: Final = {
+    **_TYPE,
+    "reading": declare("label", meaning='the reading that is followed, as "governor.sleeve_lift"'),
+    "sets": declare("label", default="", meaning='the load to which the function is added, as "engine.torque"; or scales'),
+    "scales": declare("label", default="", meaning="the load that is multiplied by the function; or sets"),
+    **{key: fields_of(WrittenFunction)[key] for key in ("table", "gain", "about")},
+    "lag": replace(fields_of(WrittenFunction)["lag"], form="any"),
+}
 _CONTROL_EXAMPLE: Final = (
     '{ type = "control", reading = "governor.sleeve_lift", sets = "engine.torque", gain = "-200 N m/m", about = "20 mm" }'
 )
@@ -290,7 +280,7 @@ def _make_control(*, name: str, sets: str = "", scales: str = "", **given: Any) 
     # Of functions without units the first kind fits, and of wrong ones that one is what the message expects.
     is_ratio = target.rpartition(".")[2] in RATIO_LOADS
     kinds = ("ratio",) if scales else ("ratio", "torque", "force") if is_ratio else ("torque", "force", "ratio")
-    kind, function = parse_first_fitting(kinds, lambda kind: READING_FUNCTION.build(given).build(kind))
+    kind, function = quantities.parse_first_fitting(kinds, lambda kind: READING_FUNCTION.build(given).build(kind))
     values = [given["gain"]] if given.get("gain") is not None else [one for row in given.get("table") or () for one in row[1:]]
     quantity_name = kind if any(isinstance(value, str) for value in values) else ""
     return ControlCoupling(name=name, function=function, target=target, scales=bool(scales), quantity=quantity_name)
@@ -306,10 +296,9 @@ LOAD: Final = Table.of(
 COUPLING_TABLES: Final[Mapping[str, Table]] = {
     "gear": _coupling_table(GearCoupling, "gear", "A gear or belt between two angles."),
     "follow": _coupling_table(FollowCoupling, "follow", "A spindle that follows an angle without reaction."),
-    "control": Table.of(
-        WrittenControl,
+    "control": Table(
         make=_make_control,
-        fields=_TYPE | fields_of(WrittenControl),
+        fields=_CONTROL_FIELDS,
         summary="A load that follows a reading.",
         example=_CONTROL_EXAMPLE,
         find_conflicts=_find_control_conflicts,

@@ -11,19 +11,10 @@ from governor_mechanism.machines.custom import CUSTOM_MACHINE
 from governor_mechanism.machines.registry import MACHINES
 from governor_mechanism.model.part import EQUILIBRIUM, FreeSpindle, Spindle, Start
 from governor_mechanism.model.scene import RunSettings
+from governor_mechanism.scenes import quantities
 from governor_mechanism.scenes.loads import LOAD_TYPES
-from governor_mechanism.scenes.quantities import (
-    VALUE_TYPES,
-    ValueType,
-    check_label,
-    or_points,
-    parse_time_points,
-    quantity_schema,
-    suggest_equilibrium,
-    without_context,
-)
 from governor_mechanism.scenes.table import TOP_LEVEL_KEYS, Table, unknown_key_message
-from governor_mechanism.units.fields import Declaration, fields_of
+from governor_mechanism.units.fields import Declaration, declare, fields_of
 from governor_mechanism.units.problems import KEY, Problem, ProblemCode, ProblemCollector, wrong_value
 from governor_mechanism.units.quantities import format_value
 
@@ -42,30 +33,27 @@ def _require_type(value: object, kind: Any, requirement: str, hint: str) -> obje
 
 _TABLE_HINT = f"; write [{KEY}] on a line of its own"
 _LIST_HINT = f"; write [[{KEY}]] above each of them"
-TOP_LEVEL_TYPES: Final[Mapping[str, ValueType]] = {
-    **VALUE_TYPES,
-    "title": without_context(partial(check_label, hint='; write title = "..."'), {}),
-    "table": without_context(lambda value: _require_type(value, Mapping, "must be a table", _TABLE_HINT), {}),
-    "tables": without_context(lambda value: _require_type(value, list | tuple, "must be a list of tables", _LIST_HINT), {}),
+TOP_LEVEL_TYPES: Final[Mapping[str, quantities.ValueType]] = {
+    **quantities.VALUE_TYPES,
+    "title": quantities.without_context(partial(quantities.check_label, hint='; write title = "..."'), {}),
+    "table": quantities.without_context(lambda value: _require_type(value, Mapping, "must be a table", _TABLE_HINT), {}),
+    "tables": quantities.without_context(lambda value: _require_type(value, list | tuple, "must be a list of tables", _LIST_HINT), {}),
 }
 """How the values of the top level are written; the keys of its tables are checked later."""
 
 
-def _entry(meaning: str, form: str = "table", **properties: Any) -> Declaration:
-    """Return what a key of the top level holds; it may be left out."""
-    return Declaration(**{"form": form, "meaning": meaning, "default": None, **properties})
+_table = partial(declare, "table", default=None)
 
-
-_TITLE = _entry("the title in reports and films", "title")
-_RUN = _entry("duration, output interval, accuracy and engine")
-_EVENTS = _entry("crossings of readings, by name")
+_TITLE = declare("title", default=None, meaning="the title in reports and films")
+_RUN = _table(meaning="duration, output interval, accuracy and engine")
+_EVENTS = _table(meaning="crossings of readings, by name")
 _NAMES = (*MACHINES, CUSTOM_MACHINE)
 COMMON_FIELDS: Final[Mapping[str, Declaration]] = {
-    "machine": Declaration(form="choice", words=_NAMES, meaning=f"one of {', '.join(_NAMES)}"),
+    "machine": declare("choice", words=_NAMES, meaning=f"one of {', '.join(_NAMES)}"),
     "title": _TITLE,
-    "effects": _entry("the effects that act; what is not listed is not simulated"),
-    "spindle": _entry("the spindle with which the plane turns"),
-    "start": _entry("values and rates of readings at the start"),
+    "effects": _table(meaning="the effects that act; what is not listed is not simulated"),
+    "spindle": _table(meaning="the spindle with which the plane turns"),
+    "start": _table(meaning="values and rates of readings at the start"),
     "run": _RUN,
     "events": _EVENTS,
 }
@@ -93,7 +81,7 @@ def _unknown_coupled_key(keys: Iterable[str], key: str, value: object) -> str:
 
 TOP_LEVEL: Final = Table(
     make=dict,
-    fields={**COMMON_FIELDS, "dimensions": _entry("the dimensions of the machine")},
+    fields={**COMMON_FIELDS, "dimensions": _table(meaning="the dimensions of the machine")},
     types=TOP_LEVEL_TYPES,
     unknown_key=unknown_top_level_key,
 )
@@ -105,9 +93,9 @@ COUPLED_TOP_LEVEL: Final = Table(
         "title": _TITLE,
         "run": _RUN,
         "events": _EVENTS,
-        "load": _entry("the load on the shaft of an engine"),
-        "part": Declaration(form="table", meaning="the parts, one table [part.NAME] for each"),
-        "coupling": _entry("what couples the parts, one table [coupling.NAME] for each"),
+        "load": _table(meaning="the load on the shaft of an engine"),
+        "part": declare("table", meaning="the parts, one table [part.NAME] for each"),
+        "coupling": _table(meaning="what couples the parts, one table [coupling.NAME] for each"),
     },
     types=TOP_LEVEL_TYPES,
     unknown_key=_unknown_coupled_key,
@@ -123,7 +111,7 @@ def _make_spindle(speed: Spindle, **given: Any) -> Spindle:
 
 
 def _parse_speed(value: object) -> Spindle:
-    times, speeds = parse_time_points(value, "angular_speed", "speed")
+    times, speeds = quantities.parse_time_points(value, "angular_speed", "speed")
     return Spindle(times=times, speeds=speeds)
 
 
@@ -146,15 +134,18 @@ def _find_missing_keys(values: Mapping[str, Any], is_coupled: bool) -> Iterator[
             yield Problem(f"{KEY}.{key} is missing; it is {text}", ProblemCode.MISSING_KEY, f"{KEY}.{key}")
 
 
-_SPEED = Declaration(
-    form="speed",
+_SPEED = declare(
+    "speed",
     meaning='the speed, as "120 rpm", or over time, as [[0, "120 rpm"], [5, "126 rpm"]]; '
     "a free spindle has inertia and start_speed instead",
 )
 SPINDLE: Final = Table(
     make=_make_spindle,
     fields={"speed": _SPEED, **fields_of(Spindle)},
-    types={**VALUE_TYPES, "speed": without_context(_parse_speed, or_points(quantity_schema("angular_speed")))},
+    types={
+        **quantities.VALUE_TYPES,
+        "speed": quantities.without_context(_parse_speed, quantities.or_points(quantities.quantity_schema("angular_speed"))),
+    },
     find_conflicts=_find_spindle_conflicts,
     alternative_keys=tuple(fields_of(FreeSpindle)),
     alternative_hint="give either speed, or inertia, start_speed and torque of a free spindle",
@@ -217,8 +208,8 @@ def start_table(readings: tuple[tuple[str, str, str], ...]) -> Table:
     """Return the table [start]; each reading has a name, a quantity ("angle" or "length") and the key of its rate."""
     fields = {}
     for name, kind, rate in readings:
-        fields[name] = Declaration(kinds=(kind,), sign="any", words=(EQUILIBRIUM,), default=EQUILIBRIUM)
-        fields[rate] = Declaration(kinds=(RATE_KINDS[kind],), sign="any", default=0.0)
+        fields[name] = declare("quantity", kind, sign="any", words=(EQUILIBRIUM,), default=EQUILIBRIUM)
+        fields[rate] = declare("quantity", RATE_KINDS[kind], sign="any", default=0.0)
     return Table(make=dict, fields=fields)
 
 
@@ -232,5 +223,5 @@ def parse_start(table: object, readings: Mapping[str, tuple[str, str]], collecto
 
 def find_misspelt_equilibrium(values: Mapping[str, Any]) -> list[str]:
     """Return messages about a misspelt "equilibrium" in [start] of an unknown machine."""
-    hints = {key: suggest_equilibrium(value) for key, value in values.items() if value != EQUILIBRIUM}
+    hints = {key: quantities.suggest_equilibrium(value) for key, value in values.items() if value != EQUILIBRIUM}
     return [f"start.{key} {format_value(values[key])} is unknown.{hint}" for key, hint in hints.items() if hint]

@@ -101,7 +101,13 @@ class Declaration:
         return dataclasses.replace(self, kinds=self.kinds[number:][:1], examples=self.examples[number:][:1])
 
 
-def entry(form: str, *kinds: str, default: Any = REQUIRED, examples: str | tuple[str, ...] = (), **properties: Any) -> Any:
+def declare(form: str, *kinds: str, default: Any = REQUIRED, examples: str | tuple[str, ...] = (), **properties: Any) -> Declaration:
+    """Return a declaration; `examples` are valid values along a length and along an angle, or one."""
+    shown = (examples,) if isinstance(examples, str) else examples
+    return Declaration(form=form, kinds=kinds, default=default, examples=shown, **properties)
+
+
+def entry(form: str, *kinds: str, default: Any = REQUIRED, **properties: Any) -> Any:
     """Declare a dataclass field whose value is no plain quantity.
 
     Parameters
@@ -110,17 +116,14 @@ def entry(form: str, *kinds: str, default: Any = REQUIRED, examples: str | tuple
         How a scene file writes the value, as "flag", "choice", "label" or "load".
     default
         Default of the field; without one it must be given.
-    examples
-        Valid values along a length and along an angle, or one.
 
     Returns
     -------
     Any
-        The field; kinds of quantity and other arguments are those of `Declaration`.
+        The field; kinds of quantity and other arguments are those of `declare`.
     """
-    shown = (examples,) if isinstance(examples, str) else examples
-    declared = Declaration(form=form, kinds=kinds, default=default, examples=shown, **properties)
     own_default = MISSING if default is REQUIRED else default
+    declared = declare(form, *kinds, default=default, **properties)
     return dataclasses.field(default=own_default, metadata={"declared": declared})
 
 
@@ -135,10 +138,13 @@ def quantity(*kinds: str, default: Any = REQUIRED, **properties: Any) -> Any:
     Returns
     -------
     Any
-        The field; kinds of quantity and other arguments are those of `Declaration`.
+        The field; kinds of quantity and other arguments are those of `declare`.
     """
     return entry("quantity", *kinds, default=default, **properties)
 
+
+optional = partial(quantity, default=None)
+"""Declare a quantity that may be left out."""
 
 optional_size = partial(quantity, sign="not negative", built=True, default=0.0)
 """Declare a quantity of something that is built, as a mass or a length; left out, it is 0."""

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from governor_mechanism.machines.base import Machine, values_of
 from governor_mechanism.machines.slide_valve import rod_field
 from governor_mechanism.model.time_functions import InputFunction, TableFunction
-from governor_mechanism.units.fields import entry, quantity
+from governor_mechanism.units.fields import entry, optional, quantity
 
 AT_DEAD_CENTRE, WITHIN_STROKE = "at dead centre", "within stroke"
 CYCLIC, MEAN = "cyclic", "mean"
@@ -77,12 +77,10 @@ class FlywheelEngineDimensions(Machine):
         meaning="when a cut-off that follows a reading takes its value",
     )
     clearance: float = quantity("ratio", sign="any", meaning="of the clearance to the volume of the stroke")
-    pump_area: float | None = quantity("area", words=("none",), default=None, meaning="of the pump piston; no pump if left out")
-    pump_stroke: float | None = quantity("length", default=None, meaning="of the pump piston; that of the expansion piston if left out")
+    pump_area: float | None = optional("area", words=("none",), meaning="of the pump piston; no pump if left out")
+    pump_stroke: float | None = optional("length", meaning="of the pump piston; that of the expansion piston if left out")
     pump_connecting_rod: float | None = rod_field(meaning="of the connecting rod of the pump; endless if left out")
-    pump_clearance: float | None = quantity(
-        "ratio", sign="any", default=None, meaning="of the clearance of the pump to the volume of its stroke"
-    )
+    pump_clearance: float | None = optional("ratio", sign="any", meaning="of the clearance of the pump to the volume of its stroke")
     supply_pressure: float = quantity("pressure", sign="any", meaning="of the supply, absolute")
     back_pressure: float = quantity("pressure", sign="any", meaning="behind the expansion piston, absolute")
     throttle: float | InputFunction | None = entry(
@@ -93,22 +91,20 @@ class FlywheelEngineDimensions(Machine):
         meaning="of the opening of a throttle before the expansion cylinder; none if left out",
     )
     atmospheric_pressure: float = quantity("pressure", default=1e5, meaning="at which the pump takes in air, absolute")
-    inertia: float | None = quantity("moment_of_inertia", default=None, meaning="of shaft and flywheel")
-    rim_mass: float | None = quantity("mass", default=None, meaning="of the rim of the flywheel, in place of inertia")
-    rim_radius: float | None = quantity("length", default=None, meaning="from the shaft to the middle of the rim")
+    inertia: float | None = optional("moment_of_inertia", meaning="of shaft and flywheel")
+    rim_mass: float | None = optional("mass", meaning="of the rim of the flywheel, in place of inertia")
+    rim_radius: float | None = optional("length", meaning="from the shaft to the middle of the rim")
     gas_torque: str = entry(
         "choice",
         words=(CYCLIC, MEAN),
         default=CYCLIC,
         meaning="whether the torque of the gas follows its pressure, or is averaged over a turn",
     )
-    load_pressure: float | None = quantity(
-        "pressure", sign="any", words=("closing",), default=None, meaning="of the load; closing if left out"
-    )
+    load_pressure: float | None = optional("pressure", sign="any", words=("closing",), meaning="of the load; closing if left out")
     load_torque: float | InputFunction | None = entry(
         "number or load", "torque", sign="any", default=None, meaning="of the load, in place of load_pressure"
     )
-    load_damping: float | None = quantity("torsion_damping", default=None, meaning="of a load that grows with the speed of the shaft")
+    load_damping: float | None = optional("torsion_damping", meaning="of a load that grows with the speed of the shaft")
 
     def dimension_problems(self) -> list[str]:
         """Return sentences about cylinders, pressures, wheel and load."""

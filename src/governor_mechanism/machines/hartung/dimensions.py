@@ -15,7 +15,7 @@ from governor_mechanism.errors import MechanismError
 from governor_mechanism.machines.base import Machine
 from governor_mechanism.model.output_variables import Limit
 from governor_mechanism.types import Vector2
-from governor_mechanism.units.fields import quantity
+from governor_mechanism.units.fields import optional, quantity
 
 N_TRAVEL_SAMPLES = 720
 """Samples per quarter turn to bracket an end of the travel, before bisection."""
@@ -67,27 +67,27 @@ class HartungDimensions(Machine):
     sleeve_arm: float = quantity("length", meaning="from the fulcrum to the hanger")
     bell_crank_angle: float = quantity("angle", default=math.pi / 2, meaning="between its two arms, 90 to 180 deg")
     fulcrum_radius: float = quantity("length", meaning="of the fulcrum from the spindle axis")
-    fulcrum_height: float | None = quantity(
-        "length", sign="any", default=None, meaning="of the fulcrum above the cross axis; as far below as weight_arm is long, if left out"
+    fulcrum_height: float | None = optional(
+        "length", sign="any", meaning="of the fulcrum above the cross axis; as far below as weight_arm is long, if left out"
     )
     weight_mass: float = quantity("mass", meaning="of one weight; there are two")
     sleeve_mass: float = quantity("mass", meaning="of the whole sleeve and its load")
-    hanger: float | None = quantity("length", words=("vertical",), default=None, meaning="of the hangers, from bell crank to sleeve")
+    hanger: float | None = optional("length", words=("vertical",), meaning="of the hangers, from bell crank to sleeve")
     lug_offset: float = quantity("length", sign="any", default=0.0, meaning="of the sleeve's lugs from the axis")
-    inner_angle: float | None = quantity("angle", sign="any", default=None, meaning="of the lever at the inner end of the stroke")
-    outer_angle: float | None = quantity("angle", sign="any", default=None, meaning="of the lever at the outer end of the stroke")
-    spring_rate: float | None = quantity("stiffness", default=None, meaning="of each spring")
-    spring_preload: float | None = quantity("force", sign="any", default=None, meaning="of each spring at preload_radius")
-    preload_radius: float | None = quantity(
-        "length", default=None, meaning="of a weight where spring_preload is its spring's force; fulcrum_radius if left out"
+    inner_angle: float | None = optional("angle", sign="any", meaning="of the lever at the inner end of the stroke")
+    outer_angle: float | None = optional("angle", sign="any", meaning="of the lever at the outer end of the stroke")
+    spring_rate: float | None = optional("stiffness", meaning="of each spring")
+    spring_preload: float | None = optional("force", sign="any", meaning="of each spring at preload_radius")
+    preload_radius: float | None = optional(
+        "length", meaning="of a weight where spring_preload is its spring's force; fulcrum_radius if left out"
     )
-    spring_wire: float | None = quantity("length", default=None, meaning="of each spring's wire, its diameter")
-    spring_coil: float | None = quantity("length", default=None, meaning="of each spring's coil, its mean diameter")
-    spring_turns: float | None = quantity("number", default=None, meaning="of each spring's active turns")
-    spring_modulus: float | None = quantity("modulus", default=None, meaning="of the springs' wire")
-    spring_stress_limit: float | None = quantity("pressure", default=None, meaning="that the springs' wire may bear")
-    inner_speed: float | None = quantity("angular_speed", default=None, meaning="that holds the weights at the inner end of the stroke")
-    outer_speed: float | None = quantity("angular_speed", default=None, meaning="that holds the weights at the outer end of the stroke")
+    spring_wire: float | None = optional("length", meaning="of each spring's wire, its diameter")
+    spring_coil: float | None = optional("length", meaning="of each spring's coil, its mean diameter")
+    spring_turns: float | None = optional("number", meaning="of each spring's active turns")
+    spring_modulus: float | None = optional("modulus", meaning="of the springs' wire")
+    spring_stress_limit: float | None = optional("pressure", meaning="that the springs' wire may bear")
+    inner_speed: float | None = optional("angular_speed", meaning="that holds the weights at the inner end of the stroke")
+    outer_speed: float | None = optional("angular_speed", meaning="that holds the weights at the outer end of the stroke")
     insensitivity: float = quantity("ratio", default=0.04, meaning="that the regulating force is computed with")
 
     @property

@@ -20,7 +20,7 @@ from governor_mechanism.model.effect import Effect
 from governor_mechanism.model.joints import GROUND, Distance, Gear, Joint, Pin, Point, Slider
 from governor_mechanism.model.mechanism import Body, Mechanism
 from governor_mechanism.model.output_variables import FollowerHeight, Limit, LineAngle, Reading
-from governor_mechanism.units.fields import quantity
+from governor_mechanism.units.fields import optional, quantity
 from governor_mechanism.units.quantities import in_mm
 
 RIGHT_BALL, LEFT_BALL, SLEEVE = "right ball", "left ball", "sleeve"
@@ -58,15 +58,11 @@ class PendulumGovernor(Machine):
     arm: float = quantity("length", meaning="from the suspension to the ball's centre")
     ball_mass: float = quantity("mass", meaning="of one ball; there are two")
     offset: float = quantity("length", sign="any", default=0.0, meaning="of the suspension from the spindle axis; negative = crossed arms")
-    arm_joint: float | None = quantity(
-        "length", default=None, meaning="from the suspension to the joint of arm and link; the whole arm if left out"
-    )
-    link: float | None = quantity("length", default=None, meaning="of the sleeve link; as long as arm_joint if left out")
-    lug_offset: float | None = quantity(
-        "length", sign="any", default=None, meaning="of the sleeve's lug from the axis; the same as offset if left out"
-    )
-    sleeve_mass: float | None = quantity(
-        "mass", default=None, meaning="of the whole sleeve and its load; left out for a governor without a loaded sleeve"
+    arm_joint: float | None = optional("length", meaning="from the suspension to the joint of arm and link; the whole arm if left out")
+    link: float | None = optional("length", meaning="of the sleeve link; as long as arm_joint if left out")
+    lug_offset: float | None = optional("length", sign="any", meaning="of the sleeve's lug from the axis; the same as offset if left out")
+    sleeve_mass: float | None = optional(
+        "mass", meaning="of the whole sleeve and its load; left out for a governor without a loaded sleeve"
     )
 
     def dimension_problems(self) -> Iterator[str]:

@@ -15,7 +15,7 @@ from governor_mechanism.machines.stephenson.link_geometry import LinkGeometry, a
 from governor_mechanism.model.time_functions import PrescribedMotion
 from governor_mechanism.numerics.roots import find_root
 from governor_mechanism.types import FloatArray, Vector2
-from governor_mechanism.units.fields import entry, quantity
+from governor_mechanism.units.fields import entry, optional, quantity
 
 OPEN_RODS, CROSSED_RODS = "open", "crossed"
 ARC_MIDDLE, CHORD_MIDDLE, LOWER_PIN, HALF_WAY, ANY_POINT = "arc middle", "chord middle", "lower pin", "half-way", "point"
@@ -86,19 +86,17 @@ class StephensonDimensions(Machine):
         default=ARC_MIDDLE,
         meaning="point from which the link hangs",
     )
-    suspension_x: float | None = quantity(
-        "length", sign="any", default=None, meaning="from the arc's middle to the suspension, away from the shaft"
-    )
-    suspension_y: float | None = quantity("length", sign="any", default=None, meaning="from the arc's middle up to the suspension")
+    suspension_x: float | None = optional("length", sign="any", meaning="from the arc's middle to the suspension, away from the shaft")
+    suspension_y: float | None = optional("length", sign="any", meaning="from the arc's middle up to the suspension")
     hanger: float = quantity("length", meaning="from the link up to the arm that the reversing lever moves")
     reverser: float | PrescribedMotion = entry(
         "program", "ratio", sign="any", default=1.0, meaning="of the travel of the reversing lever: 1 is full forward gear, -1 full back"
     )
-    slot_half_length: float | None = quantity("length", default=None, meaning="of the slot along the arc from its middle to each end")
+    slot_half_length: float | None = optional("length", meaning="of the slot along the arc from its middle to each end")
     outside_lap: float = quantity("length", sign="any", meaning="by which the valve in its middle covers the outer edges")
     inside_lap: float = quantity("length", sign="any", default=0.0, meaning="by which it covers the inner edges; negative leaves them open")
     valve_set_at: float = quantity("ratio", sign="any", default=1.0, meaning="of the reversing lever for which the valve has equal leads")
-    crank_speed: float | None = quantity("angular_speed", default=None, meaning="of the crank, which is driven")
+    crank_speed: float | None = optional("angular_speed", meaning="of the crank, which is driven")
     crank_start: float = quantity("angle", sign="any", default=0.0, meaning="of the crank at the start")
 
     def dimension_problems(self) -> list[str]:

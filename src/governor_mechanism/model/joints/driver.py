@@ -6,14 +6,14 @@ from typing import Any, ClassVar, Self
 
 from governor_mechanism.model.joints.base import Joint
 from governor_mechanism.model.time_functions import PrescribedMotion
-from governor_mechanism.units.fields import Declaration
+from governor_mechanism.units.fields import Declaration, declare
 from governor_mechanism.units.problems import Problem, ProblemCode
 
 
 def motion_keys(rate: tuple[str, str], start: tuple[str, str], motion: tuple[str, str]) -> dict[str, Declaration]:
     """Return the keys of a driver in a scene file, each with its kind of quantity, or its form, and its meaning."""
     quantities = {
-        name: Declaration(kinds=(kind,), sign="any", default=0.0, meaning=meaning)
+        name: declare("quantity", kind, sign="any", default=0.0, meaning=meaning)
         for name, (kind, meaning) in {"rate": rate, "start": start}.items()
     }
     return quantities | {"motion": Declaration(form=motion[0], default=None, meaning=motion[1])}

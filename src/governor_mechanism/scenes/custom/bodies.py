@@ -14,7 +14,7 @@ from governor_mechanism.model.part import TURNING_PLANE
 from governor_mechanism.scenes.custom.field_types import CUSTOM_TYPES, PointRegistry
 from governor_mechanism.scenes.quantities import TABLE, FloatPair, list_of, without_context
 from governor_mechanism.scenes.table import Table, parse_table_list
-from governor_mechanism.units.fields import Declaration, entry, optional_size, quantity
+from governor_mechanism.units.fields import Declaration, declare, entry, optional_size, quantity
 from governor_mechanism.units.problems import KEY, Problem, ProblemCode, wrong_value
 from governor_mechanism.units.quantities import format_value
 
@@ -28,10 +28,10 @@ def _check_moments(given: Mapping[str, float]) -> Iterator[str]:
 
 
 def _size(meaning: str) -> Declaration:
-    return Declaration(kinds=("length",), built=True, meaning=f'{meaning}, as "100 mm"')
+    return declare("quantity", "length", built=True, meaning=f'{meaning}, as "100 mm"')
 
 
-_THICKNESS = Declaration(kinds=("length",), sign="not negative", built=True, default=0.0, meaning="the size normal to the plane")
+_THICKNESS = declare("quantity", "length", sign="not negative", built=True, default=0.0, meaning="the size normal to the plane")
 MOMENTS: Final = Table.of(SecondMoments, example='{ xx = "0.5 kg m^2" }', check=_check_moments)
 """Second moments of mass."""
 

@@ -8,7 +8,7 @@ from governor_mechanism.model import force_elements, joints
 from governor_mechanism.model.joints import GROUND
 from governor_mechanism.scenes.custom.field_types import CUSTOM_TYPES, PointRegistry
 from governor_mechanism.scenes.table import Table
-from governor_mechanism.units.fields import Declaration, fields_of
+from governor_mechanism.units.fields import Declaration, declare, fields_of
 from governor_mechanism.units.problems import Problem, ProblemCode, mistake
 from governor_mechanism.units.quantities import format_value
 
@@ -64,18 +64,16 @@ class ElementTable(Table):
         return owner(**given, name=name)
 
 
-_NAME: Final = {
-    "name": Declaration(form="label", default="", meaning="the name in messages and results; by default the type and the two bodies")
-}
+_NAME: Final = {"name": declare("label", default="", meaning="the name in messages and results; by default the type and the two bodies")}
 _POINTS: Final = {name: fields_of(force_elements.Spring)[name] for name in ("first", "second")}
 _BODIES: Final = {
-    "first": Declaration(form="point or body", meaning='the first body or a point of it, as "ground" or "crank.A"'),
-    "second": Declaration(form="point or body", meaning='the second body or a point of it, as "crank" or "crank.A"'),
+    "first": declare("point or body", meaning='the first body or a point of it, as "ground" or "crank.A"'),
+    "second": declare("point or body", meaning='the second body or a point of it, as "crank" or "crank.A"'),
 }
 
 
 def _type_key(types: tuple[str, ...]) -> dict[str, Declaration]:
-    return {"type": Declaration(form="choice", words=types, meaning=f"one of {', '.join(types)}")}
+    return {"type": declare("choice", words=types, meaning=f"one of {', '.join(types)}")}
 
 
 def _joint_table(joint: type[joints.Joint]) -> ElementTable:

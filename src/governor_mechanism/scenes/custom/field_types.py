@@ -15,24 +15,10 @@ from governor_mechanism.mechanics.kinematics.time_functions import CubicTimeFunc
 from governor_mechanism.model.curves import Curve, PolynomialCurve, SplineCurve
 from governor_mechanism.model.joints import GROUND, Joint, Point, TranslationalDriver
 from governor_mechanism.model.time_functions import PrescribedMotion
+from governor_mechanism.scenes import quantities
 from governor_mechanism.scenes.loads import LOAD_TYPES, harmonic_table, parse_harmonics
-from governor_mechanism.scenes.quantities import (
-    TABLE,
-    TEXT,
-    VALUE_TYPES,
-    FloatPair,
-    JsonSchema,
-    ValueType,
-    check_label,
-    pair_of,
-    parse_name,
-    parse_points,
-    parse_position,
-    parse_si,
-    without_context,
-)
 from governor_mechanism.scenes.table import TABLE_TYPE, Table
-from governor_mechanism.units.fields import Declaration
+from governor_mechanism.units.fields import declare
 from governor_mechanism.units.problems import KEY, ProblemCode, mistake, parse_each, unknown_name, wrong_value
 from governor_mechanism.units.quantities import format_value
 
@@ -61,7 +47,7 @@ class PointRegistry:
 
     def __init__(self, plane: str) -> None:
         self.plane = plane
-        self.ground: dict[str, FloatPair] = {"origin": (0.0, 0.0)}
+        self.ground: dict[str, quantities.FloatPair] = {"origin": (0.0, 0.0)}
         self.moving_points: dict[str, SketchedBody] = {}
         self.bodies: dict[str, SketchedBody] = {}
         self.invalid_bodies: set[str] = set()
@@ -81,7 +67,7 @@ class PointRegistry:
             raise unknown_name(f"{KEY} names the unknown body {format_value(name)}; bodies are", name, known_names)
         return name
 
-    def find_point(self, name: str, point: str = "", position: FloatPair | None = None) -> Point:
+    def find_point(self, name: str, point: str = "", position: quantities.FloatPair | None = None) -> Point:
         """Return a point of a body, by its name or position; a body alone means its mass centre."""
         if self.require_body(name) == GROUND and point in self.moving_points:
             return Point(body=self.moving_points[point].name)
@@ -118,7 +104,7 @@ def _parse_point(value: object, registry: PointRegistry, *, allow_body: bool = F
             text = f'{KEY} {format_value(value)} names no point; write "{value}.origin", or ["{value}", "10 mm", 0]'
             raise mistake(ProblemCode.WRONG_TYPE, text)
     elif isinstance(value, list | tuple) and len(value) == 3 and isinstance(value[0], str):
-        return registry.find_point(value[0], position=parse_position(value[1:]))
+        return registry.find_point(value[0], position=quantities.parse_position(value[1:]))
     raise wrong_value(value, 'must be "body.point" or ["body", x, y]')
 
 
@@ -129,19 +115,19 @@ def _parse_two_points(value: object, registry: PointRegistry) -> list[Point]:
 
 
 def _parse_body_name(value: object) -> str:
-    body = parse_name(value)
+    body = quantities.parse_name(value)
     if body == GROUND:
         raise mistake(ProblemCode.DUPLICATE, f"{KEY} must not be {GROUND!r}, which is the fixed plane; its points are in [ground]")
     return body
 
 
-def parse_named_points(value: object) -> dict[str, FloatPair]:
+def parse_named_points(value: object) -> dict[str, quantities.FloatPair]:
     """Return named points of a body or of the ground, m; report every wrong one."""
     if not isinstance(value, Mapping):
         raise wrong_value(value, 'must be a table, as { A = ["10 mm", 0] }')
 
-    def parse_point(name: object, position: object) -> tuple[str, FloatPair]:
-        return parse_name(name, f"the name of a point in {KEY}"), parse_position(position, f"{KEY}.{name}")
+    def parse_point(name: object, position: object) -> tuple[str, quantities.FloatPair]:
+        return quantities.parse_name(name, f"the name of a point in {KEY}"), quantities.parse_position(position, f"{KEY}.{name}")
 
     return dict(parse_each(parse_point, value, value.values()))
 
@@ -155,14 +141,14 @@ def _parse_curve(value: object) -> Curve:
 
 
 def _parse_spline(value: object) -> Curve:
-    x, y = parse_points(value, ("length", "length"), ("x", "y"))
+    x, y = quantities.parse_points(value, ("length", "length"), ("x", "y"))
     return SplineCurve(x=x, y=y)
 
 
 def _parse_polynomial(value: object) -> Curve:
     if not isinstance(value, list | tuple):
         raise wrong_value(value, "must be a list of numbers")
-    numbers = (parse_si(item, "coefficient" if power else "length", f"{KEY}, c{power}") for power, item in enumerate(value))
+    numbers = (quantities.parse_si(item, "coefficient" if power else "length", f"{KEY}, c{power}") for power, item in enumerate(value))
     return PolynomialCurve(coefficients=tuple(numbers))
 
 
@@ -176,7 +162,7 @@ def _parse_motion(value: object, kind: str, rate_kind: str, name: str) -> Motion
         return _read_formula(value, kind, rate_kind)
     if not isinstance(value, list | tuple):
         raise wrong_value(value, f"must be a list of [time, {name}], or a formula {{ start, rate, harmonics = [...] }}")
-    times, values = parse_points(value, ("time", kind), ("time", name))
+    times, values = quantities.parse_points(value, ("time", kind), ("time", name))
     motion = PrescribedMotion(times=times, values=values)
     return lambda _: motion
 
@@ -184,12 +170,12 @@ def _parse_motion(value: object, kind: str, rate_kind: str, name: str) -> Motion
 def _read_formula(value: object, kind: str, rate_kind: str) -> MotionBuilder:
     """Return a motion start + rate * t + the sum of amplitude * sin(2 pi * frequency * t + phase)."""
     fields = {
-        "start": Declaration(kinds=(kind,), sign="any", default=None),
-        "rate": Declaration(kinds=(rate_kind,), sign="any", default=0.0),
-        "harmonics": Declaration(form="harmonics", default=()),
+        "start": declare("quantity", kind, sign="any", default=None),
+        "rate": declare("quantity", rate_kind, sign="any", default=0.0),
+        "harmonics": declare("harmonics", default=()),
     }
-    read_harmonics = without_context(lambda one: parse_harmonics(harmonic_table(kind), one), {})
-    table = Table(make=dict, fields=fields, types={**VALUE_TYPES, "harmonics": read_harmonics})
+    read_harmonics = quantities.without_context(lambda one: parse_harmonics(harmonic_table(kind), one), {})
+    table = Table(make=dict, fields=fields, types={**quantities.VALUE_TYPES, "harmonics": read_harmonics})
     given = table.read(value)
     harmonics, rate = given.get("harmonics", ()), given.get("rate", 0.0)
 
@@ -247,30 +233,33 @@ def _parse_coordinate(value: object) -> PrescribedMotion:
     """Return the motion of a coordinate; a length is at rest."""
     if isinstance(value, Mapping | list | tuple):
         return _parse_displacement_motion({"start": 0.0, **value} if isinstance(value, Mapping) else value)(0.0)
-    return PrescribedMotion.constant_rate(parse_si(value, "length"), 0.0)
+    return PrescribedMotion.constant_rate(quantities.parse_si(value, "length"), 0.0)
 
 
-POINT: Final[JsonSchema] = {"type": ["string", "array"], "description": 'a point, as "crank.end", or ["crank", "10 mm", 0]'}
-MOTION: Final[JsonSchema] = {"type": ["array", "object"], "description": "a list of [time, value], or { start, rate, harmonics }"}
+POINT: Final[quantities.JsonSchema] = {"type": ["string", "array"], "description": 'a point, as "crank.end", or ["crank", "10 mm", 0]'}
+MOTION: Final[quantities.JsonSchema] = {
+    "type": ["array", "object"],
+    "description": "a list of [time, value], or { start, rate, harmonics }",
+}
 """Schemas of points and motions."""
 
 
-def _reference(read: Callable[[Any, PointRegistry], Any], schema: JsonSchema) -> ValueType:
+def _reference(read: Callable[[Any, PointRegistry], Any], schema: quantities.JsonSchema) -> quantities.ValueType:
     """Return the type of values that refer to the bodies of a registry."""
-    return ValueType(lambda declared, value, registry: read(value, registry), schema)
+    return quantities.ValueType(lambda declared, value, registry: read(value, registry), schema)
 
 
-CUSTOM_TYPES: Final[Mapping[str, ValueType]] = {
+CUSTOM_TYPES: Final[Mapping[str, quantities.ValueType]] = {
     **LOAD_TYPES,
     "point": _reference(_parse_point, POINT),
     "point or body": _reference(lambda value, registry: _parse_point(value, registry, allow_body=True), POINT),
-    "two points": _reference(_parse_two_points, pair_of(POINT)),
-    "body": _reference(lambda value, registry: registry.require_body(check_label(value)), TEXT),
-    "new body": without_context(_parse_body_name, TEXT),
-    "points": without_context(parse_named_points, TABLE),
-    "curve": without_context(_parse_curve, TABLE),
-    "angle motion": without_context(_parse_angle_motion, MOTION),
-    "displacement motion": without_context(_parse_displacement_motion, MOTION),
+    "two points": _reference(_parse_two_points, quantities.pair_of(POINT)),
+    "body": _reference(lambda value, registry: registry.require_body(quantities.check_label(value)), quantities.TEXT),
+    "new body": quantities.without_context(_parse_body_name, quantities.TEXT),
+    "points": quantities.without_context(parse_named_points, quantities.TABLE),
+    "curve": quantities.without_context(_parse_curve, quantities.TABLE),
+    "angle motion": quantities.without_context(_parse_angle_motion, MOTION),
+    "displacement motion": quantities.without_context(_parse_displacement_motion, MOTION),
     "table": TABLE_TYPE,
 }
 """How values are written; their context is the `PointRegistry`. Those of motions are read as `MotionBuilder`."""

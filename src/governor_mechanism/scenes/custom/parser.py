@@ -18,7 +18,7 @@ from governor_mechanism.scenes.custom.valve import parse_valve
 from governor_mechanism.scenes.quantities import parse_name
 from governor_mechanism.scenes.schema import COMMON_FIELDS, TOP_LEVEL_TYPES, parse_start, rate_key, unknown_top_level_key
 from governor_mechanism.scenes.table import Table, nearest_type
-from governor_mechanism.units.fields import Declaration
+from governor_mechanism.units.fields import declare
 from governor_mechanism.units.problems import ProblemCode, ProblemCollector, mistake, wrong_value
 from governor_mechanism.units.quantities import format_value
 
@@ -26,34 +26,30 @@ CUSTOM_PART_NAME = "mechanism"
 """Name of the only part."""
 
 
-def _tables(meaning: str, **properties: Any) -> Declaration:
-    """Return what a heading in double brackets holds; its tables are checked later."""
-    return Declaration(**{"form": "tables", "meaning": meaning, "default": None, **properties})
-
-
 CUSTOM_TOP_LEVEL: Final = Table(
     make=dict,
     fields={
         **COMMON_FIELDS,
-        "size": Declaration(
-            kinds=("length",),
+        "size": declare(
+            "quantity",
+            "length",
             built=True,
             default=0.0,
             meaning="the length to which accuracy and tolerances are relative; by default that of the bodies",
         ),
-        "plane": Declaration(
-            form="choice",
+        "plane": declare(
+            "choice",
             words=(FIXED_PLANE, TURNING_PLANE),
             default="",
             meaning="whether the plane turns with a spindle; turning by default if there is a [spindle]",
         ),
-        "ground": _tables('points of the ground by name, as O = [0, "100 mm"]', form="table"),
-        "body": Declaration(form="tables", meaning="the moving parts, one table [[body]] for each"),
-        "joint": _tables("the joints, one table [[joint]] for each"),
-        "link": _tables("massless bars, one table [[link]] for each"),
-        "force": _tables("springs, dampers, torques and forces, one table [[force]] for each"),
-        "readings": _tables("what is read off the mechanism, by name; by default angles of bodies", form="table"),
-        "valve": _tables("the slide valve that the mechanism moves, for its timing", form="table"),
+        "ground": declare("table", default=None, meaning='points of the ground by name, as O = [0, "100 mm"]'),
+        "body": declare("tables", meaning="the moving parts, one table [[body]] for each"),
+        "joint": declare("tables", default=None, meaning="the joints, one table [[joint]] for each"),
+        "link": declare("tables", default=None, meaning="massless bars, one table [[link]] for each"),
+        "force": declare("tables", default=None, meaning="springs, dampers, torques and forces, one table [[force]] for each"),
+        "readings": declare("table", default=None, meaning="what is read off the mechanism, by name; by default angles of bodies"),
+        "valve": declare("table", default=None, meaning="the slide valve that the mechanism moves, for its timing"),
     },
     types=TOP_LEVEL_TYPES,
     unknown_key=unknown_top_level_key,

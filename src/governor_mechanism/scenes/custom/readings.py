@@ -12,7 +12,7 @@ from governor_mechanism.model.joints import GROUND, Point
 from governor_mechanism.model.output_variables import BodyAngle, LineAngle, PointCoordinate, PointDistance, Reading
 from governor_mechanism.scenes.custom.field_types import CUSTOM_TYPES, make_unique_name
 from governor_mechanism.scenes.table import Table
-from governor_mechanism.units.fields import Declaration
+from governor_mechanism.units.fields import declare
 from governor_mechanism.units.problems import ProblemCode, mistake
 
 _X_COORDINATE = partial(PointCoordinate, quantity="length", direction_x=1.0, direction_y=0.0)
@@ -44,10 +44,10 @@ def _require_different(key: str, points: list[Point]) -> list[Point]:
 
 def _coordinate_table(axis: str, make: Callable[..., Any]) -> Table:
     """Return the table of a coordinate of a point, relative to another one."""
-    origin = Declaration(
-        form="point", key="from", default=Point(body=GROUND), meaning="the point from which it is measured, along the axes of its body"
+    origin = declare(
+        "point", key="from", default=Point(body=GROUND), meaning="the point from which it is measured, along the axes of its body"
     )
-    point = Declaration(form="point", key=axis, meaning=f"the point whose coordinate {axis} it is")
+    point = declare("point", key=axis, meaning=f"the point whose coordinate {axis} it is")
     summary = f"Coordinate {axis} of a point, relative to another one."
     return Table(make=make, fields={"origin": origin, "point": point}, types=CUSTOM_TYPES, summary=summary)
 
@@ -56,15 +56,15 @@ READING_TABLES: Final[Mapping[str, Table]] = {
     "angle": Table(
         make=_read_angle,
         fields={
-            "angle": Declaration(form="body", meaning='the body whose angle it is, as "crank"'),
-            "against": Declaration(form="body", default=GROUND, meaning="the body from which the angle is measured"),
+            "angle": declare("body", meaning='the body whose angle it is, as "crank"'),
+            "against": declare("body", default=GROUND, meaning="the body from which the angle is measured"),
         },
         types=CUSTOM_TYPES,
         summary="Angle of a body against another one.",
     ),
     "line": Table(
         make=_read_line,
-        fields={"line": Declaration(form="two points", meaning="the two points of the line")},
+        fields={"line": declare("two points", meaning="the two points of the line")},
         types=CUSTOM_TYPES,
         summary="Angle of a line from x, counterclockwise.",
     ),
@@ -72,7 +72,7 @@ READING_TABLES: Final[Mapping[str, Table]] = {
     "y": _coordinate_table("y", _Y_COORDINATE),
     "distance": Table(
         make=_read_distance,
-        fields={"distance": Declaration(form="two points", meaning="the two points")},
+        fields={"distance": declare("two points", meaning="the two points")},
         types=CUSTOM_TYPES,
         summary="Distance of two points.",
     ),

@@ -6,17 +6,8 @@ from typing import Final, NamedTuple
 from governor_mechanism.model.joints import Joint, RotationalDriver
 from governor_mechanism.model.output_variables import Reading
 from governor_mechanism.model.valve import Reverser, Valve
+from governor_mechanism.scenes import quantities
 from governor_mechanism.scenes.effect_tables import ReadingQuantities, resolve_reading_name
-from governor_mechanism.scenes.quantities import (
-    NUMBER_OR_TEXT,
-    TABLE,
-    TEXT,
-    VALUE_TYPES,
-    ValueType,
-    check_label,
-    read_declared_quantity,
-    without_context,
-)
 from governor_mechanism.scenes.table import Table
 from governor_mechanism.units.fields import Declaration
 from governor_mechanism.units.problems import KEY, ProblemCode, mistake, unknown_name, wrong_value
@@ -35,7 +26,7 @@ class ValveContext(NamedTuple):
 def _read_length_reading(declared: Declaration, value: object, context: ValveContext) -> str:
     """Return the name of a reading that is a length."""
     readings = context.readings
-    name = resolve_reading_name(check_label(value), readings, f"{KEY} {format_value(value)}")
+    name = resolve_reading_name(quantities.check_label(value), readings, f"{KEY} {format_value(value)}")
     if readings is not None and readings[name] != "length":
         lengths = [other for other, kind in readings.items() if kind == "length"]
         text = f"{KEY} {format_value(value)} is an angle; it must be a length, as {' or '.join(lengths) or 'x of a point'}"
@@ -59,7 +50,7 @@ def _parse_end(value: object) -> float | str:
 
 REVERSER: Final = Table.of(
     Reverser,
-    types={**VALUE_TYPES, "end": without_context(_parse_end, NUMBER_OR_TEXT)},
+    types={**quantities.VALUE_TYPES, "end": quantities.without_context(_parse_end, quantities.NUMBER_OR_TEXT)},
     example='{ key = "joint.lever.motion.start", forward = "20 deg", back = "-20 deg" }',
 )
 """What reverses the gear."""
@@ -67,11 +58,11 @@ REVERSER: Final = Table.of(
 VALVE: Final = Table.of(
     Valve,
     types={
-        **VALUE_TYPES,
-        "length reading": ValueType(_read_length_reading, TEXT),
-        "centre": ValueType(read_declared_quantity, NUMBER_OR_TEXT),
-        "driver": ValueType(_read_driver, TEXT),
-        "reverser": without_context(REVERSER.build, TABLE),
+        **quantities.VALUE_TYPES,
+        "length reading": quantities.ValueType(_read_length_reading, quantities.TEXT),
+        "centre": quantities.ValueType(quantities.read_declared_quantity, quantities.NUMBER_OR_TEXT),
+        "driver": quantities.ValueType(_read_driver, quantities.TEXT),
+        "reverser": quantities.without_context(REVERSER.build, quantities.TABLE),
     },
 )
 """[valve]; its context is a `ValveContext`."""
@@ -100,8 +91,8 @@ def parse_valve(table: object, readings: Sequence[Reading] | None, joints: Itera
         With a `Problem` for each mistake.
     """
     drivers = tuple(joint.name for joint in joints if isinstance(joint, RotationalDriver))
-    quantities = None if readings is None else {reading.name: reading.quantity for reading in readings}
-    given = VALVE.read(table, ValveContext(quantities, drivers))
+    kinds = None if readings is None else {reading.name: reading.quantity for reading in readings}
+    given = VALVE.read(table, ValveContext(kinds, drivers))
     if not drivers:
         raise mistake(ProblemCode.MISSING_KEY, f"{KEY}: {_CRANK_HINT}")
     if len(drivers) > 1 and not given.get("crank"):
