@@ -2,9 +2,9 @@
 
 from dataclasses import dataclass
 
-from governor_mechanism.errors import MechanismError, require_not_negative
+from governor_mechanism.errors import MechanismError
 from governor_mechanism.model.effect import Effect
-from governor_mechanism.units.fields import optional_size
+from governor_mechanism.units.fields import optional_size, require_valid_fields
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -35,8 +35,7 @@ class BellCrankMasses(Effect):
 
     def __post_init__(self) -> None:
         sizes = ("weight_width", "weight_height", "weight_depth")
-        for name, unit in (("mass", "kg"), *((size, "m") for size in sizes)):
-            require_not_negative(getattr(self, name), unit, f"bell_cranks.{name}")
+        require_valid_fields(self, "bell_cranks.")
         if self.mass == self.weight_width == self.weight_height == self.weight_depth == 0.0:
             raise MechanismError(f"bell_cranks need mass, {', '.join(sizes[:2])} or {sizes[2]}; leave the effect out if there are none")
         if self.weight_depth > 0.0 and self.mass == self.weight_width == self.weight_height == 0.0:

@@ -2,9 +2,9 @@
 
 from dataclasses import dataclass
 
-from governor_mechanism.errors import MechanismError, require_finite, require_not_negative, require_positive
+from governor_mechanism.errors import MechanismError
 from governor_mechanism.model.effect import Effect
-from governor_mechanism.units.fields import optional_size, quantity
+from governor_mechanism.units.fields import optional_size, quantity, require_valid_fields
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -51,14 +51,7 @@ class CrankMasses(Effect):
     crosshead: float = optional_size("mass", examples="110 kg", meaning="mass of the crosshead")
 
     def __post_init__(self) -> None:
-        require_positive(self.crank, "kg", "masses.crank")
-        for name in ("rod", "crosshead"):
-            require_not_negative(getattr(self, name), "kg", f"masses.{name}")
-        require_finite(self.crank_centre, "m", "masses.crank_centre")
-        if self.rod_centre is not None:
-            require_not_negative(self.rod_centre, "m", "masses.rod_centre")
-        if self.rod_inertia is not None:
-            require_positive(self.rod_inertia, "kg m2", "masses.rod_inertia")
+        require_valid_fields(self, "masses.")
         if self.rod == 0.0 and (self.rod_centre is not None or self.rod_inertia is not None):
             raise MechanismError("masses.rod_centre and rod_inertia need a rod with mass; give masses.rod as well")
         _require_comparable_masses({"crank": self.crank, "rod": self.rod, "crosshead": self.crosshead})

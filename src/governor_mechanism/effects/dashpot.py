@@ -3,9 +3,9 @@
 from dataclasses import dataclass
 from typing import Any
 
-from governor_mechanism.errors import MechanismError, require_not_negative, require_positive
+from governor_mechanism.errors import MechanismError, require_positive
 from governor_mechanism.model.effect import Derivation, OutputForce
-from governor_mechanism.units.fields import optional_size
+from governor_mechanism.units.fields import optional_size, require_valid_fields
 
 DISCHARGE_COEFFICIENT = 0.62
 """Discharge coefficient of a sharp-edged orifice."""
@@ -80,8 +80,7 @@ class Dashpot(OutputForce):
     )
 
     def __post_init__(self) -> None:
-        for name in ("linear", "quadratic"):
-            require_not_negative(getattr(self, name), "", f"{name} of the dashpot on {self.reading!r}")
+        require_valid_fields(self, f"the dashpot on {self.reading!r}")
         if self.linear == self.quadratic == 0.0:
             raise MechanismError(f"the dashpot on {self.reading!r} needs a linear or a quadratic part")
 

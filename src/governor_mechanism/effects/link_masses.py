@@ -2,9 +2,9 @@
 
 from dataclasses import dataclass
 
-from governor_mechanism.errors import MechanismError, require_not_negative, require_positive
+from governor_mechanism.errors import MechanismError
 from governor_mechanism.model.effect import Effect
-from governor_mechanism.units.fields import optional_size, quantity
+from governor_mechanism.units.fields import optional_size, quantity, require_valid_fields
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -37,9 +37,6 @@ class LinkMasses(Effect):
     )
 
     def __post_init__(self) -> None:
-        for name in ("link", "eccentric_rod", "valve"):
-            require_not_negative(getattr(self, name), "kg", f"link_masses.{name}")
-        if self.shaft_inertia is not None:
-            require_positive(self.shaft_inertia, "kg m2", "link_masses.shaft_inertia")
+        require_valid_fields(self, "link_masses.")
         if self.link == self.eccentric_rod == self.valve == 0.0 and self.shaft_inertia is None:
             raise MechanismError("link_masses need link, eccentric_rod, valve or shaft_inertia; leave the effect out if there are none")

@@ -2,9 +2,9 @@
 
 from dataclasses import dataclass
 
-from governor_mechanism.errors import MechanismError, require_not_negative
+from governor_mechanism.errors import MechanismError
 from governor_mechanism.model.effect import Effect
-from governor_mechanism.units.fields import optional_size
+from governor_mechanism.units.fields import optional_size, require_valid_fields
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -32,8 +32,7 @@ class PistonMasses(Effect):
     pump_connecting_rod: float = optional_size("mass", examples="60 kg", meaning="mass of the connecting rod of the pump")
 
     def __post_init__(self) -> None:
-        for name in ("piston", "connecting_rod", "pump_piston", "pump_connecting_rod"):
-            require_not_negative(getattr(self, name), "kg", f"piston_masses.{name}")
+        require_valid_fields(self, "piston_masses.")
         if not (self.piston or self.pump_piston):
             raise MechanismError("piston_masses need piston or pump_piston; leave the effect out if there are none")
         for rod, piston in (("connecting_rod", "piston"), ("pump_connecting_rod", "pump_piston")):

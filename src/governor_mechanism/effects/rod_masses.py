@@ -2,9 +2,9 @@
 
 from dataclasses import dataclass
 
-from governor_mechanism.errors import MechanismError, require_not_negative
+from governor_mechanism.errors import MechanismError
 from governor_mechanism.model.effect import Effect
-from governor_mechanism.units.fields import optional_size
+from governor_mechanism.units.fields import optional_size, require_valid_fields
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -31,7 +31,6 @@ class RodMasses(Effect):
     ball_radius: float = optional_size("length", meaning="radius of each ball")
 
     def __post_init__(self) -> None:
-        for name, unit in (("arm_mass", "kg"), ("link_mass", "kg"), ("ball_radius", "m")):
-            require_not_negative(getattr(self, name), unit, f"rods.{name}")
+        require_valid_fields(self, "rods.")
         if self.arm_mass == self.link_mass == self.ball_radius == 0.0:
             raise MechanismError("rods need arm_mass, link_mass or ball_radius; leave the effect out if there are none")

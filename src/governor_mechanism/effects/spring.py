@@ -4,9 +4,9 @@ import math
 from dataclasses import dataclass
 from typing import Any
 
-from governor_mechanism.errors import MechanismError, require_finite, require_positive
+from governor_mechanism.errors import MechanismError, require_positive
 from governor_mechanism.model.effect import Derivation, OutputForce
-from governor_mechanism.units.fields import entry, quantity
+from governor_mechanism.units.fields import entry, quantity, require_valid_fields
 
 
 def helical_spring_rate(*, wire: float, coil: float, turns: float, modulus: float) -> float:
@@ -81,9 +81,7 @@ class OutputSpring(OutputForce):
     one_sided: bool = entry("flag", default=False, meaning="whether the spring only pulls, and is slack otherwise")
 
     def __post_init__(self) -> None:
-        require_positive(self.rate, "N/m", f"rate of the spring on {self.reading!r}")
-        for name in ("preload", "zero"):
-            require_finite(getattr(self, name), "", f"{name} of the spring on {self.reading!r}")
+        require_valid_fields(self, f"the spring on {self.reading!r}")
 
     @property
     def free_value(self) -> float:

@@ -5,11 +5,11 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Final
 
-from governor_mechanism.errors import MechanismError, require_finite, require_not_negative, require_positive
+from governor_mechanism.errors import MechanismError, require_positive
 from governor_mechanism.model.effect import Effect, OutputEffect
 from governor_mechanism.model.mechanism import Mechanism
 from governor_mechanism.model.time_functions import InputFunction
-from governor_mechanism.units.fields import entry, optional_size, quantity
+from governor_mechanism.units.fields import entry, optional_size, quantity, require_valid_fields
 from governor_mechanism.units.quantities import require_plausible
 from governor_mechanism.units.short_repr import short_repr
 
@@ -89,9 +89,8 @@ class FreeSpindle:
     )
 
     def __post_init__(self) -> None:
-        require_not_negative(self.inertia, "kg m2", "inertia of the spindle")
+        require_valid_fields(self, "the spindle")
         if self.start_speed is not None:
-            require_finite(self.start_speed, "rad/s", "start speed of the spindle")
             require_plausible(self.start_speed, "angular_speed", "start speed of the spindle")
 
 

@@ -115,7 +115,6 @@ class AngleHarmonic:
 
     def __post_init__(self) -> None:
         require_valid_fields(self, "a harmonic")
-        require_not_negative(self.order, "", "order of a harmonic")
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from typing import Final
 
 from governor_mechanism.errors import MechanismError, require_finite, require_not_negative
-from governor_mechanism.units.fields import entry, quantity
+from governor_mechanism.units.fields import entry, quantity, require_valid_fields
 
 OUTSIDE_ADMISSION: Final = "outside"
 """Steam enters over the outer edges of the valve: to the crank end while the valve is displaced away from the shaft."""
@@ -105,8 +105,7 @@ class Valve:
     )
 
     def __post_init__(self) -> None:
-        require_finite(self.steam_lap, "m", "steam lap of the valve")
-        require_finite(self.exhaust_lap, "m", "exhaust lap of the valve")
+        require_valid_fields(self, "the valve")
         require_not_negative(self.stroke, "m", "stroke of the piston")
         if self.admission not in ADMISSIONS:
             raise MechanismError(f"admission of the valve must be one of {', '.join(map(repr, ADMISSIONS))}; got {self.admission!r}")

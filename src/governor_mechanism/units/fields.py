@@ -11,7 +11,7 @@ from dataclasses import MISSING, dataclass
 from functools import cache, partial
 from typing import Any, Final
 
-from governor_mechanism.errors import require_finite, require_positive
+from governor_mechanism.errors import require_finite, require_not_negative, require_positive
 from governor_mechanism.units.quantities import QUANTITY_KINDS
 
 REQUIRED: Final = object()
@@ -172,17 +172,22 @@ def _fields_of(owner: Any) -> dict[str, Declaration]:
 
 
 def require_valid_fields(instance: Any, owner: str) -> None:
-    """Raise MechanismError unless the quantities of a dataclass instance are finite, and positive where that is declared."""
+    """Raise MechanismError unless the quantities of a dataclass instance are finite, with the signs that are declared.
+
+    A name of the owner that ends with a dot precedes the names of the fields.
+    """
     for name, unit, check in _checks_of(instance.__class__):
-        check(getattr(instance, name), unit, f"{name.replace('_', ' ')} of {owner}")
+        value = getattr(instance, name)
+        if value is not None:
+            check(value, unit, f"{owner}{name}" if owner.endswith(".") else f"{name.replace('_', ' ')} of {owner}")
 
 
 @cache
 def _checks_of(owner: Any) -> list[tuple[str, str, Callable[[float, str, str], None]]]:
     """Return name, unit and check of each quantity of a dataclass."""
-    checks = {True: require_positive, False: require_finite}
+    checks = {"positive": require_positive, "not negative": require_not_negative}
     quantities = {name: one for name, one in fields_of(owner).items() if one.form == "quantity"}
-    return [(name, one.unit, checks[one.sign == "positive"]) for name, one in quantities.items()]
+    return [(name, one.unit.replace("^", ""), checks.get(one.sign, require_finite)) for name, one in quantities.items()]
 
 
 def class_words(instance: object) -> str:

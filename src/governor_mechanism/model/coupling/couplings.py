@@ -5,13 +5,13 @@ from dataclasses import dataclass, fields, replace
 from itertools import pairwise
 from typing import Any, Final
 
-from governor_mechanism.errors import MechanismError, did_you_mean, require_finite, require_not_negative, require_positive
+from governor_mechanism.errors import MechanismError, did_you_mean
 from governor_mechanism.model.effect import OutputEffect
 from governor_mechanism.model.force_elements import CylinderGas, Force, ForceElement, MeanGasTorque, Torque
 from governor_mechanism.model.mechanism import Mechanism
 from governor_mechanism.model.output_variables import ShaftSpeed
 from governor_mechanism.model.time_functions import InputFunction, LinearFunction, ReadingFunction, TableFunction
-from governor_mechanism.units.fields import entry, quantity
+from governor_mechanism.units.fields import entry, quantity, require_valid_fields
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -46,7 +46,7 @@ class RatioCoupling(Coupling):
     )
 
     def __post_init__(self) -> None:
-        require_finite(self.ratio, "", f"ratio of coupling {self.name!r}")
+        require_valid_fields(self, f"coupling {self.name!r}")
         if self.ratio == 0.0:
             raise MechanismError(f"ratio of coupling {self.name!r} must not be 0; leave the coupling out")
         if self.first == self.second:
@@ -66,11 +66,6 @@ class GearCoupling(RatioCoupling):
     until: float | None = quantity(
         "time", sign="not negative", default=None, meaning="the time at which the gear lets go; it holds for good by default"
     )
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        if self.until is not None:
-            require_not_negative(self.until, "s", f"until of coupling {self.name!r}")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -108,7 +103,7 @@ class LoadCoupling(Coupling):
     )
 
     def __post_init__(self) -> None:
-        require_positive(self.rated_torque, "N m", f"rated torque of the load {self.name!r}")
+        require_valid_fields(self, f"the load {self.name!r}")
 
     @property
     def moment(self) -> InputFunction:
