@@ -24,8 +24,8 @@ KERNEL_CONSTANTS = (
 )
 """Files without kernels whose functions and constants are parts of kernels."""
 
-TEXT_KEYWORDS = {"meaning", "examples", "hint", "reason"}
-"""Arguments of `scene_key` that only messages and schemas show."""
+TEXT_KEYWORDS = {"meaning", "examples", "hint", "noun", "reason"}
+"""Arguments of `quantity` and `entry` that only messages and schemas show."""
 
 OPERATORS: dict[type[ast.AST], type[ast.AST]] = {
     ast.Add: ast.Sub,
