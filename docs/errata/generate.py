@@ -21,7 +21,7 @@ from governor_mechanism.studies.design.hartung_paper import PAPER_GOVERNOR
 from governor_mechanism.studies.design.hartung_paper import compare_with_paper as compare_with_dubois
 from governor_mechanism.studies.errata.erratum import PAPER_REFERENCES, Erratum, Paper
 from governor_mechanism.studies.printed_numbers import CAUSE_MEANINGS, CAUSE_NOUNS, Cause
-from governor_mechanism.units.historic import KILOGRAM_FORCE
+from governor_mechanism.units.constants import KILOGRAM_FORCE_1853
 
 FOLDER = Path(__file__).parent
 
@@ -109,7 +109,7 @@ def write_page() -> str:
     """Return the text of the page."""
     errata = gm.errata(simulate=True)
     rows = "\n".join(f"| {cause} | {CAUSE_MEANINGS[cause]} | {number} |" for cause, number in errata.count_causes().items())
-    parts = [INTRODUCTION.format(counts=errata.describe_counts(), causes=rows, gravity=KILOGRAM_FORCE)]
+    parts = [INTRODUCTION.format(counts=errata.describe_counts(), causes=rows, gravity=KILOGRAM_FORCE_1853)]
     parts.append(write_overview(errata))
     parts += [write_paper(paper, errata) for paper in errata.papers]
     return "\n".join([*parts, write_correct_statements()])

@@ -13,7 +13,7 @@ import governor_mechanism as gm
 from governor_mechanism.cli.main import app
 from governor_mechanism.scenes.parser import read_scene_file
 from governor_mechanism.studies.design.simulated_governors import simulate_hartnell
-from governor_mechanism.units.historic import RPM
+from governor_mechanism.units.constants import RPM
 
 DESIGN = gm.design_hartnell()
 OBLIQUE = {"sleeve_mass": "3 kg", "bell_crank_angle": "100 deg", "pivot_radius": "130 mm", "highest_speed": "295 rpm"}

@@ -17,7 +17,7 @@ from governor_mechanism.scenes.toml_text import format_scene_toml
 from governor_mechanism.studies.design.hartung import HartungInputs, build_hartung_layout, design_hartung
 from governor_mechanism.studies.design.hartung_paper import SLIDE_RULE_TOLERANCE, compare_with_paper
 from governor_mechanism.studies.printed_numbers import Cause
-from governor_mechanism.units.historic import KILOGRAM_FORCE, TECHNICAL_ATMOSPHERE
+from governor_mechanism.units.constants import KILOGRAM_FORCE_1853, TECHNICAL_ATMOSPHERE
 from reference import hartung
 from reference.zehnder import half_unit_of_last_digit
 
@@ -111,7 +111,7 @@ def test_the_design_follows_the_paper_without_rounding() -> None:
     line = design.layout.spring_forces
     assert design.spring_rate == pytest.approx((line[-1] - line[0]) / (hartung.RADII[1] - hartung.RADII[0]), rel=1e-11)
     assert design.turns == pytest.approx(hartung.SPRING["turns"] * hartung.SPRING_RATE / design.spring_rate, rel=1e-11)
-    assert design.stress / TECHNICAL_ATMOSPHERE == pytest.approx(8 * line[-1] / KILOGRAM_FORCE * 8 / (math.pi * 1.2**3), rel=1e-13)
+    assert design.stress / TECHNICAL_ATMOSPHERE == pytest.approx(8 * line[-1] / KILOGRAM_FORCE_1853 * 8 / (math.pi * 1.2**3), rel=1e-13)
     assert design.warnings == ()
 
 

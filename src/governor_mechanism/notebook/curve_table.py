@@ -2,7 +2,7 @@
 
 from governor_mechanism.notebook.html import draw_small_curve, format_html_table, format_paragraph
 from governor_mechanism.statics.speed_curve import SpeedCurve
-from governor_mechanism.units.historic import RPM
+from governor_mechanism.units.constants import RPM
 
 
 def speed_curve_html(curve: SpeedCurve) -> str:

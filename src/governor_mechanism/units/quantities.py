@@ -18,7 +18,7 @@ from pathlib import PurePath
 from typing import Any
 
 from governor_mechanism.errors import MechanismError, did_you_mean
-from governor_mechanism.units.constants import KILOGRAM_FORCE
+from governor_mechanism.units.constants import KILOGRAM_FORCE_1901
 
 LARGEST_MAGNITUDE, LARGEST_RATE, LARGEST_COEFFICIENT = 1e9, 1e6, 1e30
 """Largest magnitudes, SI: of most quantities; of what is measured per second; of coefficients, which may be over powers of a length."""
@@ -131,7 +131,7 @@ USUAL_FACTORS = {
 """SI values of the usual units by unit and SI unit, as pint computes them: most scenes need no others."""
 
 _MAX_TEXT_LENGTH = 100  # characters; a quantity is short, and long digit strings would cost time
-_KILOGRAM_FORCE = Decimal(str(KILOGRAM_FORCE))
+_KILOGRAM_FORCE = Decimal(str(KILOGRAM_FORCE_1901))
 _NEWTON_PER_KILOGRAM = Decimal("9.81")  # what `gravity = true` means; converts weights in newtons
 _NUMBER = re.compile(r"([+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?)\s*")
 _NOT_A_NUMBER = re.compile(r"[+-]?(nan|inf|infinity)\b", re.IGNORECASE)

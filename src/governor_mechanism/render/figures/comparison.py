@@ -17,7 +17,7 @@ from governor_mechanism.studies.comparison.comparison import Comparison
 from governor_mechanism.studies.comparison.motion import leading_reading
 from governor_mechanism.studies.comparison.statics import GovernorStatics
 from governor_mechanism.types import FloatArray
-from governor_mechanism.units.historic import RPM
+from governor_mechanism.units.constants import RPM
 
 _STYLES: tuple[tuple[str, Any], ...] = (
     (BLUE, "-"),

@@ -15,7 +15,7 @@ from governor_mechanism.statics.controlling_force import ControllingForce
 from governor_mechanism.statics.equilibria import Equilibrium
 from governor_mechanism.statics.working_range import WorkingRange
 from governor_mechanism.types import BoolArray, FloatArray
-from governor_mechanism.units.historic import RPM
+from governor_mechanism.units.constants import RPM
 
 _MAX_SHOWN_SPEED_RATIO = 1.6
 """Largest shown speed over the median speed where no working range is known; the force is unbounded towards a dead centre."""

@@ -12,7 +12,7 @@ from governor_mechanism.render.number_format import display_unit_of, format_labe
 from governor_mechanism.render.style import BLUE, INK, MUTED, PAPER, SERIF_FONT, SKY, VERMILLION
 from governor_mechanism.statics.equilibria import Equilibrium
 from governor_mechanism.statics.speed_curve import InsensitivityBand, SpeedCurve
-from governor_mechanism.units.historic import RPM
+from governor_mechanism.units.constants import RPM
 
 _MAX_SHOWN_SPEED_RATIO = 1.6
 """Largest shown speed over the median speed; the curve is unbounded towards a dead centre."""

@@ -27,7 +27,8 @@ from governor_mechanism.errors import MechanismError
 from governor_mechanism.numerics.roots import find_root
 from governor_mechanism.studies.design.inputs import GOVERNED, Bounds, design_input, require_valid
 from governor_mechanism.studies.design.skeleton import Recorded, relative_range
-from governor_mechanism.units.historic import HORSEPOWER_1901, RPM, fill_places
+from governor_mechanism.units.constants import HORSEPOWER_1901, RPM
+from governor_mechanism.units.places import fill_places
 
 DEFAULT_MASS_RATIO = 4.0
 """Mass of the sleeve over that of one ball if neither it nor the gear ratio is given; Zehnder's rule allows 1 to 9 at 120 rpm."""

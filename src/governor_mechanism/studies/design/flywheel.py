@@ -28,12 +28,13 @@ from governor_mechanism.closed_form.flywheel.equilibrium import Equilibrium, Flu
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.studies.design.inputs import Bounds, design_input, require_valid
 from governor_mechanism.studies.design.skeleton import Design
-from governor_mechanism.units.historic import HORSEPOWER_1853, KILOGRAM_FORCE, fill_places
+from governor_mechanism.units.constants import HORSEPOWER_1853, KILOGRAM_FORCE_1853
+from governor_mechanism.units.places import fill_places
 
 DEFAULT_ENERGY_RATIO = 20.0
 """Ratio mu if the inputs state no requirement; the paper leaves it open."""
 
-GRAVITY = KILOGRAM_FORCE
+GRAVITY = KILOGRAM_FORCE_1853
 """Gravity for the weight of the rim, m/s2; the paper's 9.808 enters none of its numbers."""
 
 CLOSED_CYCLE_TOLERANCE = 1e-9

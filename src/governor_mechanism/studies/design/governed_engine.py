@@ -31,7 +31,7 @@ from governor_mechanism.studies.design.engine_governor import (
 )
 from governor_mechanism.studies.design.skeleton import Check, CheckedDesign, mass_ratio_limits, relative_range
 from governor_mechanism.studies.design.templates import gravity_value
-from governor_mechanism.units.historic import HORSEPOWER_1901, RPM
+from governor_mechanism.units.constants import HORSEPOWER_1901, RPM
 from governor_mechanism.units.text_table import format_table
 
 THROTTLE_FRACTIONS = (1.0, 0.75, 0.5, 0.25, 0.0)

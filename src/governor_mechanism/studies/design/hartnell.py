@@ -17,7 +17,8 @@ from governor_mechanism.errors import MechanismError
 from governor_mechanism.studies.design.inputs import design_input, require_valid
 from governor_mechanism.studies.design.skeleton import SPEED_CHANGE, Design, Recorded, relative_range
 from governor_mechanism.studies.design.templates import gravity_value, limit, run_up_steps, sleeve_damping
-from governor_mechanism.units.historic import RPM, fill_places
+from governor_mechanism.units.constants import RPM
+from governor_mechanism.units.places import fill_places
 from governor_mechanism.units.text_table import format_table
 
 DEFAULT_LIFT = 0.015

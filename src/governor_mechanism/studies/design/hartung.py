@@ -23,7 +23,8 @@ from governor_mechanism.studies.design.inputs import design_input, require_valid
 from governor_mechanism.studies.design.skeleton import Design
 from governor_mechanism.studies.design.templates import run_up_steps, sleeve_damping
 from governor_mechanism.types import FloatArray
-from governor_mechanism.units.historic import KILOGRAM_FORCE, RPM, TECHNICAL_ATMOSPHERE, fill_places
+from governor_mechanism.units.constants import KILOGRAM_FORCE_1853, RPM, TECHNICAL_ATMOSPHERE
+from governor_mechanism.units.places import fill_places
 
 HALF_STROKE_TOLERANCE_RATIO = 0.05
 """Tolerance of half_stroke relative to the geometric value; the paper's rounding is 0.008."""
@@ -66,7 +67,7 @@ class HartungInputs:
     def governor(self, angle: float, sleeve_arm: float) -> closed.HartungGovernor:
         """Return the governor with bell cranks of an angle (rad) and a sleeve arm (m)."""
         values = {name: getattr(self, name) for name in ("weight_arm", "fulcrum_radius", "weight_mass", "sleeve_mass")}
-        return closed.HartungGovernor(**values, sleeve_arm=sleeve_arm, angle=angle, gravity=KILOGRAM_FORCE)
+        return closed.HartungGovernor(**values, sleeve_arm=sleeve_arm, angle=angle, gravity=KILOGRAM_FORCE_1853)
 
 
 PAPER_INPUTS = HartungInputs()

@@ -17,7 +17,8 @@ from governor_mechanism.closed_form.hartung import governor as closed
 from governor_mechanism.studies.design.hartung import PAPER_INPUTS
 from governor_mechanism.studies.design.skeleton import Recorded, tabulate
 from governor_mechanism.studies.printed_numbers import PRINTED_COLUMNS, Cause, PrintedNumber, select_deviations
-from governor_mechanism.units.historic import KILOGRAM_FORCE, in_unit
+from governor_mechanism.units.constants import KILOGRAM_FORCE_1853
+from governor_mechanism.units.places import in_unit
 
 PAPER_SPEEDS = (21.363, 22.201)
 """204 and 212 rpm as the paper rounds them (rad/s)."""
@@ -99,7 +100,7 @@ def _radii_and_speeds() -> Iterator[_Row]:
 
 
 def _centrifugal_forces() -> Iterator[_Row]:
-    mass = 45 / KILOGRAM_FORCE
+    mass = 45 / KILOGRAM_FORCE_1853
     angle = float(formulas.bell_crank_angle(weight_arm=115.0, middle_abscissa=106.0))
     arm = float(formulas.symmetric_sleeve_arm(fulcrum_radius=122.0, angle=math.radians(132), swing=math.radians(15)))
     yield "mass of a weight", "kgf s2/m", 4.58, mass, Cause.ROUNDING, "cut off, not rounded: 4.59"
@@ -127,7 +128,7 @@ def _spring() -> Iterator[_Row]:
 def _sleeve_forces() -> Iterator[_Row]:
     static_force = closed.static_sleeve_force
     inner, outer = (
-        float(static_force(PAPER_GOVERNOR, lever_angle=math.radians(side), spring_force=force * KILOGRAM_FORCE)) / KILOGRAM_FORCE
+        float(static_force(PAPER_GOVERNOR, lever_angle=math.radians(side), spring_force=force * KILOGRAM_FORCE_1853)) / KILOGRAM_FORCE_1853
         for side, force in ((15, 173.8), (-15, 345.8))
     )
     low, high = (float(formulas.regulating_force(static_force=force)) for force in (inner, outer))

@@ -5,8 +5,8 @@ from dataclasses import dataclass, field, fields, replace
 from typing import Any, Literal, TypeVar
 
 from governor_mechanism.errors import MechanismError, did_you_mean
+from governor_mechanism.units.places import fill_places
 from governor_mechanism.units.problems import ProblemCollector
-from governor_mechanism.units.historic import fill_places
 from governor_mechanism.units.quantities import QUANTITY_KINDS, format_quantity, format_value, number_or_text, parse_quantity
 
 MAX_INPUT = 1e30

@@ -27,7 +27,8 @@ from governor_mechanism.numerics.roots import find_root
 from governor_mechanism.studies.design.inputs import GOVERNED, Bounds, design_input, design_word, require_valid
 from governor_mechanism.studies.design.skeleton import SPEED_CHANGE, Check, CheckedDesign, mass_ratio_limits, relative_range, tabulate
 from governor_mechanism.studies.design.templates import gravity_value, limit, sleeve_damping, speed_steps
-from governor_mechanism.units.historic import KILOGRAM_FORCE, RPM, fill_places, in_unit, read_place
+from governor_mechanism.units.constants import KILOGRAM_FORCE_1853, RPM
+from governor_mechanism.units.places import fill_places, in_unit, read_place
 
 START_RADIUS_CONSTANTS = (1000.0, 1.0)
 """Zehnder's start radius in cm, 1000 sqrt(1 + m) / n - 1 with the lowest speed n in rpm."""
@@ -424,8 +425,8 @@ def resolve_inputs(inputs: PendulumInputs) -> tuple[PendulumInputs, Requirement]
         With one sentence per mistake.
     """
     kind = GovernorKind(inputs.kind)
-    porter = {"lowest_speed": 120 * RPM, "highest_speed": 126 * RPM, "mass_ratio": 4.0, "resistance": 6 * KILOGRAM_FORCE}
-    watt = {"lowest_speed": 60 * RPM, "highest_speed": 63 * RPM, "mass_ratio": 0.0, "resistance": KILOGRAM_FORCE}
+    porter = {"lowest_speed": 120 * RPM, "highest_speed": 126 * RPM, "mass_ratio": 4.0, "resistance": 6 * KILOGRAM_FORCE_1853}
+    watt = {"lowest_speed": 60 * RPM, "highest_speed": 63 * RPM, "mass_ratio": 0.0, "resistance": KILOGRAM_FORCE_1853}
     defaults = porter if kind is GovernorKind.PORTER else watt
     given = {name: getattr(inputs, name) for name in defaults if getattr(inputs, name) is not None}
     values: dict[str, Any] = defaults | given

@@ -16,7 +16,7 @@ from governor_mechanism.studies.design.skeleton import Recorded, relative_range,
 from governor_mechanism.studies.regulation.governed_engine import GovernedEngine
 from governor_mechanism.studies.regulation.load_change import LoadChangeStudy, study_load_change
 from governor_mechanism.types import FloatArray
-from governor_mechanism.units.historic import in_unit
+from governor_mechanism.units.places import in_unit
 from governor_mechanism.units.text_table import format_table
 
 END_RATIO = 1 - 1e-9

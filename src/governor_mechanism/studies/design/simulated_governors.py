@@ -20,7 +20,7 @@ from governor_mechanism.studies.design.hartnell import HartnellDesign
 from governor_mechanism.studies.design.pendulum import START_FRACTION, TARGET_FRACTION, PendulumDesign
 from governor_mechanism.studies.design.skeleton import SPEED_CHANGE, Recorded, tabulate
 from governor_mechanism.studies.regression import run_uncertified
-from governor_mechanism.units.historic import RPM
+from governor_mechanism.units.constants import RPM
 
 STATICS_TOLERANCE = 1e-8
 """Largest relative difference of a wanted number and the statics of the machine: statics are exact to about 1e-12, and the numbers of the

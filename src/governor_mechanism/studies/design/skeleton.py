@@ -12,7 +12,7 @@ from governor_mechanism.model.results.exported_result import ExportedResult
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.scenes.parser import parse_scene_document
 from governor_mechanism.studies.design.templates import fill_template, read_file
-from governor_mechanism.units.historic import fill_places
+from governor_mechanism.units.places import fill_places
 from governor_mechanism.units.short_repr import short_repr
 from governor_mechanism.units.text_table import format_table
 

@@ -8,7 +8,8 @@ from typing import Any
 
 from governor_mechanism.effects.gravity import DEFAULT_GRAVITY
 from governor_mechanism.scenes.toml_text import format_toml_value
-from governor_mechanism.units.historic import RPM, Places, fill_places
+from governor_mechanism.units.constants import RPM
+from governor_mechanism.units.places import Places, fill_places
 
 DAMPING_RATIO = 0.7
 """Damping ratio of the dashpots half way up: the sleeve follows the speed without much overshoot."""

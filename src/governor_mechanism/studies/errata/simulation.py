@@ -18,7 +18,7 @@ from governor_mechanism.studies.errata.erratum import Paper
 from governor_mechanism.studies.errata.zehnder import LONGER, PROBE_ANGLE_DEG, SHORTER
 from governor_mechanism.studies.valve_timing import tabulate_valve_timing
 from governor_mechanism.types import FloatArray
-from governor_mechanism.units.historic import RPM
+from governor_mechanism.units.constants import RPM
 
 PROBE_RESISTANCE = 40.0
 """Resistance at the sleeve, N, from whose band of speed the static sleeve force follows; the result does not depend on it."""

@@ -13,7 +13,7 @@ from governor_mechanism.closed_form import parabolic
 from governor_mechanism.studies.design.pendulum import ParabolaStart, PendulumDesign, design_pendulum
 from governor_mechanism.studies.errata.erratum import Erratum, Paper
 from governor_mechanism.studies.printed_numbers import Cause
-from governor_mechanism.units.historic import RPM
+from governor_mechanism.units.constants import RPM
 
 COMMAND = "governor-mechanism design pendulum"
 """Prints a design by the steps of the paper, with the right formulas."""

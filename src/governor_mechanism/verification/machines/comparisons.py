@@ -19,7 +19,7 @@ from governor_mechanism.model.part import FreeSpindle, Start
 from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.model.scene import RunSettings, Scene
 from governor_mechanism.types import FloatArray, FloatOrArray
-from governor_mechanism.units.historic import RPM
+from governor_mechanism.units.constants import RPM
 from governor_mechanism.verification.report import ComparisonRow
 
 Checks = Iterator[ComparisonRow | str]

@@ -8,7 +8,7 @@ from governor_mechanism.closed_form import parabolic as closed
 from governor_mechanism.model.part import Spindle, Start
 from governor_mechanism.model.scene import RunSettings, Scene
 from governor_mechanism.statics.speed_curve import equilibrium_speed_at
-from governor_mechanism.units.historic import RPM
+from governor_mechanism.units.constants import RPM
 from governor_mechanism.verification.machines.comparisons import Checks, compare_algebraic, require_gravity_and_centrifugal, run_scene
 from governor_mechanism.verification.report import ComparisonRow
 

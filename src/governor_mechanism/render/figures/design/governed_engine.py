@@ -9,7 +9,8 @@ from governor_mechanism.render.figures.page import CHAIN_DOTTED, DASHED, MM_PER_
 from governor_mechanism.render.style import BLUE, GREEN, INK, MUTED, PAPER, SERIES_COLOURS, SKY, VERMILLION
 from governor_mechanism.studies.design.governed_engine import GovernedEngineDesign
 from governor_mechanism.studies.design.simulated_engines import SimulatedEngine
-from governor_mechanism.units.historic import RPM, fill_places
+from governor_mechanism.units.constants import RPM
+from governor_mechanism.units.places import fill_places
 
 _N_CURVE_POINTS = 201
 """Points of a curve."""

@@ -7,7 +7,8 @@ from governor_mechanism.render.figures.page import CHAIN_DOTTED, DASHED, MM_PER_
 from governor_mechanism.render.style import BLUE, GREEN, INK, MUTED, PAPER, SANS_FONT, VERMILLION
 from governor_mechanism.studies.design.hartnell import HartnellDesign, SleeveSpring
 from governor_mechanism.types import FloatArray
-from governor_mechanism.units.historic import RPM, fill_places
+from governor_mechanism.units.constants import RPM
+from governor_mechanism.units.places import fill_places
 
 _N_CURVE_POINTS = 121
 """Points of a curve over the travel."""

@@ -11,7 +11,7 @@ from governor_mechanism.studies.design import hartung_paper as paper
 from governor_mechanism.studies.design.hartung import HartungDesign, build_hartung_layout
 from governor_mechanism.studies.printed_numbers import select_deviations
 from governor_mechanism.types import FloatArray
-from governor_mechanism.units.historic import KILOGRAM_FORCE, RPM
+from governor_mechanism.units.constants import KILOGRAM_FORCE_1853, RPM
 
 _PAPER_ANGLES_DEG = (90.0, 132.0, 137.332)
 """Bell-crank angles (deg): Hartung's right angle, Dubois' angle, and the angle from Dubois' formula."""
@@ -42,15 +42,15 @@ def spring_lines_figure(design: HartungDesign, *, with_printed_points: bool = Fa
     for forces, colour, style, text in (
         (layout.fast_forces, VERMILLION, DASHED, f"equilibrium at {fast}"),
         (layout.slow_forces, BLUE, CHAIN_DOTTED, f"equilibrium at {slow}"),
-        (layout.spring_forces, INK, "-", f"spring, {layout.spring_rate / KILOGRAM_FORCE / MM_PER_M:.4g} kgf/mm"),
+        (layout.spring_forces, INK, "-", f"spring, {layout.spring_rate / KILOGRAM_FORCE_1853 / MM_PER_M:.4g} kgf/mm"),
     ):
-        panel.plot(layout.radii * MM_PER_M, forces / KILOGRAM_FORCE, color=colour, linewidth=1.5, linestyle=style, label=text)
+        panel.plot(layout.radii * MM_PER_M, forces / KILOGRAM_FORCE_1853, color=colour, linewidth=1.5, linestyle=style, label=text)
     if with_printed_points:
         _plot_printed_points(panel)
     _add_newton_axis(panel, "Force of each spring [N]")
     add_legend(panel, {"fontfamily": SANS_FONT}, fontsize=8.5, loc="upper left", handlelength=3.0, labelcolor=INK)
     weight_arm, sleeve_arm = (f"{arm * MM_PER_M:.5g} mm" for arm in (layout.governor.weight_arm, layout.governor.sleeve_arm))
-    text = f"bell crank {math.degrees(design.angle):.5g} deg, arms {weight_arm} and {sleeve_arm}; one kgf is {KILOGRAM_FORCE:g} N"
+    text = f"bell crank {math.degrees(design.angle):.5g} deg, arms {weight_arm} and {sleeve_arm}; one kgf is {KILOGRAM_FORCE_1853:g} N"
     page.write_footnote(text, y=0.022)
     return page
 
@@ -77,7 +77,7 @@ def sleeve_force_figure(design: HartungDesign) -> Page:
     for (angle, layout), (colour, style) in zip(layouts, lines, strict=False):
         best = abs(math.radians(angle) - design.best_angle) < math.radians(0.01)
         text = f"{angle:.6g} deg: {100 * layout.spread:.3g} %" + (", the best" if best else "")
-        lever_angles, forces = np.degrees(layout.levers), layout.static_forces / KILOGRAM_FORCE
+        lever_angles, forces = np.degrees(layout.levers), layout.static_forces / KILOGRAM_FORCE_1853
         panel.plot(lever_angles, forces, color=colour, linewidth=1.6, linestyle=style, label=text)
         if layout.spread < _MAX_ENLARGED_SPREAD:
             enlarged.plot(lever_angles, forces, color=colour, linewidth=1.6, linestyle=style)
@@ -87,7 +87,7 @@ def sleeve_force_figure(design: HartungDesign) -> Page:
     panel.invert_xaxis()
     enlarged.invert_xaxis()
     add_legend(panel, {"fontfamily": SANS_FONT}, fontsize=8.5, loc="lower right", handlelength=3.0, labelcolor=INK)
-    text = f"percent: largest minus smallest force over the stroke, relative to their mean; one kgf is {KILOGRAM_FORCE:g} N"
+    text = f"percent: largest minus smallest force over the stroke, relative to their mean; one kgf is {KILOGRAM_FORCE_1853:g} N"
     page.write_footnote(text, y=0.022)
     return page
 
@@ -124,11 +124,11 @@ def _add_newton_axis(panel: Panel, label: str) -> None:
 
 
 def _to_newtons(forces: ArrayLike) -> FloatArray:
-    return np.multiply(forces, KILOGRAM_FORCE)
+    return np.multiply(forces, KILOGRAM_FORCE_1853)
 
 
 def _to_kilogram_forces(forces: ArrayLike) -> FloatArray:
-    return np.divide(forces, KILOGRAM_FORCE)
+    return np.divide(forces, KILOGRAM_FORCE_1853)
 
 
 def _new_page(title: str, subtitle: str) -> Page:

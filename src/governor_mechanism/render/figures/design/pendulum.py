@@ -12,7 +12,8 @@ from governor_mechanism.render.geometry.primitives import Vec2
 from governor_mechanism.render.style import BLUE, GREEN, INK, MUTED, PAPER, SERIES_COLOURS, SKY, VERMILLION
 from governor_mechanism.studies.design.pendulum import TARGET_FRACTION, PendulumDesign
 from governor_mechanism.studies.design.simulated_governors import SimulatedPendulum
-from governor_mechanism.units.historic import RPM, fill_places
+from governor_mechanism.units.constants import RPM
+from governor_mechanism.units.places import fill_places
 
 _PATH_RECT, _SPEED_RECT = (0.065, 0.10, 0.42, 0.735), (0.575, 0.535, 0.335, 0.30)
 _RUN_SPEED_RECT, _RUN_LIFT_RECT = (0.575, 0.295, 0.335, 0.13), (0.575, 0.10, 0.335, 0.155)

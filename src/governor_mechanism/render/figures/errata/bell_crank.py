@@ -11,7 +11,7 @@ from governor_mechanism.render.style import BLUE, INK, LIGHT_STEEL, MUTED, PAPER
 from governor_mechanism.studies.design.hartung import PAPER_INPUTS, HartungLayout, build_hartung_layout
 from governor_mechanism.studies.design.hartung_paper import compare_with_paper
 from governor_mechanism.studies.errata.dubois import USED_ANGLE_DEG
-from governor_mechanism.units.historic import KILOGRAM_FORCE
+from governor_mechanism.units.constants import KILOGRAM_FORCE_1853
 
 _LEFT_RECT, _RIGHT_RECT = (0.015, 0.03, 0.385, 0.79), (0.515, 0.16, 0.47, 0.62)
 _ARC_DIAMETERS = (62.0, 106.0)
@@ -68,7 +68,7 @@ def _draw_forces(panel: Panel, layouts: list[HartungLayout]) -> None:
     """Draw the static sleeve force over the stroke with each angle."""
     labels = ((-15.0, 470.5), "right"), ((15.0, 501.5), "left")
     for layout, colour, style, (point, side) in zip(layouts, (VERMILLION, BLUE), (DASHED, "-"), labels, strict=True):
-        forces = layout.static_forces / KILOGRAM_FORCE
+        forces = layout.static_forces / KILOGRAM_FORCE_1853
         panel.plot(np.degrees(layout.levers), forces, color=colour, linewidth=2.2, linestyle=style)
         degrees = math.degrees(layout.governor.angle)
         text = f"{degrees:.{0 if colour == VERMILLION else 2}f}°: changes by {100 * layout.spread:.1f} %"

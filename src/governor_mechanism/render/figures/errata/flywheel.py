@@ -10,7 +10,7 @@ from governor_mechanism.render.style import BLUE, GREEN, VERMILLION
 from governor_mechanism.studies.design.flywheel import DEFAULT_ENERGY_RATIO, PAPER_INPUTS, closed_cycle
 from governor_mechanism.studies.design.flywheel_paper import PAPER_ENGINE, compare_with_paper
 from governor_mechanism.types import FloatArray
-from governor_mechanism.units.historic import RPM
+from governor_mechanism.units.constants import RPM
 
 _DEGREES: FloatArray = np.linspace(0.0, 360.0, 721)
 

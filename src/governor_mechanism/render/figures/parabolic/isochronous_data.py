@@ -14,7 +14,7 @@ from governor_mechanism.model.part import FreeSpindle
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.render.geometry.primitives import Vec2
 from governor_mechanism.types import FloatArray
-from governor_mechanism.units.historic import RPM
+from governor_mechanism.units.constants import RPM
 
 MARKED_ANGLE_CHANGES = np.radians([-4.0, -2.0, -1.0, 1.0, 2.0, 4.0])
 """Changes of the arm angle (rad) with a marker."""

@@ -13,7 +13,7 @@ from governor_mechanism.render.figures.page import CHAIN_DOTTED, DASHED, DOTTED,
 from governor_mechanism.render.figures.parabolic.isochronous_data import MARKED_ANGLE_CHANGES, MAX_ANGLE_CHANGE, IsochronousPlateData
 from governor_mechanism.render.geometry.primitives import Vec2
 from governor_mechanism.render.style import BLUE, GREEN, INK, MUTED, PAPER, ROLE_STYLES, SERIES_COLOURS, SERIF_FONT, SKY
-from governor_mechanism.units.historic import RPM
+from governor_mechanism.units.constants import RPM
 
 _FAMILY_RECT, _DEVIATION_RECT = (0.078, 0.155, 0.476, 0.69), (0.672, 0.475, 0.243, 0.37)
 """Left and lower edge, width and height of the panels, in fractions of the figure."""

@@ -26,7 +26,7 @@ from governor_mechanism.render.figures.page import (
 )
 from governor_mechanism.render.style import BLUE, GREEN, INK, MUTED, PAPER, SERIES_COLOURS, SERIF_FONT, STEEL, VERMILLION
 from governor_mechanism.types import FloatArray
-from governor_mechanism.units.historic import RPM
+from governor_mechanism.units.constants import RPM
 from governor_mechanism.verification.machines.slider_crank import build_crank_train
 
 _LABEL_INTERVAL_DEG, _SHOWN_ANGLE_DEG = 30, 300

@@ -1,4 +1,4 @@
-"""Units of the papers and of the workshop, and texts with named places for quantities in them."""
+"""Texts with named places for quantities, in units of the papers and the workshop."""
 
 import math
 import re
@@ -6,23 +6,7 @@ import string
 from collections.abc import Mapping, Sequence
 from typing import Any, Final
 
-RPM: Final = math.pi / 30
-"""One revolution per minute, rad/s."""
-
-KILOGRAM_FORCE: Final = 9.81
-"""One kilogram-force of the papers (1853 to 1912), N: a weight of 30 kgf has a mass of 30 kg."""
-
-KILOGRAM_FORCE_1901: Final = 9.80665
-"""One kilogram-force since the standard gravity of 1901, N."""
-
-TECHNICAL_ATMOSPHERE: Final = 1e4 * KILOGRAM_FORCE
-"""One technical atmosphere of the papers, kgf/cm^2, in Pa."""
-
-HORSEPOWER_1853: Final = 75 * KILOGRAM_FORCE
-"""One horsepower of the papers, 75 kgf m/s, in W."""
-
-HORSEPOWER_1901: Final = 75 * KILOGRAM_FORCE_1901
-"""One metric horsepower, PS, with the kilogram-force of 1901, in W."""
+from governor_mechanism.units.constants import KILOGRAM_FORCE_1853, RPM, TECHNICAL_ATMOSPHERE
 
 _NUMBER_IN_SI: Final = {"mm": 1e3, "cm": 1e2, "cm^2": 1e4, "deg": math.degrees(1.0), "mJ": 1e3, "%": 1e2}
 """How many of a unit that is smaller than the SI unit make one of it: for most of them exact, unlike the reciprocal."""
@@ -31,7 +15,7 @@ _SIZES: Final = {
     "rpm": RPM,
     **dict.fromkeys(("kN", "kJ", "kW", "N/mm"), 1e3),
     **{"bar": 1e5, "MPa": 1e6, "GPa": 1e9},
-    **{"kgf": KILOGRAM_FORCE, "kgf/mm": 1e3 * KILOGRAM_FORCE, "kgf/cm^2": TECHNICAL_ATMOSPHERE},
+    **{"kgf": KILOGRAM_FORCE_1853, "kgf/mm": 1e3 * KILOGRAM_FORCE_1853, "kgf/cm^2": TECHNICAL_ATMOSPHERE},
 }
 """SI values of the other units."""
 
