@@ -9,6 +9,7 @@ import pytest
 
 from governor_mechanism.effects.dry_friction import DryFriction
 from governor_mechanism.model.time_functions import InputFunction
+from governor_mechanism.render.geometry.attached import shapes_of
 from governor_mechanism.render.geometry.primitives import Lines, Polygon, TextShape, bounding_box
 from governor_mechanism.render.machines.engine_room.governor_elevation import GovernorElevation
 from governor_mechanism.render.machines.pendulum.lens import lift_magnification
@@ -42,9 +43,9 @@ def test_rod_and_arms_of_a_throttle_keep_their_lengths(side, half_lift):
 @pytest.mark.parametrize("side", [-1.0, 1.0])
 def test_a_rising_sleeve_closes_the_throttle(side):
     gear = make_gear(side, 0.1)
-    slopes = []
+    slopes, moving = [], list(gear.moving_parts(lambda height: height))
     for height in np.linspace(*gear.pin_range, 21).tolist():
-        (plate,) = (shape for shape in gear.moving_shapes(height) if shape.role == "throttle plate")
+        (plate,) = (shape for shape in shapes_of(moving, height) if shape.role == "throttle plate")
         ((x0, y0), (x1, y1)) = plate.lines[0]
         slopes.append(math.atan2(abs(y1 - y0), abs(x1 - x0)))
     # From nearly along the pipe to nearly across it.

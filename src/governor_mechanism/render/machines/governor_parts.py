@@ -3,8 +3,8 @@
 import math
 from abc import abstractmethod
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
-from functools import cached_property
+from dataclasses import dataclass, replace
+from functools import cached_property, partial
 from itertools import groupby
 from operator import itemgetter
 from typing import ClassVar
@@ -12,8 +12,10 @@ from typing import ClassVar
 from governor_mechanism.effects.dashpot import Dashpot
 from governor_mechanism.effects.dry_friction import DryFriction
 from governor_mechanism.model.output_variables import FollowerHeight, PointCoordinate
+from governor_mechanism.render.geometry.attached import Attached, Moment
 from governor_mechanism.render.geometry.outlines import make_bar, make_hatched_block, make_rectangle, make_wall
-from governor_mechanism.render.geometry.primitives import BoundingBox, DrawnShape, Lines, Polygon, TextShape, Vec2, round_step
+from governor_mechanism.render.geometry.points import arc_points
+from governor_mechanism.render.geometry.primitives import BoundingBox, DrawnShape, Lines, PoseTuple, TextShape, Vec2, round_step
 from governor_mechanism.render.machines.machine_drawing import Dimension, MachineDrawing
 from governor_mechanism.render.part_run import EffectT, PartRun
 from governor_mechanism.types import FloatArray
@@ -86,6 +88,15 @@ class GovernorDrawing(MachineDrawing):
         lift = self.part.mechanism.reading(LIFT_READING)
         return lift.zero if isinstance(lift, PointCoordinate | FollowerHeight) else 0.0
 
+    def sleeve_axes(self, moment: Moment) -> PoseTuple:
+        """Return the axes of the sleeve at a moment; their origin is at the height of the lugs."""
+        return 0.0, float(self.sleeve_height(moment.pose)), 0.0
+
+    @cached_property
+    def first_height(self) -> float:
+        """Lug height at the first moment (m)."""
+        return self.sleeve_axes(self.first_moment)[1]
+
     @cached_property
     def lug_height_range(self) -> Vec2:
         """Lowest and highest lug height of the run (m)."""
@@ -157,21 +168,35 @@ def helical_spring_lines(start: Vec2, end: Vec2, half_width: float, hidden_half_
     return tuple(piece for piece in visible_pieces(points, is_visible) if len(piece) > 1)
 
 
-def friction_shoe_shapes(run: PartRun, reading: str, time: float, shoes: Sequence[Polygon]) -> list[DrawnShape]:
-    """Return the shoes once for sliding and once for sticking; the set that does not apply has no outline."""
-    is_sticking = run.is_held(reading, time)
-    roles = (("shoe", not is_sticking), ("held shoe", is_sticking))
-    return [Polygon(role, shoe.points if is_shown else ()) for role, is_shown in roles for shoe in shoes]
+def friction_shoe_parts(run: PartRun, reading: str, shoes: Attached) -> Iterator[Attached]:
+    """Yield shoes on the contact of a reading once for sliding and once for sticking, of which one set is there."""
+    for role, is_held in (("shoe", False), ("held shoe", True)):
+        shapes = tuple(replace(shape, role=role) for shape in shoes.shapes)
+        yield replace(shoes, shapes=shapes, shown=partial(_holds, run, reading, is_held))
 
 
-def spindle_shoe_shapes(governor: GovernorDrawing, time: float, top: float, sizes: Vec2) -> list[DrawnShape]:
-    """Return friction shoes under the sleeve with their top at a height (m); `sizes` are width and height, as fractions of the arm."""
+def _holds(run: PartRun, reading: str, is_held: bool, moment: Moment) -> bool:
+    """Return whether a reading is held at a moment, or whether it is not."""
+    return run.is_held(reading, moment.time) == is_held
+
+
+def spindle_shoe_parts(governor: GovernorDrawing, depth: float, sizes: Vec2) -> Iterator[Attached]:
+    """Yield friction shoes under the sleeve, at a depth below its lugs (m); `sizes` are width and height, as fractions of the arm."""
     if not governor.find_lift_effect(DryFriction):
-        return []
+        return
     u, (width, height) = governor.arm, sizes
     sides = both_sides(governor.spindle_ratio * u, (governor.spindle_ratio + width) * u)
-    shoes = [make_rectangle("shoe", left, right, top - height * u, top) for left, right in sides]
-    return friction_shoe_shapes(governor, LIFT_READING, time, shoes)
+    shoes = tuple(make_rectangle("shoe", left, right, -depth - height * u, -depth) for left, right in sides)
+    yield from friction_shoe_parts(governor, LIFT_READING, Attached(frame=governor.sleeve_axes, shapes=shoes, turns=False))
+
+
+def ball_shine(radius: float) -> Lines:
+    """Return two arcs inside the upper left rim of a ball of a radius (m) around the origin: the highlight of a sphere."""
+    arcs = (
+        arc_points((0.0, 0.0), math.radians(135 - half), math.radians(2 * half), ratio * radius, 12)
+        for ratio, half in ((0.78, 42.0), (0.60, 30.0))
+    )
+    return Lines("ball shine", tuple(arcs))
 
 
 def shoe_key_shapes(governor: GovernorDrawing, corner: Vec2, unit: float) -> Iterator[DrawnShape]:
@@ -211,12 +236,22 @@ def throttle_pivot_distance(governor: GovernorDrawing, distance: float, gap: flo
     return max(distance, gap - _cylinder_box(governor)[0])
 
 
-def piston_shapes(governor: GovernorDrawing, height: float, rod_top: float) -> Iterator[DrawnShape]:
-    """Yield the piston of a dashpot, its rod, and the bracket from the top of the rod to a sleeve with its lugs at a height (m)."""
+def piston_parts(governor: GovernorDrawing, rod_depth: float) -> Iterator[Attached]:
+    """Yield the piston of a dashpot, its rod, and the bracket to the sleeve from the top of the rod, at a depth below the lugs (m)."""
     if governor.find_lift_effect(Dashpot):
-        sizes, u, (left, right, bottom, _) = governor.piston, governor.arm, _cylinder_box(governor)
-        x, y = (left + right) / 2, bottom + sizes.lowest * u + (height - governor.lug_height_range[0])
-        clearance, rod = sizes.clearance * u, sizes.rod_half_width * u
-        yield make_rectangle("piston rod", x - rod, x + rod, y, rod_top)
-        yield make_rectangle("piston", left + clearance, right - clearance, y, y + sizes.thickness * u)
-        yield make_bar("piston rod", (x, rod_top), (-0.9 * governor.sleeve_size[0], rod_top), sizes.bracket_width * u)
+        yield governor.attach(governor.sleeve_axes, _piston_shapes(governor, governor.first_height, rod_depth), turns=False)
+
+
+def _piston_shapes(governor: GovernorDrawing, height: float, rod_depth: float) -> Iterator[DrawnShape]:
+    """Yield piston, rod and bracket for a sleeve with its lugs at a height (m)."""
+    rod_top = height - rod_depth
+    sizes = governor.piston
+    u = governor.arm
+    left, right, bottom, _ = _cylinder_box(governor)
+    x = (left + right) / 2
+    y = bottom + sizes.lowest * u + (height - governor.lug_height_range[0])
+    clearance = sizes.clearance * u
+    rod = sizes.rod_half_width * u
+    yield make_rectangle("piston rod", x - rod, x + rod, y, rod_top)
+    yield make_rectangle("piston", left + clearance, right - clearance, y, y + sizes.thickness * u)
+    yield make_bar("piston rod", (x, rod_top), (-0.9 * governor.sleeve_size[0], rod_top), sizes.bracket_width * u)

@@ -1,11 +1,23 @@
-"""What the drawing of a machine is: shapes in metres, without colours, that do not move, that move, and that are seen from above."""
+"""What the drawing of a machine is: shapes in metres, without colours, fixed or attached to what moves, and the view from above."""
 
 import math
-from abc import ABC, abstractmethod
-from collections.abc import Iterable
+from abc import ABC
+from collections.abc import Callable, Iterable
 from functools import cached_property
 from typing import ClassVar
 
+from governor_mechanism.render.geometry.attached import (
+    Attached,
+    BodyAxes,
+    DrawnPart,
+    Flexible,
+    Frame,
+    Moment,
+    fixed,
+    fixed_axes,
+    into_axes,
+    shapes_of,
+)
 from governor_mechanism.render.geometry.free_space import select_extreme_rows
 from governor_mechanism.render.geometry.outlines import make_bar
 from governor_mechanism.render.geometry.points import arc_points, drawn_point_paths
@@ -47,13 +59,54 @@ class MachineDrawing(PartRun, ABC):
     panel_readings: ClassVar[tuple[str, ...]] = ()
     plan_caption: ClassVar[tuple[str, ...]] = ("from above",)
 
-    @abstractmethod
+    def fixed_parts(self) -> Iterable[Attached]:
+        """Return what does not move during the run, back to front."""
+        return [fixed(self.background_shapes())]
+
+    def moving_parts(self) -> Iterable[DrawnPart]:
+        """Return what moves, in front of what does not, back to front."""
+        return [Flexible(shapes_at=lambda moment: self.moving_shapes(*moment))]
+
+    @cached_property
+    def fixed(self) -> tuple[Attached, ...]:
+        """What does not move, which takes long to find."""
+        return tuple(self.fixed_parts())
+
+    @cached_property
+    def moving(self) -> tuple[DrawnPart, ...]:
+        """What moves."""
+        return tuple(self.moving_parts())
+
     def background_shapes(self) -> Iterable[DrawnShape]:
         """Return the shapes that do not move during the run."""
+        return shapes_of(self.fixed, self.first_moment)
 
-    @abstractmethod
     def moving_shapes(self, pose: FloatArray, time: float) -> Iterable[DrawnShape]:
         """Return the moving shapes at a pose (bodies, 3) and a time (s)."""
+        return shapes_of(self.moving, Moment(pose, time))
+
+    @cached_property
+    def first_moment(self) -> Moment:
+        """Start of the run: shapes are drawn where they stand then, and attached."""
+        return Moment(self.poses[0], float(self.run.times[0]))
+
+    def body_axes(self, name: str) -> Frame:
+        """Return the axes of a body; those of the ground do not move."""
+        index = self.part.mechanism.body_index(name)
+        return BodyAxes(index) if index >= 0 else fixed_axes
+
+    def attach(
+        self,
+        frame: Frame,
+        shapes: Iterable[DrawnShape],
+        *,
+        turns: bool = True,
+        section_only: bool = False,
+        shown: Callable[[Moment], bool] | None = None,
+    ) -> Attached:
+        """Return shapes, drawn in the plane where they stand at the first moment, attached to axes."""
+        local = into_axes(frame(self.first_moment), shapes)
+        return Attached(frame=frame, shapes=local, turns=turns, section_only=section_only, shown=shown)
 
     def plan_shapes(self, pose: FloatArray, angle: float) -> Iterable[DrawnShape]:
         """Yield the rotating plane from above, at a spindle angle (rad): every body at its distance from the axis."""

@@ -1,12 +1,14 @@
 """What a governor moves: a strap on the sleeve, a forked lever about a fixed pivot, its rod, and the throttle valve in its pipe."""
 
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from typing import Any
 
+from governor_mechanism.render.geometry.attached import Attached, Frame, axes_along, axes_shifted
 from governor_mechanism.render.geometry.outlines import make_bar, make_rectangle, make_wall
-from governor_mechanism.render.geometry.points import axes_to_plane
-from governor_mechanism.render.geometry.primitives import Circle, DrawnShape, Lines, Vec2
+from governor_mechanism.render.geometry.points import axes_to_plane, place_points
+from governor_mechanism.render.geometry.primitives import Circle, DrawnShape, Lines, Polygon, PoseTuple, Vec2
 
 # Lengths as fractions of the unit of the gear.
 _MIN_HALF_LIFT = 0.11
@@ -100,23 +102,59 @@ class ThrottleGear:
         for bottom in (valve_y - half - wall, valve_y + half):
             yield make_rectangle("throttle pipe", left, right, bottom, bottom + wall)
 
-    def moving_shapes(self, pin_height: float) -> Iterator[DrawnShape]:
-        """Yield strap, lever, rod and valve for a height of the pin (m)."""
-        u, pin, pivot, valve = self.unit, (0.0, pin_height), self.pivot, self.valve
-        end, arm_end = self.lever_end(pin_height), self.valve_arm_end(pin_height)
-        half = 0.5 * _STRAP_HEIGHT * u
-        yield make_rectangle("throttle strap", -self.strap_half_width, self.strap_half_width, pin_height - half, pin_height + half)
-        # The fork is slotted: the pin moves straight, the lever about its pivot.
+    def lever_axes(self, pin_height: float) -> PoseTuple:
+        """Return the axes of the lever for a height of the pin (m): the origin is in its pivot, and x leads to the pin."""
+        x, y = self.pivot
+        return x, y, math.atan2(pin_height - y, -x)
+
+    def valve_axes(self, pin_height: float) -> PoseTuple:
+        """Return the axes of the valve for a height of the pin (m); x leads along its arm."""
+        (x, y), (end_x, end_y) = self.valve, self.valve_arm_end(pin_height)
+        return x, y, math.atan2(end_y - y, end_x - x)
+
+    def moving_parts(self, pin_height: Callable[[Any], float]) -> Iterator[Attached]:
+        """Yield strap, lever, rod and valve; `pin_height` is the height of the pin (m) at a moment."""
+        strap_axes = axes_shifted(lambda moment: (0.0, pin_height(moment)))
+        rod_axes = axes_along(lambda moment: (self.lever_end(pin_height(moment)), self.valve_arm_end(pin_height(moment))))
+
+        def lever_axes(moment: Any) -> PoseTuple:
+            return self.lever_axes(pin_height(moment))
+
+        def valve_axes(moment: Any) -> PoseTuple:
+            return self.valve_axes(pin_height(moment))
+
+        arm = _VALVE_ARM * self.unit
+        yield _part(strap_axes, self._strap())
+        yield _part(lever_axes, *self._lever_shapes())
+        yield _part(valve_axes, *self._valve_shapes())
+        yield _part(rod_axes, make_bar("throttle rod", (0.0, 0.0), (self.rod_length, 0.0), _ROD_WIDTH * self.unit))
+        yield _part(strap_axes, self._pin((0.0, 0.0)))
+        yield _part(lever_axes, self._pin((0.0, 0.0)), self._pin((-self.outer_arm, 0.0)))
+        yield _part(valve_axes, self._pin((arm, 0.0)), self._pin((0.0, 0.0)))
+
+    def _strap(self) -> Polygon:
+        half = 0.5 * _STRAP_HEIGHT * self.unit
+        return make_rectangle("throttle strap", -self.strap_half_width, self.strap_half_width, -half, half)
+
+    def _lever_shapes(self) -> Iterator[DrawnShape]:
+        """Yield the lever with its fork in its axes; the fork is slotted: the pin moves straight, the lever about its pivot."""
+        u = self.unit
         reach = math.hypot(self.pivot_distance, 0.5 * (self.pin_range[1] - self.pin_range[0])) + _FORK_END * u
-        axes = (*pivot, math.atan2(pin_height - pivot[1], -pivot[0]))
-        yield make_bar("throttle lever", end, axes_to_plane(axes, reach, 0.0), _LEVER_WIDTH * u)
-        slot = (axes_to_plane(axes, distance, 0.0) for distance in (self.pivot_distance, reach - _FORK_END * u))
-        yield make_bar("throttle slot", next(slot), next(slot), 2 * _PIN_RADIUS * u)
-        angle = math.atan2(arm_end[1] - valve[1], arm_end[0] - valve[0])
+        yield make_bar("throttle lever", (-self.outer_arm, 0.0), (reach, 0.0), _LEVER_WIDTH * u)
+        yield make_bar("throttle slot", (self.pivot_distance, 0.0), (reach - _FORK_END * u, 0.0), 2 * _PIN_RADIUS * u)
+
+    def _valve_shapes(self) -> Iterator[DrawnShape]:
+        """Yield plate and arm of the valve in its axes."""
         level = math.pi if self.side > 0 else 0.0
-        plate = (*valve, angle - level + self.side * _CLOSING_ANGLE)
-        ends = tuple(axes_to_plane(plate, sign * (_PIPE_HALF_HEIGHT - 0.004) * u, 0.0) for sign in (-1, 1))
-        yield Lines("throttle plate", (ends,))
-        yield make_bar("throttle rod", valve, arm_end, 1.3 * _ROD_WIDTH * u)
-        yield make_bar("throttle rod", end, arm_end, _ROD_WIDTH * u)
-        yield from (Circle("throttle pin", *point, _PIN_RADIUS * u) for point in (pin, pivot, end, arm_end, valve))
+        plate = (0.0, 0.0, self.side * _CLOSING_ANGLE - level)
+        half = (_PIPE_HALF_HEIGHT - 0.004) * self.unit
+        yield Lines("throttle plate", (place_points(plate, ((-half, 0.0), (half, 0.0))),))
+        yield make_bar("throttle rod", (0.0, 0.0), (_VALVE_ARM * self.unit, 0.0), 1.3 * _ROD_WIDTH * self.unit)
+
+    def _pin(self, place: Vec2) -> Circle:
+        return Circle("throttle pin", *place, _PIN_RADIUS * self.unit)
+
+
+def _part(frame: Frame, *shapes: DrawnShape) -> Attached:
+    """Return shapes in axes that move; none of them turns with the spindle."""
+    return Attached(frame=frame, shapes=shapes, turns=False)

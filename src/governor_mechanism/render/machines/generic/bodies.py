@@ -9,9 +9,10 @@ from governor_mechanism.model.joints import Glyph, Joint, Point
 from governor_mechanism.model.mechanism import Body
 from governor_mechanism.model.output_variables import LineAngle, PointCoordinate, PointDistance, Reading
 from governor_mechanism.numerics.once_per_object import once_per_object
-from governor_mechanism.render.geometry.outlines import make_box, make_plate_outline, make_wall
-from governor_mechanism.render.geometry.points import axes_to_plane, convex_hull, distinct_points, place_points
-from governor_mechanism.render.geometry.primitives import Circle, DrawnShape, Lines, PoseTuple, Vec2, drawn_ball_radius
+from governor_mechanism.render.geometry.attached import Attached
+from governor_mechanism.render.geometry.outlines import make_plate_outline, make_rectangle, make_wall
+from governor_mechanism.render.geometry.points import convex_hull, distinct_points, place_points
+from governor_mechanism.render.geometry.primitives import Circle, DrawnShape, Lines, Vec2, drawn_ball_radius
 from governor_mechanism.render.machines.generic.joints import STRIP_WIDTH, guide_centreline, spoked_wheel, toothed_bodies
 from governor_mechanism.render.machines.generic.placed_mechanism import MechanismExtents, PlacedMechanism
 
@@ -64,23 +65,29 @@ def _find_outlines(extents: MechanismExtents) -> Sequence[_BodyOutline]:
     return outlines
 
 
-def body_shapes(placed: PlacedMechanism, *, slotted: bool) -> Iterator[DrawnShape]:
-    """Yield plates, bars, discs, masses and balls: those of the bodies with a slot or a guide, or those of the others."""
-    for body, pose, outline in zip(placed.mechanism.bodies, placed.poses, _find_outlines(placed.extents), strict=True):
-        if outline.is_slotted != slotted:
-            continue
-        if len(outline.points) > 1:
-            yield make_plate_outline("plate", place_points(pose, outline.points), outline.width)
-        if outline.has_ball:
-            yield _ball_shape(placed, body, pose)
-        if outline.has_single_shape:
-            yield from _single_point_shapes(placed, body, pose)
+def body_parts(placed: PlacedMechanism, *, slotted: bool) -> Iterator[Attached]:
+    """Yield plates, bars, discs, masses and balls one by one: those of the bodies with a slot or a guide, or those of the others."""
+    for body, outline in zip(placed.mechanism.bodies, _find_outlines(placed.extents), strict=True):
+        if outline.is_slotted == slotted:
+            frame = placed.extents.body_axes(body.name)
+            yield from (Attached(frame=frame, shapes=(shape,)) for shape in _body_shapes(placed, body, outline))
 
 
-def tracer_shapes(placed: PlacedMechanism) -> Iterator[DrawnShape]:
+def _body_shapes(placed: PlacedMechanism, body: Body, outline: _BodyOutline) -> Iterator[DrawnShape]:
+    """Yield the shapes of a body in its axes."""
+    if len(outline.points) > 1:
+        yield make_plate_outline("plate", outline.points, outline.width)
+    if outline.has_ball:
+        yield _ball_shape(placed, body)
+    if outline.has_single_shape:
+        yield from _single_point_shapes(placed, body)
+
+
+def tracer_parts(placed: PlacedMechanism) -> Iterator[Attached]:
     """Yield the points that readings follow and no joint holds."""
-    for pose, outline in zip(placed.poses, _find_outlines(placed.extents), strict=True):
-        yield from (Circle("tracer", *axes_to_plane(pose, *point), 0.012 * placed.unit) for point in outline.tracers)
+    for body, outline in zip(placed.mechanism.bodies, _find_outlines(placed.extents), strict=True):
+        shapes = tuple(Circle("tracer", *point, 0.012 * placed.unit) for point in outline.tracers)
+        yield Attached(frame=placed.extents.body_axes(body.name), shapes=shapes, section_only=True)
 
 
 def _tracer_points(extents: MechanismExtents, body: Body) -> list[Vec2]:
@@ -174,23 +181,23 @@ def _has_end_mass(extents: MechanismExtents, body: Body, outline: Sequence[Vec2]
     return _may_have_ball(extents, body) and any(math.hypot(*corner) < tolerance for corner in convex_hull(outline))
 
 
-def _single_point_shapes(placed: PlacedMechanism, body: Body, pose: PoseTuple) -> list[DrawnShape]:
-    """Return the shapes of a body with at most one point, at its mass centre: disc, hanging mass or ball."""
-    u, (x, y, _) = placed.unit, pose
+def _single_point_shapes(placed: PlacedMechanism, body: Body) -> list[DrawnShape]:
+    """Return the shapes of a body with at most one point, around its mass centre: disc, hanging mass or ball."""
+    u = placed.unit
     if body.mass == 0.0 and not body.can_rotate:
-        return [make_wall((x, y), math.pi / 2, 0.10 * u, 0.035 * u)]  # a moving point of the ground
+        return [make_wall((0.0, 0.0), math.pi / 2, 0.10 * u, 0.035 * u)]  # a moving point of the ground
     holding_joints = [joint for joint in placed.mechanism.joints if joint.glyphs & {Glyph.PIN, Glyph.PINS, Glyph.PIN_IN_SLOT}]
     is_held_by_joint = any(body.name in (joint.first.body, joint.second.body) for joint in holding_joints)
     if placed.hangs_on_springs(body.name) and not is_held_by_joint:
         half_width, half_height = (side / 2 * u for side in _MASS_SIDES)
-        return [make_box("block", pose, (-half_width, half_width, -half_height, half_height))]
+        return [make_rectangle("block", -half_width, half_width, -half_height, half_height)]
     if (radius := placed.extents.flywheel_radius) > 0.0:
-        return spoked_wheel(pose, radius, 0.84 * radius, 0.1 * radius)
+        return spoked_wheel(radius, 0.84 * radius, 0.1 * radius)
     if body.can_rotate and body.planar_inertia > 0.0:
         # A disc with this moment of inertia.
         radius = min(max(math.sqrt(2) * _gyration_radius(body), 0.06 * u), 0.25 * u)
-        return [Circle("wheel", x, y, radius), Lines("marked spoke", (((x, y), axes_to_plane(pose, radius, 0.0)),))]
-    return [_ball_shape(placed, body, pose)]
+        return [Circle("wheel", 0.0, 0.0, radius), Lines("marked spoke", (((0.0, 0.0), (radius, 0.0)),))]
+    return [_ball_shape(placed, body)]
 
 
 def _gyration_radius(body: Body) -> float:
@@ -198,5 +205,5 @@ def _gyration_radius(body: Body) -> float:
     return math.sqrt(max(body.planar_inertia, 0.0) / body.mass) if body.mass else 0.0
 
 
-def _ball_shape(placed: PlacedMechanism, body: Body, pose: PoseTuple) -> Circle:
-    return Circle("ball", pose[0], pose[1], min(0.7 * drawn_ball_radius(body.mass, placed.unit), 0.09 * placed.unit))
+def _ball_shape(placed: PlacedMechanism, body: Body) -> Circle:
+    return Circle("ball", 0.0, 0.0, min(0.7 * drawn_ball_radius(body.mass, placed.unit), 0.09 * placed.unit))

@@ -4,7 +4,8 @@ Only readings that are the coordinate of a point along a direction of the ground
 """
 
 import math
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator
+from functools import partial
 
 from governor_mechanism.effects.dashpot import Dashpot
 from governor_mechanism.effects.dry_friction import DryFriction
@@ -12,14 +13,15 @@ from governor_mechanism.effects.spring import OutputSpring
 from governor_mechanism.effects.stops import Stops
 from governor_mechanism.model.effect import OutputEffect
 from governor_mechanism.model.force_elements import Damper, Force, Spring, Torque, TorsionDamper, TorsionSpring
-from governor_mechanism.model.joints import GROUND, Distance, Pin, RotationalDriver, TranslationalDriver, Weld
+from governor_mechanism.model.joints import GROUND, Distance, Pin, Point, RotationalDriver, TranslationalDriver, Weld
 from governor_mechanism.model.output_variables import PointCoordinate
-from governor_mechanism.render.geometry.outlines import make_arrow, make_box, make_burst, make_wall
+from governor_mechanism.render.geometry.attached import Attached, DrawnPart, Frame, Moment
+from governor_mechanism.render.geometry.outlines import make_arrow, make_burst, make_rectangle, make_wall
 from governor_mechanism.render.geometry.points import arc_points, axes_to_plane, place_points
 from governor_mechanism.render.geometry.primitives import Circle, DrawnShape, Lines, PoseTuple, Vec2
-from governor_mechanism.render.machines.generic.placed_mechanism import PlacedMechanism
+from governor_mechanism.render.machines.generic.placed_mechanism import MechanismExtents, PlacedMechanism
 from governor_mechanism.render.machines.generic.rams import ram_drags
-from governor_mechanism.render.machines.governor_parts import friction_shoe_shapes
+from governor_mechanism.render.machines.governor_parts import friction_shoe_parts
 
 _N_COILS = 6
 _ELEMENT_WIDTH = 0.075
@@ -37,27 +39,36 @@ _MIN_LENGTH = 0.30
 """Smallest drawn length of dashpots and springs, as a fraction of the length scale."""
 
 
-def translational_element_shapes(placed: PlacedMechanism) -> Iterator[DrawnShape]:
+def translational_element_parts(placed: PlacedMechanism) -> Iterator[DrawnPart]:
     """Yield springs and dampers between their points; side by side if they share both points."""
-    u = placed.unit
     loads = _drawn_elements(placed)
     pairs = [frozenset((load.first, load.second)) for load in loads]
     for k, load in enumerate(loads):
         count, number = pairs.count(pairs[k]), pairs[:k].count(pairs[k])
-        lateral_offset = (2 * number - (count - 1)) * _LATERAL_SPACING * u
+        lateral_offset = (2 * number - (count - 1)) * _LATERAL_SPACING * placed.unit
         if load.first != loads[pairs.index(pairs[k])].first:
             lateral_offset = -lateral_offset
-        start, end = placed.position(load.first), placed.position(load.second)
-        length = math.dist(start, end)
-        axes = (*start, math.atan2(end[1] - start[1], end[0] - start[0]))
-        is_spring = isinstance(load, Spring)
-        element_lines = spring_lines(length, u) if is_spring else damper_lines(length, placed.extents.element_length_range(load), u)
-        lines = [place_points(axes, ((x, y + lateral_offset) for x, y in line)) for line in element_lines]
-        if lateral_offset:
-            # Beams connect an offset element to its points.
-            lines += [(start, axes_to_plane(axes, 0.0, lateral_offset)), (end, axes_to_plane(axes, length, lateral_offset))]
-        yield Lines("spring" if is_spring else "damper", tuple(lines))
-        yield from (Circle("eye", *point, 0.011 * u) for point in (start, end))
+        yield placed.extents.flex(partial(_element_shapes, load, lateral_offset), turns=True)
+        yield from (eye_part(placed.extents, "eye", point, 0.011 * placed.unit) for point in (load.first, load.second))
+
+
+def eye_part(extents: MechanismExtents, role: str, point: Point, radius: float, *, turns: bool = True) -> Attached:
+    """Return a circle of a radius (m) around a point of a body."""
+    return Attached(frame=extents.body_axes(point.body), shapes=(Circle(role, point.x, point.y, radius),), turns=turns)
+
+
+def _element_shapes(load: Spring | Damper, lateral_offset: float, placed: PlacedMechanism) -> list[DrawnShape]:
+    """Return a spring or a damper at a distance from the line between its points (m)."""
+    u, start, end = placed.unit, placed.position(load.first), placed.position(load.second)
+    length = math.dist(start, end)
+    axes = (*start, math.atan2(end[1] - start[1], end[0] - start[0]))
+    is_spring = isinstance(load, Spring)
+    element_lines = spring_lines(length, u) if is_spring else damper_lines(length, placed.extents.element_length_range(load), u)
+    lines = [place_points(axes, ((x, y + lateral_offset) for x, y in line)) for line in element_lines]
+    if lateral_offset:
+        # Beams connect an offset element to its points.
+        lines += [(start, axes_to_plane(axes, 0.0, lateral_offset)), (end, axes_to_plane(axes, length, lateral_offset))]
+    return [Lines("spring" if is_spring else "damper", tuple(lines))]
 
 
 def _drawn_elements(placed: PlacedMechanism) -> list[Spring | Damper]:
@@ -111,20 +122,33 @@ def spiral_points(centre: Vec2, start_angle: float, wound_angle: float, u: float
     return tuple(axes_to_plane((*centre, start_angle - sweep * (1 - k / 72)), (0.03 + 0.07 * k / 72) * u, 0.0) for k in range(73))
 
 
-def torsional_element_shapes(placed: PlacedMechanism) -> Iterator[DrawnShape]:
+def torsional_element_parts(placed: PlacedMechanism) -> Iterator[DrawnPart]:
     """Yield torsion springs as spirals that wind up, and torsion dampers as drums with a vane."""
     for load in placed.mechanism.force_elements:
-        if not isinstance(load, TorsionSpring | TorsionDamper):
-            continue
-        centre = placed.hinge_position(load.first, load.second)
-        outer_angle, inner_angle = placed.pose(load.first)[2], placed.pose(load.second)[2]
         if isinstance(load, TorsionSpring):
-            # Beyond one and a half turns a spiral would unwind or close up.
-            wound_angle = max(min(inner_angle - outer_angle, 3 * math.pi), -3 * math.pi)
-            yield Lines("spring", (spiral_points(centre, outer_angle + 2.2, wound_angle, placed.unit),))
-        else:
-            yield Circle("drum", *centre, 0.055 * placed.unit)
-            yield Lines("damper", (tuple(axes_to_plane((*centre, inner_angle), side * 0.055 * placed.unit, 0.0) for side in (-1, 1)),))
+            yield placed.extents.flex(partial(_spiral_shapes, load), turns=True)
+        elif isinstance(load, TorsionDamper):
+            reach = 0.055 * placed.unit
+            shapes = (Circle("drum", 0.0, 0.0, reach), Lines("damper", (((-reach, 0.0), (reach, 0.0)),)))
+            yield Attached(frame=_vane_axes(placed.extents, load), shapes=shapes)
+
+
+def _spiral_shapes(load: TorsionSpring, placed: PlacedMechanism) -> list[DrawnShape]:
+    """Return a torsion spring; beyond one and a half turns a spiral would unwind or close up."""
+    outer_angle, inner_angle = placed.pose(load.first)[2], placed.pose(load.second)[2]
+    wound_angle = max(min(inner_angle - outer_angle, 3 * math.pi), -3 * math.pi)
+    centre = placed.hinge_position(load.first, load.second)
+    return [Lines("spring", (spiral_points(centre, outer_angle + 2.2, wound_angle, placed.unit),))]
+
+
+def _vane_axes(extents: MechanismExtents, load: TorsionDamper) -> Frame:
+    """Return the axes of the vane of a damper, at its hinge."""
+
+    def frame(moment: Moment) -> PoseTuple:
+        placed = extents.placed_at(moment)
+        return *placed.hinge_position(load.first, load.second), placed.pose(load.second)[2]
+
+    return frame
 
 
 def force_arrow_shapes(placed: PlacedMechanism) -> Iterator[DrawnShape]:
@@ -148,63 +172,80 @@ def torque_arrow_shapes(placed: PlacedMechanism) -> Iterator[DrawnShape]:
             yield from make_arrow("force", chain, _ARROW_HEAD_SIZE * placed.unit)
 
 
-def drive_shapes(placed: PlacedMechanism) -> Iterator[DrawnShape]:
+def drive_parts(placed: PlacedMechanism) -> Iterator[Attached]:
     """Yield a ring around the pin that a drive rotates, or around the point that it moves."""
     for joint in placed.mechanism.joints:
         if isinstance(joint, TranslationalDriver):
-            yield Circle("drive", *placed.position(joint.second), 0.036 * placed.unit)
+            yield eye_part(placed.extents, "drive", joint.second, 0.036 * placed.unit, turns=False)
         elif isinstance(joint, RotationalDriver):
-            yield Circle("drive", *placed.hinge_position(joint.first.body, joint.second.body, joint.second), 0.036 * placed.unit)
+            point = placed.hinge_point(joint.first.body, joint.second.body, joint.second)
+            yield eye_part(placed.extents, "drive", point, 0.036 * placed.unit, turns=False)
 
 
-def output_effect_shapes(placed: PlacedMechanism, without: str = "") -> Iterator[DrawnShape]:
+def output_effect_parts(extents: MechanismExtents, without: str = "") -> Iterator[DrawnPart]:
     """Yield the effects of each reading that is a coordinate of a point, in axes along that coordinate; all move with the point.
 
     Those on the reading `without`, if it is given, are left out.
     """
-    for effect in placed.extents.part.effects:
-        if isinstance(effect, OutputEffect) and effect.reading == without:
+    for effect in extents.part.effects:
+        if not isinstance(effect, OutputEffect) or effect.reading == without:
             continue
-        reading = placed.mechanism.reading(effect.reading) if isinstance(effect, OutputEffect) else None
-        if isinstance(effect, OutputEffect) and isinstance(reading, PointCoordinate) and reading.origin.body == GROUND:
-            x, y = placed.position(reading.point)
-            value = reading.direction_x * (x - reading.origin.x) + reading.direction_y * (y - reading.origin.y) - reading.zero
-            axes = (x, y, math.atan2(reading.direction_y, reading.direction_x))
-            yield from _shapes_of_effect(effect, axes, value, placed)
+        reading = extents.part.mechanism.reading(effect.reading)
+        if isinstance(reading, PointCoordinate) and reading.origin.body == GROUND:
+            yield from _parts_of_effect(effect, reading, extents)
 
 
-def _shapes_of_effect(effect: OutputEffect, axes: PoseTuple, value: float, placed: PlacedMechanism) -> Iterable[DrawnShape]:
-    """Return the shapes of one effect at a value (m) of its reading; `axes` have their origin in the point and x along its path."""
-    u, (low, high) = placed.unit, placed.extents.reading_range(effect.reading, (value, value))
-    min_length = _MIN_LENGTH * u
+def _parts_of_effect(effect: OutputEffect, reading: PointCoordinate, extents: MechanismExtents) -> Iterator[DrawnPart]:
+    """Yield the parts of one effect."""
+    u = extents.length_scale
     match effect:
         case Stops():
-            return _stop_shapes(effect, axes, value, placed)
+            for limit, side in ((effect.low, -1), (effect.high, 1)):
+                if math.isfinite(limit):
+                    yield extents.flex(partial(_stop_shapes, effect, reading, limit, side))
         case DryFriction():
-            shoe = make_box("shoe", axes, (-0.05 * u, 0.05 * u, -0.085 * u, -0.045 * u))
-            return friction_shoe_shapes(placed.extents, effect.reading, placed.time, [shoe])
-        case Dashpot():
-            length = min_length + value - low
-            lines = damper_lines(length, (min_length, min_length + high - low), u)
-            return _offset_element_shapes("damper", lines, (*axes_to_plane(axes, -length, -_LATERAL_OFFSET * u), axes[2]), length, u)
-        case OutputSpring():
-            length = min_length + high - value
-            start = axes_to_plane(axes, length, -_LATERAL_OFFSET * u)
-            return _offset_element_shapes("spring", spring_lines(length, u), (*start, axes[2] + math.pi), length, u)
-    return ()
+            shoe = make_rectangle("shoe", -0.05 * u, 0.05 * u, -0.085 * u, -0.045 * u)
+            frame = partial(_reading_axes, extents, reading)
+            yield from friction_shoe_parts(extents, effect.reading, Attached(frame=frame, shapes=(shoe,), turns=False))
+        case Dashpot() | OutputSpring():
+            yield extents.flex(lambda placed: _offset_element(effect, reading, placed)[:1], turns=True)
+            yield extents.flex(lambda placed: _offset_element(effect, reading, placed)[1:])
 
 
-def _stop_shapes(stops: Stops, axes: PoseTuple, value: float, placed: PlacedMechanism) -> Iterator[DrawnShape]:
-    u, struck_side = placed.unit, placed.extents.struck_side(stops.reading, placed.time)
-    for limit, side in ((stops.low, -1), (stops.high, 1)):
-        if math.isfinite(limit):
-            point = axes_to_plane(axes, limit - value + side * _STOP_GAP * u, 0.0)
-            yield make_wall(point, axes[2] + (math.pi if side > 0 else 0.0), 0.07 * u, 0.035 * u)
-            yield make_burst("burst", [point] if struck_side == side else [], 0.07 * u)
+def _reading_axes(extents: MechanismExtents, reading: PointCoordinate, moment: Moment) -> PoseTuple:
+    """Return axes with their origin in the point of a reading and x along its coordinate."""
+    return *extents.placed_at(moment).position(reading.point), math.atan2(reading.direction_y, reading.direction_x)
 
 
-def _offset_element_shapes(role: str, lines: Sequence[Sequence[Vec2]], axes: PoseTuple, length: float, u: float) -> list[DrawnShape]:
-    """Return a spring or dashpot from a wall at the origin of its axes, with a beam from its end to the path of the point."""
-    beam_offset = _LATERAL_OFFSET * u if role == "damper" else -_LATERAL_OFFSET * u
-    placed_lines = tuple(place_points(axes, line) for line in (*lines, ((length, 0.0), (length, beam_offset))))
-    return [Lines(role, placed_lines), make_wall((axes[0], axes[1]), axes[2], 0.05 * u, 0.035 * u)]
+def _axes_and_value(reading: PointCoordinate, placed: PlacedMechanism) -> tuple[PoseTuple, float]:
+    """Return axes in the point of a reading along its coordinate, and its value (m)."""
+    x, y = placed.position(reading.point)
+    value = reading.direction_x * (x - reading.origin.x) + reading.direction_y * (y - reading.origin.y) - reading.zero
+    return (x, y, math.atan2(reading.direction_y, reading.direction_x)), value
+
+
+def _stop_shapes(stops: Stops, reading: PointCoordinate, limit: float, side: int, placed: PlacedMechanism) -> list[DrawnShape]:
+    """Return the stop at one limit (m), and the rays of an impact on it."""
+    u, (axes, value) = placed.unit, _axes_and_value(reading, placed)
+    is_struck = placed.extents.struck_side(stops.reading, placed.time) == side
+    point = axes_to_plane(axes, limit - value + side * _STOP_GAP * u, 0.0)
+    wall = make_wall(point, axes[2] + (math.pi if side > 0 else 0.0), 0.07 * u, 0.035 * u)
+    return [wall, make_burst("burst", [point] if is_struck else [], 0.07 * u)]
+
+
+def _offset_element(effect: Dashpot | OutputSpring, reading: PointCoordinate, placed: PlacedMechanism) -> list[DrawnShape]:
+    """Return a spring or dashpot beside the path of the point, with a beam to it, and the wall that holds its other end."""
+    u, (axes, value) = placed.unit, _axes_and_value(reading, placed)
+    low, high = placed.extents.reading_range(effect.reading, (value, value))
+    min_length, offset = _MIN_LENGTH * u, _LATERAL_OFFSET * u
+    if isinstance(effect, Dashpot):
+        length = min_length + value - low
+        role, heading, beam_offset, wall = "damper", axes[2], offset, axes_to_plane(axes, -length, -offset)
+        lines = damper_lines(length, (min_length, min_length + high - low), u)
+    else:
+        length = min_length + high - value
+        role, heading, beam_offset, wall = "spring", axes[2] + math.pi, -offset, axes_to_plane(axes, length, -offset)
+        lines = spring_lines(length, u)
+    beam = ((length, 0.0), (length, beam_offset))
+    placed_lines = tuple(place_points((*wall, heading), line) for line in (*lines, beam))
+    return [Lines(role, placed_lines), make_wall(wall, heading, 0.05 * u, 0.035 * u)]

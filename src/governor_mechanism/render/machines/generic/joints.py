@@ -10,7 +10,9 @@ from governor_mechanism.model import joints
 from governor_mechanism.model.curves import Curve, PolynomialCurve, SplineCurve
 from governor_mechanism.model.joints import Glyph
 from governor_mechanism.model.mechanism import Mechanism
-from governor_mechanism.render.geometry.outlines import make_band, make_bar, make_box, make_hatching, make_wall
+from governor_mechanism.render.geometry import attached
+from governor_mechanism.render.geometry.attached import Attached, Frame, Moment
+from governor_mechanism.render.geometry.outlines import make_band, make_bar, make_box, make_hatching, make_rectangle, make_wall
 from governor_mechanism.render.geometry.points import arc_points, axes_to_plane, distinct_points, place_points, wheel_radii
 from governor_mechanism.render.geometry.primitives import Circle, DrawnShape, Lines, Polygon, PoseTuple, Vec2
 from governor_mechanism.render.machines.generic.placed_mechanism import MechanismExtents, PlacedMechanism
@@ -60,18 +62,22 @@ def _curve_ordinates(curve: Curve, xs: FloatArray) -> FloatArray:
     raise NotImplementedError(f"curves of type {type(curve).__name__} cannot be drawn")
 
 
-def guide_shapes(placed: PlacedMechanism, *, fixed: bool) -> Iterator[DrawnShape]:
+def guide_parts(placed: PlacedMechanism, *, fixed: bool) -> Iterator[Attached]:
     """Yield the guides on the ground (`fixed`) or on bodies; the plate of a body is drawn elsewhere."""
     for joint in placed.mechanism.joints:
         if joint.name not in placed.extents.joint_travels or (joint.first.body == joints.GROUND) != fixed:
             continue
-        axes = _guide_axes(placed, joint)
+        # The guide in the axes of the body that carries it.
+        axes = (joint.first.x, joint.first.y, getattr(joint, "angle", 0.0))
+        shapes: list[DrawnShape] = []
         if Glyph.GUIDE in joint.glyphs and not (fixed and _is_drawn_elsewhere(placed, joint)):
-            yield from _straight_guide_shapes(placed, joint, axes, fixed=fixed)
+            shapes = _straight_guide_shapes(placed, joint, axes, fixed=fixed)
         elif Glyph.SLOT in joint.glyphs:
-            yield from _slot_shapes(joint, placed.extents, axes, fixed=fixed)
+            shapes = _slot_shapes(joint, placed.extents, axes, fixed=fixed)
         elif Glyph.PATH in joint.glyphs and fixed and not _is_guided_by_slider(placed, joint):
-            yield Lines("guide", (place_points(axes, guide_centreline(joint, placed.extents)),))
+            shapes = [Lines("guide", (place_points(axes, guide_centreline(joint, placed.extents)),))]
+        frame = placed.extents.body_axes(joint.first.body)
+        yield Attached(frame=frame, shapes=tuple(shapes), turns=not fixed or Glyph.SLOT in joint.glyphs)
 
 
 def _guide_axes(placed: PlacedMechanism, joint: joints.Joint) -> PoseTuple:
@@ -127,20 +133,31 @@ def _slot_shapes(joint: joints.Joint, extents: MechanismExtents, axes: PoseTuple
     return [*([make_band(rim, chain, STRIP_WIDTH * u)] if fixed else []), make_band("slot", chain, _SLOT_WIDTH * u)]
 
 
-def block_shapes(placed: PlacedMechanism) -> Iterator[DrawnShape]:
+def block_parts(placed: PlacedMechanism) -> Iterator[Attached]:
     """Yield the blocks that slide in straight guides; a rack is its own block. A ram has a lug that carries its pin."""
     for joint in placed.mechanism.joints:
         if Glyph.GUIDE in joint.glyphs and not _is_drawn_elsewhere(placed, joint):
             length, width = _block_sides(placed, joint)
-            axes = (*placed.position(joint.second), _guide_axes(placed, joint)[2])
+            shapes: list[DrawnShape] = []
             if offset := ram_offsets(placed.extents).get(joint.name, 0.0):
                 length = RAM_LENGTH * placed.unit
-                yield make_bar("block", axes[:2], axes_to_plane(axes, 0.0, offset), 0.07 * placed.unit)
-            yield make_box("block", axes, (-length / 2, length / 2, offset - width / 2, offset + width / 2))
+                shapes.append(make_bar("block", (0.0, 0.0), (0.0, offset), 0.07 * placed.unit))
+            shapes.append(make_rectangle("block", -length / 2, length / 2, offset - width / 2, offset + width / 2))
+            yield Attached(frame=_block_axes(placed.extents, joint), shapes=tuple(shapes))
 
 
-def pin_centres(placed: PlacedMechanism) -> Iterator[Vec2]:
-    """Yield the visible pin positions: pins, ends of links, points in slots, and points that rotate on a sliding block.
+def _block_axes(extents: MechanismExtents, joint: joints.Joint) -> Frame:
+    """Return the axes of the block of a slider: the origin is the point that it guides, and x leads along its guide."""
+
+    def frame(moment: Moment) -> PoseTuple:
+        placed = extents.placed_at(moment)
+        return *placed.position(joint.second), _guide_axes(placed, joint)[2]
+
+    return frame
+
+
+def pin_points(placed: PlacedMechanism) -> Iterator[joints.Point]:
+    """Yield the points of the visible pins: pins, ends of links, points in slots, and points that rotate on a sliding block.
 
     A bead, which does not rotate and is held in one point, has no pin.
     """
@@ -148,11 +165,11 @@ def pin_centres(placed: PlacedMechanism) -> Iterator[Vec2]:
     rotating_bodies = {body.name for body in placed.mechanism.bodies if body.can_rotate}
     for joint in placed.mechanism.joints:
         if Glyph.PINS in joint.glyphs:
-            yield from (placed.position(end) for end in (joint.first, joint.second) if end.body not in beads)
+            yield from (end for end in (joint.first, joint.second) if end.body not in beads)
         is_in_slot = Glyph.PIN_IN_SLOT in joint.glyphs and joint.second.body not in beads
         is_on_block = Glyph.PIN_ON_BLOCK in joint.glyphs and {joint.first.body, joint.second.body} & rotating_bodies
         if Glyph.PIN in joint.glyphs or is_in_slot or is_on_block:
-            yield placed.position(joint.second)
+            yield joint.second
 
 
 def _bead_bodies(placed: PlacedMechanism) -> set[str]:
@@ -165,7 +182,7 @@ def _bead_bodies(placed: PlacedMechanism) -> set[str]:
     return {body.name for body in placed.mechanism.bodies if not body.can_rotate and held_only_in_point.get(body.name)}
 
 
-def foot_shapes(placed: PlacedMechanism) -> Iterator[DrawnShape]:
+def foot_parts(placed: PlacedMechanism) -> Iterator[Attached]:
     """Yield a hatched foot under every pin, link, block or weld on the ground; above it where the mechanism hangs."""
     feet: list[joints.Point] = []
     for joint in placed.mechanism.joints:
@@ -175,7 +192,9 @@ def foot_shapes(placed: PlacedMechanism) -> Iterator[DrawnShape]:
             feet.append(joint.second)
     positions = [(foot.x, foot.y) for foot in feet if foot.body == joints.GROUND]
     for point in distinct_points(positions, 0.01 * placed.unit):
-        yield from _foot_shape(point, placed.unit, above=point[1] > placed.extents.mean_height)
+        foot, *ground = _foot_shape(point, placed.unit, above=point[1] > placed.extents.mean_height)
+        yield attached.fixed([foot], turns=True)
+        yield attached.fixed(ground)
 
 
 def _foot_shape(position: Vec2, u: float, *, above: bool) -> tuple[DrawnShape, ...]:
@@ -199,7 +218,7 @@ def rack_bodies(mechanism: Mechanism) -> set[str]:
     return {joint.second.body for joint in mechanism.joints if Glyph.RACK in joint.glyphs} - {joints.GROUND}
 
 
-def wheel_shapes(placed: PlacedMechanism) -> Iterator[DrawnShape]:
+def wheel_parts(placed: PlacedMechanism) -> Iterator[Attached]:
     """Yield wheels with spokes that rotate with their bodies, larger ones behind; internal gears are rings."""
     u = placed.unit
     # A wheel can mesh with several others.
@@ -208,14 +227,14 @@ def wheel_shapes(placed: PlacedMechanism) -> Iterator[DrawnShape]:
         for point, radius in _wheels_of(placed, joint):
             wheels.setdefault((point.body, point.x, point.y, round(200 * radius / u)), (point, radius))
     for point, radius in sorted(wheels.values(), key=lambda wheel: -wheel[1]):
-        pose = (*placed.position(point), placed.pose(point.body)[2])
-        yield from spoked_wheel(pose, radius, max(radius - 0.035 * u, 0.72 * radius), 0.045 * u)
+        wheel = spoked_wheel(radius, max(radius - 0.035 * u, 0.72 * radius), 0.045 * u, (point.x, point.y))
+        yield Attached(frame=placed.extents.body_axes(point.body), shapes=tuple(wheel))
 
 
-def spoked_wheel(pose: PoseTuple, radius: float, rim_radius: float, max_hub_radius: float) -> list[DrawnShape]:
+def spoked_wheel(radius: float, rim_radius: float, max_hub_radius: float, centre: Vec2 = (0.0, 0.0)) -> list[DrawnShape]:
     """Return a wheel with four spokes, one of them marked; `rim_radius` (m) is the inner one of its rim."""
-    x, y, angle = pose
-    ends = [axes_to_plane((x, y, angle + k * math.pi / 2), rim_radius, 0.0) for k in range(4)]
+    x, y = centre
+    ends = [axes_to_plane((x, y, k * math.pi / 2), rim_radius, 0.0) for k in range(4)]
     return [
         Circle("wheel", x, y, radius),
         Circle("wheel web", x, y, rim_radius),
@@ -240,7 +259,7 @@ def _wheels_of(placed: PlacedMechanism, joint: joints.Joint) -> list[tuple[joint
     return [(joint.first, first), (joint.second, second)]
 
 
-def rack_shapes(placed: PlacedMechanism) -> Iterator[DrawnShape]:
+def rack_parts(placed: PlacedMechanism) -> Iterator[Attached]:
     """Yield toothed bars that touch the circles of their pinions during the whole run."""
     u = placed.unit
     for joint in placed.mechanism.joints:
@@ -252,10 +271,11 @@ def rack_shapes(placed: PlacedMechanism) -> Iterator[DrawnShape]:
         rack_coordinate = (rack_x - x) * math.cos(joint.angle) + (rack_y - y) * math.sin(joint.angle)
         start, end = rack_coordinate - high - 0.18 * u, rack_coordinate - low + 0.18 * u
         back_offset = side * _RACK_THICKNESS * u
-        yield make_box("rack", axes, (start, end, 0.0, back_offset))
+        rack = make_box("rack", axes, (start, end, 0.0, back_offset))
         count = max(round((end - start) / (0.045 * u)), 2)
         tooth_positions = (start + (k + 0.5) * (end - start) / count for k in range(count))
-        yield Lines("tooth", tuple(place_points(axes, ((x, 0.0), (x, 0.4 * back_offset))) for x in tooth_positions))
+        teeth = Lines("tooth", tuple(place_points(axes, ((x, 0.0), (x, 0.4 * back_offset))) for x in tooth_positions))
+        yield placed.extents.attach(placed.extents.body_axes(joint.second.body), [rack, teeth])
 
 
 def _rack_contact(placed: PlacedMechanism, joint: joints.RackAndPinion) -> tuple[float, PoseTuple]:

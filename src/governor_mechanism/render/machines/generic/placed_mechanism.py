@@ -3,7 +3,7 @@
 import math
 from abc import ABC
 from collections import defaultdict
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -16,8 +16,9 @@ from governor_mechanism.model.joints import GROUND, ArcSlot, Glyph, Joint, Pin, 
 from governor_mechanism.model.mechanism import Mechanism
 from governor_mechanism.model.time_functions import InputFunction
 from governor_mechanism.render.film.layout import ELEVATION_RECT
+from governor_mechanism.render.geometry.attached import Flexible, Moment, once_per_moment
 from governor_mechanism.render.geometry.points import axes_to_plane, drawn_point_paths, point_path
-from governor_mechanism.render.geometry.primitives import PoseTuple, Vec2
+from governor_mechanism.render.geometry.primitives import DrawnShape, PoseTuple, Vec2
 from governor_mechanism.render.machines.machine_drawing import MachineDrawing
 from governor_mechanism.render.sampled_inputs import sample_input
 from governor_mechanism.types import FloatArray
@@ -30,6 +31,18 @@ LoadFunction = Callable[[FloatArray], FloatArray]
 
 class MechanismExtents(MachineDrawing, ABC):
     """Extents of a part of a run: its length scale, the ranges of its motion, and its loads over time."""
+
+    @once_per_moment
+    def placed_at(self, moment: Moment) -> "PlacedMechanism":
+        """Return the mechanism at a moment."""
+        poses = [(x, y, angle) for x, y, angle in moment.pose.tolist()]
+        return PlacedMechanism(extents=self, poses=poses, time=moment.time)
+
+    def flex(
+        self, shapes_at: Callable[["PlacedMechanism"], Iterable[DrawnShape]], *, turns: bool = False, section_only: bool = False
+    ) -> Flexible:
+        """Return shapes that follow from the whole mechanism at a moment."""
+        return Flexible(shapes_at=lambda moment: shapes_at(self.placed_at(moment)), turns=turns, section_only=section_only)
 
     @cached_property
     def length_scale(self) -> float:
@@ -148,15 +161,19 @@ class PlacedMechanism:
         """Return the position of a point (m)."""
         return axes_to_plane(self.pose(point.body), point.x, point.y)
 
-    def hinge_position(self, first: str, second: str, default: Point | None = None) -> Vec2:
-        """Return the position (m) of the pin of two bodies, or of `default`, or of a mass centre.
+    def hinge_position(self, first: str, second: str) -> Vec2:
+        """Return the position (m) of the hinge of two bodies."""
+        return self.position(self.hinge_point(first, second))
+
+    def hinge_point(self, first: str, second: str, default: Point | None = None) -> Point:
+        """Return the point of the pin of two bodies, or `default`, or a mass centre.
 
         The mass centre is that of the second body, or of the first if the second is the ground.
         """
         bodies = {first, second}
         pins = (joint for joint in self.mechanism.joints if isinstance(joint, Pin))
         points = (pin.second for pin in pins if {pin.first.body, pin.second.body} == bodies)
-        return self.position(next(points, default) or Point(body=first if second == GROUND else second))
+        return next(points, default) or Point(body=first if second == GROUND else second)
 
     def hangs_on_springs(self, body: str) -> bool:
         """Return whether a spring or damper acts on a body."""

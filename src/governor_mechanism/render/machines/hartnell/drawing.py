@@ -2,14 +2,20 @@
 
 import math
 from collections.abc import Iterator
-from functools import cached_property
+from functools import cached_property, partial
 
 from governor_mechanism.effects.dry_friction import DryFriction
+from governor_mechanism.render.geometry.attached import Attached, DrawnPart, Flexible, Moment, axes_shifted, fixed
 from governor_mechanism.render.geometry.outlines import make_bar, make_burst, make_rectangle
-from governor_mechanism.render.geometry.points import arc_points
-from governor_mechanism.render.geometry.primitives import Circle, DrawnShape, Lines, Polygon
+from governor_mechanism.render.geometry.primitives import Circle, DrawnShape, Lines, Polygon, Vec2
 from governor_mechanism.render.machines import governor_parts as parts
-from governor_mechanism.render.machines.hartnell.proportions import FLANGE_HEIGHT, ROLLER_RADIUS, STOP_READINGS, HartnellProportions
+from governor_mechanism.render.machines.hartnell.proportions import (
+    FLANGE_HEIGHT,
+    ROLLER_RADIUS,
+    STOP_READINGS,
+    HartnellProportions,
+    HartnellSide,
+)
 from governor_mechanism.render.machines.spindle_drive import spindle_drive_shapes
 from governor_mechanism.render.machines.throttle_gear import ThrottleGear
 from governor_mechanism.types import FloatArray
@@ -29,48 +35,53 @@ class HartnellDrawing(HartnellProportions):
     panel_readings = ("ball_radius", "sleeve_lift", "spindle_speed", "static_sleeve_force", "arm_angle")
     plan_caption = ("from above,", "marked: the", "right ball")
 
-    def background_shapes(self) -> Iterator[DrawnShape]:
+    def fixed_parts(self) -> Iterator[Attached]:
         """Yield the spindle in its bearings, the casing with the pivots, stops, dashpot cylinder and lift scale."""
-        u, w, foot = self.arm, self.spindle_ratio * self.arm, _spindle_foot(self)
-        cap_top = self.cap_height + _CAP_HEIGHT * u
+        u, foot = self.arm, _spindle_foot(self)
+        yield fixed(self._spindle_shapes(foot))
+        yield fixed(_casing_shapes(self), turns=True)
+        yield fixed([_nut(self)])
+        yield fixed(_stop_shapes(self), turns=True)
+        yield fixed(parts.cylinder_shapes(self))
+        yield fixed(() if self.is_magnified else _lift_scale_shapes(self))
+        yield fixed(spindle_drive_shapes(foot - 0.32 * u, _GEAR_UNIT * u))
+        yield fixed(self.throttle_gear.background_shapes())
+        yield fixed(parts.shoe_key_shapes(self, (0.48 * u, foot + 0.05 * u), _GEAR_UNIT * u))
+
+    def _spindle_shapes(self, foot: float) -> Iterator[DrawnShape]:
+        """Yield the spindle in its bearings."""
+        u, w, cap_top = self.arm, self.spindle_ratio * self.arm, self.cap_height + _CAP_HEIGHT * self.arm
         yield from parts.spindle_shapes(w, (foot - 0.82 * u, cap_top + 0.62 * u), foot - 0.32 * u, cap_top + 0.52 * u)
         for heights in ((cap_top + 0.24 * u, cap_top + 0.42 * u), (foot - 0.22 * u, foot - 0.06 * u)):
             yield from parts.hatched_pair_shapes("bearing", (w, 0.34 * u), heights, 0.075 * u)
         yield make_rectangle("spindle", -1.7 * w, 1.7 * w, foot - 0.06 * u, foot - 0.01 * u)
-        yield from _casing_shapes(self)
-        yield from _stop_shapes(self)
-        yield from parts.cylinder_shapes(self)
-        yield from () if self.is_magnified else _lift_scale_shapes(self)
-        yield from spindle_drive_shapes(foot - 0.32 * u, _GEAR_UNIT * u)
-        yield from self.throttle_gear.background_shapes()
-        yield from parts.shoe_key_shapes(self, (0.48 * u, foot + 0.05 * u), _GEAR_UNIT * u)
 
-    def moving_shapes(self, pose: FloatArray, time: float) -> Iterator[DrawnShape]:
+    def moving_parts(self) -> Iterator[DrawnPart]:
         """Yield sleeve, spring, bell cranks and balls; the right half covers the left one."""
-        u, sides, height = self.arm, self.sides(pose), float(self.sleeve_height(pose))
-        base = height - self.sleeve_size[1]
-        yield from parts.piston_shapes(self, height, base + 0.05 * u)
-        yield from _sleeve_shapes(self, height)
-        yield from self.throttle_gear.moving_shapes(height - self.fork_depth)
+        u, depth, first_sides = self.arm, self.sleeve_size[1], self.sides_at(self.first_moment)
+        yield from parts.piston_parts(self, depth - 0.05 * u)
+        yield Attached(frame=self.sleeve_axes, shapes=tuple(_sleeve_shapes(self)), turns=False)
+        yield from self.throttle_gear.moving_parts(lambda moment: self.sleeve_axes(moment)[1] - self.fork_depth)
         if self.has_spring_above:
-            top = height + (ROLLER_RADIUS + FLANGE_HEIGHT) * u
-            yield Lines("spring", parts.helical_spring_lines((0.0, top), (0.0, self.cap_height), 0.22 * u, self.spindle_ratio * u))
-        yield from parts.spindle_shoe_shapes(self, time, base, (_SHOE_WIDTH, _SHOE_HEIGHT))
-        for side in sides:
-            yield make_bar("arm", side.pivot, side.roller, _ARM_WIDTH * u)
-            yield make_bar("arm", side.pivot, side.ball, _ARM_WIDTH * u)
-            yield Circle("arm", *side.pivot, 0.085 * u)
-            yield Circle("eyelet", *side.roller, ROLLER_RADIUS * u)
-        yield from (Circle("ball", *side.ball, self.ball_radius) for side in sides)
-        shine = ((0.78, 42.0), (0.60, 30.0))
-        for side in sides:
-            arcs = (
-                arc_points(side.ball, math.radians(135 - half), math.radians(2 * half), ratio * self.ball_radius, 12)
-                for ratio, half in shine
-            )
-            yield Lines("ball shine", tuple(arcs))
-        yield from (Circle("pivot", *point, _PIVOT_RADIUS * u) for side in sides for point in (side.pivot, side.roller))
-        yield from _impact_shapes(self, time)
+            yield Flexible(shapes_at=self._spring_shapes)
+        yield from parts.spindle_shoe_parts(self, depth, (_SHOE_WIDTH, _SHOE_HEIGHT))
+        for side, frame in zip(first_sides, self.crank_axes, strict=True):
+            yield self.attach(frame, _crank_shapes(u, side))
+        ball_axes = [axes_shifted(partial(self._ball_at, number)) for number in (0, 1)]
+        ball = Circle("ball", 0.0, 0.0, self.ball_radius)
+        yield from (Attached(frame=axes, shapes=(ball,)) for axes in ball_axes)
+        yield from (Attached(frame=axes, shapes=(parts.ball_shine(self.ball_radius),), section_only=True) for axes in ball_axes)
+        for side, frame in zip(first_sides, self.crank_axes, strict=True):
+            yield self.attach(frame, [Circle("pivot", *point, _PIVOT_RADIUS * u) for point in (side.pivot, side.roller)])
+        yield Flexible(shapes_at=lambda moment: _impact_shapes(self, moment.time))
+
+    def _ball_at(self, number: int, moment: Moment) -> Vec2:
+        return self.sides_at(moment)[number].ball
+
+    def _spring_shapes(self, moment: Moment) -> list[DrawnShape]:
+        """Return the spring between the flange of the sleeve and the cap."""
+        u, top = self.arm, self.sleeve_axes(moment)[1] + (ROLLER_RADIUS + FLANGE_HEIGHT) * self.arm
+        return [Lines("spring", parts.helical_spring_lines((0.0, top), (0.0, self.cap_height), 0.22 * u, self.spindle_ratio * u))]
 
     @cached_property
     def throttle_gear(self) -> ThrottleGear:
@@ -107,8 +118,16 @@ class HartnellDrawing(HartnellProportions):
         return path
 
 
+def _crank_shapes(u: float, side: HartnellSide) -> Iterator[DrawnShape]:
+    """Yield the bell crank of one side with its roller."""
+    yield make_bar("arm", side.pivot, side.roller, _ARM_WIDTH * u)
+    yield make_bar("arm", side.pivot, side.ball, _ARM_WIDTH * u)
+    yield Circle("arm", *side.pivot, 0.085 * u)
+    yield Circle("eyelet", *side.roller, ROLLER_RADIUS * u)
+
+
 def _casing_shapes(governor: HartnellProportions) -> Iterator[DrawnShape]:
-    """Yield the casing, keyed to the spindle: brackets with the pivots, columns, cap, and above it the nut that tightens the spring."""
+    """Yield the casing, keyed to the spindle: brackets with the pivots, columns and cap."""
     u, x, cap = governor.arm, governor.column_radius, governor.cap_height
     half, foot = _COLUMN_HALF_WIDTH * u, -_COLUMN_FOOT * u
     for sign in (-1.0, 1.0):
@@ -116,15 +135,19 @@ def _casing_shapes(governor: HartnellProportions) -> Iterator[DrawnShape]:
         yield Circle("frame", sign * governor.pivot_radius, 0.0, 0.12 * u)
         yield make_rectangle("frame", sign * x - half, sign * x + half, foot, cap)
     yield make_rectangle("frame", -x - half, x + half, cap, cap + _CAP_HEIGHT * u)
-    top, w = cap + _CAP_HEIGHT * u, governor.spindle_ratio * u
-    yield make_rectangle("seat", -2.2 * w, 2.2 * w, top, top + 0.08 * u)
 
 
-def _sleeve_shapes(governor: HartnellProportions, height: float) -> Iterator[DrawnShape]:
-    """Yield the sleeve with its rollers at a height (m): flange on the rollers, tube, grooved end for the fork, and a pointer."""
+def _nut(governor: HartnellProportions) -> Polygon:
+    """Return the nut on the cap that tightens the spring."""
+    top, w = governor.cap_height + _CAP_HEIGHT * governor.arm, governor.spindle_ratio * governor.arm
+    return make_rectangle("seat", -2.2 * w, 2.2 * w, top, top + 0.08 * governor.arm)
+
+
+def _sleeve_shapes(governor: HartnellProportions) -> Iterator[DrawnShape]:
+    """Yield the sleeve in its axes, the rollers at the origin: flange on the rollers, tube, grooved end for the fork, and a pointer."""
     u, (end, depth) = governor.arm, governor.sleeve_size
     flange, tube = governor.flange_half_width, governor.tube_half_width
-    low, base, lip = height + ROLLER_RADIUS * u, height - depth, _LIP * u
+    low, base, lip = ROLLER_RADIUS * u, -depth, _LIP * u
     top, groove = low + FLANGE_HEIGHT * u, base + (_GROOVE_TOP + _LIP) * u
     upper = (flange, top), (flange, low), (tube, low), (tube, groove), (end, groove), (end, groove - lip)
     lower = (tube, groove - lip), (tube, base + lip), (end, base + lip), (end, base)

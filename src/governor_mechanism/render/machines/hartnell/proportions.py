@@ -2,13 +2,14 @@
 
 import math
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
 
 from governor_mechanism.effects.spring import OutputSpring
 from governor_mechanism.effects.stops import Stops
 from governor_mechanism.machines.hartnell import LEFT_BALL, RIGHT_BALL
+from governor_mechanism.render.geometry.attached import Frame, Moment, axes_along, once_per_moment
 from governor_mechanism.render.geometry.primitives import Vec2, drawn_ball_radius
 from governor_mechanism.render.machines.governor_parts import LIFT_READING, CylinderSizes, GovernorDrawing, PistonSizes
 from governor_mechanism.render.machines.machine_drawing import Dimension
@@ -132,6 +133,20 @@ class HartnellProportions(GovernorDrawing):
         """Return the arm angle (rad) at a radius of the balls (m); infinite outside their reach."""
         sine = (radius - self.pivot_radius) / self.arm
         return math.asin(sine) if abs(sine) < 1 else math.copysign(math.inf, sine)
+
+    @once_per_moment
+    def sides_at(self, moment: Moment) -> list[HartnellSide]:
+        """Return the left and the right half at a moment."""
+        return self.sides(moment.pose)
+
+    @cached_property
+    def crank_axes(self) -> list[Frame]:
+        """Axes of the left and the right bell crank, from the pivot to the ball."""
+        return [axes_along(partial(self._crank_ends, number)) for number in (0, 1)]
+
+    def _crank_ends(self, number: int, moment: Moment) -> tuple[Vec2, Vec2]:
+        side = self.sides_at(moment)[number]
+        return side.pivot, side.ball
 
     def sides(self, pose: FloatArray) -> list[HartnellSide]:
         """Return the left and the right half at a pose (bodies, 3)."""

@@ -5,16 +5,16 @@ The effects are weight stops, a dashpot, a sleeve spring and friction shoes.
 
 import math
 from collections.abc import Iterator
-from functools import cached_property
+from functools import cached_property, partial
 from itertools import chain
 
-from governor_mechanism.effects.bell_crank_masses import BellCrankMasses
 from governor_mechanism.effects.dry_friction import DryFriction
 from governor_mechanism.effects.spring import OutputSpring
 from governor_mechanism.effects.stops import Stops
+from governor_mechanism.render.geometry.attached import Attached, DrawnPart, Flexible, Moment, fixed, once_per_moment
 from governor_mechanism.render.geometry.outlines import make_bar, make_box, make_burst, make_hatched_block, make_hatching, make_rectangle
-from governor_mechanism.render.geometry.points import axes_to_plane, place_points
-from governor_mechanism.render.geometry.primitives import Circle, DrawnShape, Lines, Polygon, PoseTuple, Vec2
+from governor_mechanism.render.geometry.points import axes_to_plane
+from governor_mechanism.render.geometry.primitives import Circle, DrawnShape, Lines, Polygon, Vec2
 from governor_mechanism.render.machines import governor_parts as parts
 from governor_mechanism.render.machines.hartung.proportions import HartungProportions, HartungSide
 from governor_mechanism.render.machines.spindle_drive import spindle_drive_shapes
@@ -38,47 +38,82 @@ _N_SPRING_TURNS = 8
 """Coils of each spring; as many as stay distinguishable when the spring is compressed."""
 
 
+_Strands = tuple[tuple[Vec2, ...], ...]
+"""Strands of a spring, m."""
+
+
 class HartungDrawing(HartungProportions):
     """Drawing of a Hartung governor."""
 
     panel_readings = ("spring_force", "sleeve_lift", "spindle_speed", "lever_angle")
     plan_caption = ("from above,", "marked: the", "right weight")
 
-    def background_shapes(self) -> Iterator[DrawnShape]:
+    def fixed_parts(self) -> Iterator[Attached]:
         """Yield the spindle in its bearings, the frame with fulcrums and spring seats, and the lift scale."""
-        u, w = self.arm, self.spindle_ratio * self.arm
-        collar_height, top = _spindle_collar_height(self), self.weight_size[1] + 0.34 * u
+        u, collar_height = self.arm, _spindle_collar_height(self)
+        yield fixed(self._spindle_shapes(collar_height))
+        yield fixed(_frame_shapes(self), turns=True)
+        yield from _fixed_effect_parts(self)
+        if not self.is_magnified:
+            ticks = parts.lift_ticks(self.reading_range(parts.LIFT_READING), self.zero_lift_height, 0.1 * u, 0.3 * u)
+            yield fixed(parts.lift_scale_shapes(self.sleeve_size[0] + 0.38 * u, ticks, (0.14 * u, 0.08 * u, 0.18 * u, 0.9 * u)))
+        yield fixed(spindle_drive_shapes(collar_height - 0.34 * u, _GEAR_UNIT * u))
+        yield fixed(self.throttle_gear.background_shapes())
+        yield fixed(parts.shoe_key_shapes(self, (-2.3 * u, collar_height), _GEAR_UNIT * u))
+
+    def _spindle_shapes(self, collar_height: float) -> Iterator[DrawnShape]:
+        """Yield the spindle in its bearings."""
+        u, w, top = self.arm, self.spindle_ratio * self.arm, self.weight_size[1] + 0.34 * self.arm
         yield from parts.spindle_shapes(w, (collar_height - 0.92 * u, top + 0.2 * u), collar_height - 0.34 * u, top + 0.08 * u)
         for heights in ((top - 0.16 * u, top), (collar_height - 0.26 * u, collar_height - 0.10 * u)):
             yield from parts.hatched_pair_shapes("bearing", (w, 0.42 * u), heights, 0.09 * u)
         yield make_rectangle("spindle", -1.7 * w, 1.7 * w, collar_height - 0.10 * u, collar_height - 0.04 * u)
-        yield from _frame_shapes(self)
-        yield from _static_effect_shapes(self)
-        if not self.is_magnified:
-            ticks = parts.lift_ticks(self.reading_range(parts.LIFT_READING), self.zero_lift_height, 0.1 * u, 0.3 * u)
-            yield from parts.lift_scale_shapes(self.sleeve_size[0] + 0.38 * u, ticks, (0.14 * u, 0.08 * u, 0.18 * u, 0.9 * u))
-        yield from spindle_drive_shapes(collar_height - 0.34 * u, _GEAR_UNIT * u)
-        yield from self.throttle_gear.background_shapes()
-        yield from parts.shoe_key_shapes(self, (-2.3 * u, collar_height), _GEAR_UNIT * u)
 
-    def moving_shapes(self, pose: FloatArray, time: float) -> Iterator[DrawnShape]:
+    def moving_parts(self) -> Iterator[DrawnPart]:
         """Yield sleeve, hangers, weights, bell cranks and springs; the right half covers the left one."""
-        u, sides, height = self.arm, self.sides(pose), float(self.sleeve_height(pose))
-        yield from _moving_effect_shapes(self, height, time)
-        yield from _sleeve_shapes(self, height)
-        yield from self.throttle_gear.moving_shapes(height - self.fork_depth)
-        yield from (_bore_shape(self, side) for side in sides)
+        u, first_sides = self.arm, self.sides_at(self.first_moment)
+        yield from _moving_effect_parts(self)
+        yield Attached(frame=self.sleeve_axes, shapes=tuple(_sleeve_shapes(self)), turns=False)
+        yield from self.throttle_gear.moving_parts(lambda moment: self.sleeve_axes(moment)[1] - self.fork_depth)
+        for number, side in enumerate(first_sides):
+            yield Attached(frame=self.weight_axes[number], shapes=(_bore_shape(self, side),), section_only=True)
         # The strands of the springs behind the cross rod and in front of it; the walls of the weights hide rod and springs.
-        behind, front = (tuple(chain.from_iterable(pair)) for pair in zip(*(_coil_strands(self, side) for side in sides), strict=True))
-        yield Lines("coil behind", behind)
+        yield Flexible(shapes_at=lambda moment: [Lines("coil behind", self._strands_at(moment)[0])], turns=True)
         seat, half_rod = self.spring_seat_radius, _ROD_HALF_WIDTH * u
-        yield make_rectangle("rod", -seat, seat, -half_rod, half_rod)
-        yield from (Lines(role, front) for role in ("coil edge", "coil"))
-        yield from (shape for side in sides for shape in _weight_shapes(self, side))
-        yield from (shape for side in sides for shape in _crank_shapes(self, side))
-        pivots = [point for side in sides for point in (side.fulcrum, side.sleeve_arm_end, side.lug)]
-        yield from (Circle("pivot", *point, _PIVOT_RADIUS * u) for point in pivots)
-        yield from _impact_shapes(self, sides, time)
+        yield fixed([make_rectangle("rod", -seat, seat, -half_rod, half_rod)], turns=True)
+        for role in ("coil edge", "coil"):
+            yield Flexible(shapes_at=partial(self._front_coils, role), turns=True)
+        for number, side in enumerate(first_sides):
+            wall, lining = _weight_shapes(self, side)
+            yield Attached(frame=self.weight_axes[number], shapes=(wall,))
+            yield Attached(frame=self.weight_axes[number], shapes=(lining,), section_only=True)
+        for number, side in enumerate(first_sides):
+            yield from self._crank_parts(number, side)
+        for number, side in enumerate(first_sides):
+            points = (side.fulcrum, side.sleeve_arm_end)
+            yield self.attach(self.crank_axes[number], [Circle("pivot", *point, _PIVOT_RADIUS * u) for point in points])
+            yield self.attach(self.hanger_axes[number], [Circle("pivot", *side.lug, _PIVOT_RADIUS * u)])
+        yield Flexible(shapes_at=lambda moment: _impact_shapes(self, self.sides_at(moment), moment.time))
+
+    def _crank_parts(self, number: int, side: HartungSide) -> Iterator[Attached]:
+        """Yield hanger and bell crank of one side; the boss of the crank is at the fulcrum."""
+        u, (x, y) = self.arm, side.lug
+        yield self.attach(self.hanger_axes[number], [make_bar("link", side.sleeve_arm_end, side.lug, _HANGER_WIDTH * u)])
+        if math.isinf(self.hanger):
+            half = 0.10 * u
+            block = make_rectangle("block", x - half, x + half, y - 0.7 * half, y + 0.7 * half)
+            yield self.attach(self.hanger_axes[number], [block])
+        arms = [make_bar("arm", side.fulcrum, end, _ARM_WIDTH * u) for end in (side.weight, side.sleeve_arm_end)]
+        yield self.attach(self.crank_axes[number], [*arms, Circle("arm", *side.fulcrum, 0.13 * u)])
+
+    @once_per_moment
+    def _strands_at(self, moment: Moment) -> tuple[_Strands, _Strands]:
+        """Return the strands of both springs behind the cross rod, and those in front of it."""
+        behind, front = zip(*(_coil_strands(self, side) for side in self.sides_at(moment)), strict=True)
+        return tuple(chain.from_iterable(behind)), tuple(chain.from_iterable(front))
+
+    def _front_coils(self, role: str, moment: Moment) -> list[DrawnShape]:
+        return [Lines(role, self._strands_at(moment)[1])]
 
     @cached_property
     def throttle_gear(self) -> ThrottleGear:
@@ -109,44 +144,26 @@ class HartungDrawing(HartungProportions):
         yield Circle("ball", *axes_to_plane(axes, right, 0.0), 0.3 * h)
 
 
-def _weight_axes(governor: HartungProportions, side: HartungSide) -> PoseTuple:
-    """Return the axes of a weight, with x outward at the right; it stays upright or rotates with its arm."""
-    cranks = governor.find_effect(BellCrankMasses)
-    is_tilted = cranks is not None and bool(cranks.weight_width or cranks.weight_height)
-    return *side.weight, side.sign * side.lever_angle if is_tilted else 0.0
-
-
 def _bore_shape(governor: HartungProportions, side: HartungSide) -> Polygon:
-    """Return the bore of a weight for its spring, open outward."""
+    """Return the bore of a weight for its spring, open outward, in the axes of the weight."""
     (w, _), bore = governor.weight_size, governor.bore_half_height
     inner, outer = sorted((-side.sign * (1.0 - _WALL_RATIO) * w, side.sign * w))
-    return make_box("weight bore", _weight_axes(governor, side), (inner, outer, -bore, bore))
+    return make_rectangle("weight bore", inner, outer, -bore, bore)
 
 
-def _weight_shapes(governor: HartungProportions, side: HartungSide) -> Iterator[DrawnShape]:
-    """Yield a weight in section: the walls around its bore with their lining."""
-    (w, h), bore, axes, sign = governor.weight_size, governor.bore_half_height, _weight_axes(governor, side), side.sign
+def _weight_shapes(governor: HartungProportions, side: HartungSide) -> tuple[Polygon, Lines]:
+    """Return a weight in section in its axes: the walls around its bore, and their lining."""
+    (w, h), bore, sign = governor.weight_size, governor.bore_half_height, side.sign
     corner, wall = 0.12 * h, -(1.0 - _WALL_RATIO) * w
     half = [(wall, bore), (w, bore), (w, h - corner), (w - corner, h), (-w + corner, h), (-w, h - corner)]
     outline = [*half, *((x, -y) for x, y in reversed(half))]
-    yield Polygon("weight section", place_points(axes, ((sign * x, y) for x, y in outline)))
     boxes = (-w + corner, w - corner, bore, h), (-w + corner, w - corner, -h, -bore), (-w, wall, -bore, bore)
     strokes = (stroke for box in boxes for stroke in make_hatching("weight section hatching", box, 0.12 * governor.arm).lines)
-    yield Lines("weight section hatching", tuple(place_points(axes, ((sign * x, y) for x, y in stroke)) for stroke in strokes))
+    lining = tuple(tuple((sign * x, y) for x, y in stroke) for stroke in strokes)
+    return Polygon("weight section", tuple((sign * x, y) for x, y in outline)), Lines("weight section hatching", lining)
 
 
-def _crank_shapes(governor: HartungProportions, side: HartungSide) -> Iterator[DrawnShape]:
-    """Yield hanger and bell crank of one side; the boss of the crank is at the fulcrum."""
-    u, (x, y) = governor.arm, side.lug
-    yield make_bar("link", side.sleeve_arm_end, side.lug, _HANGER_WIDTH * u)
-    if math.isinf(governor.hanger):
-        half = 0.10 * u
-        yield make_rectangle("block", x - half, x + half, y - 0.7 * half, y + 0.7 * half)
-    yield from (make_bar("arm", side.fulcrum, end, _ARM_WIDTH * u) for end in (side.weight, side.sleeve_arm_end))
-    yield Circle("arm", *side.fulcrum, 0.13 * u)
-
-
-def _coil_strands(governor: HartungProportions, side: HartungSide) -> tuple[tuple[tuple[Vec2, ...], ...], tuple[tuple[Vec2, ...], ...]]:
+def _coil_strands(governor: HartungProportions, side: HartungSide) -> tuple[_Strands, _Strands]:
     """Return the strands of a spring from the inner wall of the weight to its seat: those behind the cross rod, those in front of it."""
     start = abs(side.weight[0]) - (1.0 - _WALL_RATIO) * governor.weight_size[0]
     pitch = (governor.spring_seat_radius - start) / _N_SPRING_TURNS
@@ -166,23 +183,23 @@ def _frame_shapes(governor: HartungProportions) -> Iterator[DrawnShape]:
     yield from (make_rectangle("rod", *side, -0.11 * u, 0.11 * u) for side in reversed(parts.both_sides(seat + plate, seat + 2.4 * plate)))
 
 
-def _sleeve_shapes(governor: HartungProportions, height: float) -> Iterator[DrawnShape]:
-    """Yield head, collar with the groove for the fork, and a pointer; vertical hangers slide in a slot of the head."""
+def _sleeve_shapes(governor: HartungProportions) -> Iterator[DrawnShape]:
+    """Yield head, collar with a groove for the fork, and pointer in the axes of the sleeve; upright hangers slide in a slot."""
     u, (half_width, drop) = governor.arm, governor.sleeve_size
-    head_half_height, base = 0.14 * u, height - drop
+    head_half_height, base = 0.14 * u, -drop
     neck, waist_half_width = 0.62 * half_width, 0.72 * half_width
-    waist, neck_base = height - 1.6 * head_half_height, base + _GROOVE_BASE * u
+    waist, neck_base = -1.6 * head_half_height, base + _GROOVE_BASE * u
     neck_top = neck_base + _GROOVE_HEIGHT * u
-    head = (half_width, height + head_half_height), (half_width, height - head_half_height)
+    head = (half_width, head_half_height), (half_width, -head_half_height)
     collar = (neck, neck_top), (neck, neck_base), (0.9 * half_width, neck_base), (0.9 * half_width, base)
     yield Polygon("sleeve", parts.mirror_outline((*head, (waist_half_width, waist), (waist_half_width, neck_top), *collar)))
     strokes = (((part * half_width, waist - 0.02 * u), (part * half_width, neck_top + 0.02 * u)) for part in (0.44, 0.56, 0.65))
     yield Lines("engraving", tuple(strokes))
     x, y = half_width - 0.06 * u, 0.065 * u
-    slot = ((-x, height - y), (x, height - y), (x, height + y), (-x, height + y))
+    slot = ((-x, -y), (x, -y), (x, y), (-x, y))
     yield Polygon("slot", slot if math.isinf(governor.hanger) else ())
     tip = half_width + 0.34 * u
-    yield Polygon("pointer", ((tip, height), (tip - 0.2 * u, height + 0.08 * u), (tip - 0.2 * u, height - 0.08 * u)))
+    yield Polygon("pointer", ((tip, 0.0), (tip - 0.2 * u, 0.08 * u), (tip - 0.2 * u, -0.08 * u)))
 
 
 def _spindle_collar_height(governor: HartungProportions) -> float:
@@ -195,25 +212,30 @@ def _spindle_collar_height(governor: HartungProportions) -> float:
     return governor.lug_height_range[0] - governor.sleeve_size[1] - gap
 
 
-def _static_effect_shapes(governor: HartungProportions) -> Iterator[DrawnShape]:
-    """Yield the shapes fixed to the frame: weight stops, dashpot cylinder and spring seat."""
+def _fixed_effect_parts(governor: HartungProportions) -> Iterator[Attached]:
+    """Yield what is fixed to the frame: weight stops, dashpot cylinder and spring seat."""
     u = governor.arm
     if stops := governor.find_effect(Stops, *_WEIGHT_READINGS):
-        yield from _weight_stop_shapes(governor, stops)
-    yield from parts.cylinder_shapes(governor)
+        yield fixed(_weight_stop_shapes(governor, stops), turns=True)
+    yield fixed(parts.cylinder_shapes(governor))
     if governor.find_lift_effect(OutputSpring):
         y = _spindle_collar_height(governor)
-        yield make_rectangle("seat", -0.45 * u, 0.45 * u, y - 0.04 * u, y)
+        yield fixed([make_rectangle("seat", -0.45 * u, 0.45 * u, y - 0.04 * u, y)])
 
 
-def _moving_effect_shapes(governor: HartungProportions, height: float, time: float) -> Iterator[DrawnShape]:
-    """Yield the shapes that move with the sleeve, with its lugs at a height (m), at a time (s)."""
-    u, base = governor.arm, height - governor.sleeve_size[1]
-    w = governor.spindle_ratio * u
-    yield from parts.piston_shapes(governor, height, height)
+def _moving_effect_parts(governor: HartungProportions) -> Iterator[DrawnPart]:
+    """Yield the effects on the sleeve that move with it."""
+    yield from parts.piston_parts(governor, 0.0)
     if governor.find_lift_effect(OutputSpring):
-        yield Lines("spring", parts.helical_spring_lines((0.0, _spindle_collar_height(governor)), (0.0, base), 0.36 * u, w))
-    yield from parts.spindle_shoe_shapes(governor, time, base, (0.2, _SHOE_HEIGHT))
+        yield Flexible(shapes_at=partial(_spring_shapes, governor))
+    yield from parts.spindle_shoe_parts(governor, governor.sleeve_size[1], (0.2, _SHOE_HEIGHT))
+
+
+def _spring_shapes(governor: HartungProportions, moment: Moment) -> list[DrawnShape]:
+    """Return the spring between its seat and the foot of the sleeve."""
+    u, base = governor.arm, governor.sleeve_axes(moment)[1] - governor.sleeve_size[1]
+    ends = (0.0, _spindle_collar_height(governor)), (0.0, base)
+    return [Lines("spring", parts.helical_spring_lines(*ends, 0.36 * u, governor.spindle_ratio * u))]
 
 
 def _impact_shapes(governor: HartungProportions, sides: list[HartungSide], time: float) -> Iterator[DrawnShape]:

@@ -2,13 +2,14 @@
 
 import math
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
 
 from governor_mechanism.effects.bell_crank_masses import BellCrankMasses
 from governor_mechanism.machines.hartung.machine import LEFT_WEIGHT, RIGHT_WEIGHT, SLEEVE
-from governor_mechanism.render.geometry.primitives import CAST_IRON_DENSITY, Vec2
+from governor_mechanism.render.geometry.attached import Frame, Moment, axes_along, once_per_moment
+from governor_mechanism.render.geometry.primitives import CAST_IRON_DENSITY, PoseTuple, Vec2
 from governor_mechanism.render.machines.governor_parts import CylinderSizes, GovernorDrawing, PistonSizes
 from governor_mechanism.render.machines.machine_drawing import Dimension
 from governor_mechanism.types import FloatArray
@@ -99,6 +100,41 @@ class HartungProportions(GovernorDrawing):
         lever_angle = poses[..., self.part.mechanism.body_index(RIGHT_WEIGHT), 2]
         x, y = self.fulcrum_radius - self.arm * np.sin(lever_angle), self.fulcrum_height + self.arm * np.cos(lever_angle)
         return np.stack([x, y], axis=-1)
+
+    @once_per_moment
+    def sides_at(self, moment: Moment) -> list[HartungSide]:
+        """Return the left and the right half at a moment."""
+        return self.sides(moment.pose)
+
+    def _axes_between(self, number: int, first: str, second: str) -> Frame:
+        """Return axes from one joint to another of the left (0) or the right (1) half."""
+
+        def ends_at(moment: Moment) -> tuple[Vec2, Vec2]:
+            side = self.sides_at(moment)[number]
+            return getattr(side, first), getattr(side, second)
+
+        return axes_along(ends_at)
+
+    @cached_property
+    def crank_axes(self) -> list[Frame]:
+        """Axes of the left and the right bell crank, from the fulcrum to the weight."""
+        return [self._axes_between(number, "fulcrum", "weight") for number in (0, 1)]
+
+    @cached_property
+    def hanger_axes(self) -> list[Frame]:
+        """Axes of the left and the right hanger, from the bell crank to the sleeve."""
+        return [self._axes_between(number, "sleeve_arm_end", "lug") for number in (0, 1)]
+
+    @cached_property
+    def weight_axes(self) -> list[Frame]:
+        """Axes of the left and the right weight, with x outward at the right; it stays upright or rotates with its arm."""
+        cranks = self.find_effect(BellCrankMasses)
+        is_tilted = cranks is not None and bool(cranks.weight_width or cranks.weight_height)
+        return [partial(self._weight_pose, number, is_tilted) for number in (0, 1)]
+
+    def _weight_pose(self, number: int, is_tilted: bool, moment: Moment) -> PoseTuple:
+        side = self.sides_at(moment)[number]
+        return *side.weight, side.sign * side.lever_angle if is_tilted else 0.0
 
     def sides(self, pose: FloatArray) -> list[HartungSide]:
         """Return the left and the right half at a pose (bodies, 3)."""

@@ -2,19 +2,18 @@
 
 import math
 from collections.abc import Iterator
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
 
 from governor_mechanism.effects.dry_friction import DryFriction
 from governor_mechanism.effects.spring import OutputSpring
 from governor_mechanism.effects.stops import Stops
+from governor_mechanism.render.geometry.attached import Attached, DrawnPart, Flexible, Moment, axes_along, axes_shifted, fixed
 from governor_mechanism.render.geometry.outlines import make_band, make_bar, make_burst, make_rectangle
-from governor_mechanism.render.geometry.points import arc_points
 from governor_mechanism.render.geometry.primitives import Circle, DrawnShape, Lines, Polygon, Vec2
 from governor_mechanism.render.machines import governor_parts as parts
-from governor_mechanism.render.machines.generic.force_elements import output_effect_shapes
-from governor_mechanism.render.machines.generic.placed_mechanism import PlacedMechanism
+from governor_mechanism.render.machines.generic.force_elements import output_effect_parts
 from governor_mechanism.render.machines.parabolic import proportions as sizes
 from governor_mechanism.render.machines.parabolic.proportions import ParabolicProportions
 from governor_mechanism.render.machines.spindle_drive import spindle_drive_shapes
@@ -34,36 +33,38 @@ class ParabolicDrawing(ParabolicProportions):
     panel_readings = ("ball_radius", "sleeve_lift", "spindle_speed")
     plan_caption = ("from above,", "marked: the", "right ball")
 
-    def background_shapes(self) -> Iterator[DrawnShape]:
+    def fixed_parts(self) -> Iterator[Attached]:
         """Yield the spindle in its bearings, the frame with the guides, the lift scale, and the effects fixed to the frame."""
-        u, w, foot, top = self.arm, self.spindle_ratio * self.arm, _spindle_foot(self), self.upper_pivot_height
+        u, foot = self.arm, _spindle_foot(self)
+        yield fixed(self._spindle_shapes(foot))
+        yield fixed(_frame_shapes(self), turns=True)
+        yield from _fixed_effect_parts(self)
+        yield fixed(() if self.is_magnified else _lift_scale_shapes(self))
+        yield fixed(spindle_drive_shapes(foot - 0.25 * u, u))
+        yield fixed(self.throttle_gear.background_shapes())
+        yield fixed(parts.shoe_key_shapes(self, (0.26 * u, foot - 0.03 * u), u))
+
+    def _spindle_shapes(self, foot: float) -> Iterator[DrawnShape]:
+        """Yield the spindle in its bearings."""
+        u, w, top = self.arm, self.spindle_ratio * self.arm, self.upper_pivot_height
         yield from parts.spindle_shapes(w, (foot - 0.52 * u, top + 0.46 * u), foot - 0.25 * u, top + 0.36 * u)
         for heights in ((top + 0.14 * u, top + 0.27 * u), (foot - 0.18 * u, foot - 0.05 * u)):
             yield from parts.hatched_pair_shapes("bearing", (w, 0.19 * u), heights, 0.045 * u)
         yield make_rectangle("spindle", -1.7 * w, 1.7 * w, foot - 0.05 * u, foot - 0.01 * u)
-        yield from _frame_shapes(self)
-        yield from _static_effect_shapes(self)
-        yield from () if self.is_magnified else _lift_scale_shapes(self)
-        yield from spindle_drive_shapes(foot - 0.25 * u, u)
-        yield from self.throttle_gear.background_shapes()
-        yield from parts.shoe_key_shapes(self, (0.26 * u, foot - 0.03 * u), u)
 
-    def moving_shapes(self, pose: FloatArray, time: float) -> Iterator[DrawnShape]:
+    def moving_parts(self) -> Iterator[DrawnPart]:
         """Yield sleeve, crosshead, balls and lazy tongs, and the effects."""
-        u, height, balls = self.arm, float(self.sleeve_height(pose)), self.balls(pose)
-        yield from _moving_effect_shapes(self, height, time)
-        yield from _sleeve_shapes(self, height)
-        yield from self.throttle_gear.moving_shapes(height - self.fork_depth)
-        yield from _crosshead_shapes(self, balls[1][1])
-        yield from (Circle("ball", *ball, self.ball_radius) for ball in balls)
-        yield from (Lines("ball shine", _highlight_arcs(ball, self.ball_radius)) for ball in balls)
-        joints = self.tongs_joints(pose)
-        yield from _tongs_bars(self, joints)
-        ends = [row[1:2] if k % 2 == 0 else (row[0], row[2]) for k, row in enumerate(joints)]
-        yield from (Circle("pivot", *point, _PIVOT_RADIUS * u) for row in ends for point in row)
-        poses = [(x, y, angle) for x, y, angle in pose.tolist()]
-        yield from output_effect_shapes(PlacedMechanism(extents=self, poses=poses, time=time), without=parts.LIFT_READING)
-        yield from _impact_shapes(self, height, time)
+        yield from _moving_effect_parts(self)
+        yield Attached(frame=self.sleeve_axes, shapes=tuple(_sleeve_shapes(self)), turns=False)
+        yield from self.throttle_gear.moving_parts(lambda moment: self.sleeve_axes(moment)[1] - self.fork_depth)
+        yield Attached(frame=axes_shifted(lambda moment: (0.0, self.balls(moment.pose)[1][1])), shapes=tuple(_crosshead_shapes(self)))
+        ball_axes = [axes_shifted(partial(self.ball_at, number)) for number in (0, 1)]
+        ball = Circle("ball", 0.0, 0.0, self.ball_radius)
+        yield from (Attached(frame=axes, shapes=(ball,)) for axes in ball_axes)
+        yield from (Attached(frame=axes, shapes=(parts.ball_shine(self.ball_radius),), section_only=True) for axes in ball_axes)
+        yield from _tongs_parts(self)
+        yield from output_effect_parts(self, without=parts.LIFT_READING)
+        yield Flexible(shapes_at=lambda moment: _impact_shapes(self, self.sleeve_axes(moment)[1], moment.time))
 
     @cached_property
     def throttle_gear(self) -> ThrottleGear:
@@ -94,12 +95,6 @@ class ParabolicDrawing(ParabolicProportions):
         yield Circle("mark", *right, 0.42 * self.ball_radius)
 
 
-def _highlight_arcs(ball: Vec2, radius: float) -> tuple[tuple[Vec2, ...], ...]:
-    """Return two arcs inside the upper left rim of the ball: the highlight of a sphere."""
-    rims = ((0.78, 42.0), (0.60, 30.0))
-    return tuple(arc_points(ball, math.radians(135 - half), math.radians(2 * half), ratio * radius, 12) for ratio, half in rims)
-
-
 def _guide_chain(governor: ParabolicProportions, first: float, last: float) -> list[Vec2]:
     """Return points of the parabola between two distances from the axis (m), negative ones at the left."""
     return [(x, governor.guide_height(x)) for x in np.linspace(first, last, 33).tolist()]
@@ -120,34 +115,63 @@ def _frame_shapes(governor: ParabolicProportions) -> Iterator[DrawnShape]:
     yield make_rectangle("frame", -0.075 * u, 0.075 * u, top - 0.045 * u, top + 0.075 * u)
 
 
-def _crosshead_shapes(governor: ParabolicProportions, height: float) -> Iterator[DrawnShape]:
-    """Yield the crosshead at the height of the balls (m): their pins slide in its slots, and it slides on the spindle."""
+def _crosshead_shapes(governor: ParabolicProportions) -> Iterator[DrawnShape]:
+    """Yield the crosshead in axes at the height of the balls: their pins slide in its slots, and it slides on the spindle."""
     u, end = governor.arm, (1.0 + _GUIDE_END) * governor.arm
-    yield make_bar("rod", (-end, height), (end, height), _CROSSHEAD_WIDTH * u)
+    yield make_bar("rod", (-end, 0.0), (end, 0.0), _CROSSHEAD_WIDTH * u)
     for sign in (-1.0, 1.0):
-        yield make_bar("slot", (sign * governor.inner_radius, height), (sign * u, height), _CROSSHEAD_SLOT_WIDTH * u)
-    yield make_rectangle("rod", -0.065 * u, 0.065 * u, height - 0.06 * u, height + 0.06 * u)
+        yield make_bar("slot", (sign * governor.inner_radius, 0.0), (sign * u, 0.0), _CROSSHEAD_SLOT_WIDTH * u)
+    yield make_rectangle("rod", -0.065 * u, 0.065 * u, -0.06 * u, 0.06 * u)
 
 
-def _tongs_bars(governor: ParabolicProportions, joints: list[tuple[Vec2, Vec2, Vec2]]) -> Iterator[DrawnShape]:
-    """Yield the bars of the lazy tongs: half a bar on each side at both ends, whole bars that cross on the axis between them."""
-    width, last = _LINK_WIDTH * governor.arm, len(joints) - 1
-    for left, right in ((0, 2), (2, 0)):
-        yield make_bar("link", joints[0][1], joints[1][left], width)
-        yield from (make_bar("link", joints[k - 1][left], joints[k + 1][right], width) for k in range(2, last, 2))
-        yield make_bar("link", joints[last - 1][left], joints[last][1], width)
+def _tongs_parts(governor: ParabolicProportions) -> Iterator[Attached]:
+    """Yield the bars of the lazy tongs, and their pins."""
+    u, first_joints, frames = governor.arm, governor.tongs_at(governor.first_moment), {}
+    for start, end in _tongs_bars(len(first_joints) - 1):
+        frames[start] = axes_along(partial(_bar_ends, governor, start, end))
+        (x, y), (end_x, end_y) = _bar_ends(governor, start, end, governor.first_moment)
+        length = math.dist((x, y), (end_x, end_y))
+        yield Attached(frame=frames[start], shapes=(make_bar("link", (0.0, 0.0), (length, 0.0), _LINK_WIDTH * u),))
+    last = len(first_joints) - 1
+    for row in range(last + 1):
+        for place in (_LEFT, _RIGHT) if row % 2 else (_MIDDLE,):
+            # A pin on the axis is in the middle of the bars that cross there, or at the end of the last ones.
+            bar = (row, place) if row % 2 else (max(row - 1, 0), _LEFT)
+            x, y = first_joints[row][place]
+            yield governor.attach(frames[bar], [Circle("pivot", x, y, _PIVOT_RADIUS * u)], turns=bool(row % 2))
 
 
-def _sleeve_shapes(governor: ParabolicProportions, height: float) -> Iterator[DrawnShape]:
-    """Yield the sleeve with its eye at a height (m): neck, drum with shading, groove for the fork, and a pointer."""
+_LEFT, _MIDDLE, _RIGHT = 0, 1, 2
+"""Places of the joints of a height."""
+
+
+def _tongs_bars(last: int) -> Iterator[tuple[tuple[int, int], tuple[int, int]]]:
+    """Yield rows and places of the ends of the bars: half bars at both ends, whole bars that cross on the axis between them.
+
+    The upper half bars are named after the side to which they lead.
+    """
+    for left, right in ((_LEFT, _RIGHT), (_RIGHT, _LEFT)):
+        yield (0, left), (1, left)
+        yield from (((k - 1, left), (k + 1, right)) for k in range(2, last, 2))
+        yield (last - 1, left), (last, _MIDDLE)
+
+
+def _bar_ends(governor: ParabolicProportions, start: tuple[int, int], end: tuple[int, int], moment: Moment) -> tuple[Vec2, Vec2]:
+    """Return the ends of a bar (m); on the axis, all places of a height coincide."""
+    joints = governor.tongs_at(moment)
+    return joints[start[0]][start[1]], joints[end[0]][end[1]]
+
+
+def _sleeve_shapes(governor: ParabolicProportions) -> Iterator[DrawnShape]:
+    """Yield the sleeve, whose eye is at the origin of its axes: neck, drum with shading, groove for the fork, and a pointer."""
     u, (width, depth) = governor.arm, governor.sleeve_size
-    neck, base, top = sizes.NECK_HALF_WIDTH * u, height - depth, height + sizes.DRUM_TOP * u
+    neck, base, top = sizes.NECK_HALF_WIDTH * u, -depth, sizes.DRUM_TOP * u
     flange, groove = base + sizes.FLANGE_HEIGHT * u, base + (sizes.FLANGE_HEIGHT + sizes.GROOVE_HEIGHT) * u
     corner = 0.3 * (width - neck)
     drum = (neck, top), (width - corner, top), (width, top - corner), (width, groove)
     foot = (0.62 * width, groove), (0.62 * width, flange), (0.86 * width, flange), (0.86 * width, base)
-    yield Circle("sleeve", 0.0, height, _EYE_RADIUS * u)
-    yield Polygon("sleeve", parts.mirror_outline(((neck, height - 0.02 * u), *drum, *foot)))
+    yield Circle("sleeve", 0.0, 0.0, _EYE_RADIUS * u)
+    yield Polygon("sleeve", parts.mirror_outline(((neck, -0.02 * u), *drum, *foot)))
     strokes = [((part * width, top - 0.02 * u - max(part - 0.8, 0.0) * width), (part * width, groove + 0.02 * u)) for part in _SHADING]
     yield Lines("engraving", tuple(strokes))
     tip = width + 0.10 * u
@@ -190,26 +214,32 @@ def _stop_heights(governor: ParabolicProportions) -> Vec2:
     return low - governor.sleeve_size[1] - shoe, high + _EYE_RADIUS * governor.arm
 
 
-def _static_effect_shapes(governor: ParabolicProportions) -> Iterator[DrawnShape]:
+def _fixed_effect_parts(governor: ParabolicProportions) -> Iterator[Attached]:
     """Yield the effects on the sleeve that are fixed to the frame: stops, spring seat and dashpot cylinder."""
     u, w, (low, high) = governor.arm, governor.spindle_ratio * governor.arm, _stop_heights(governor)
     for face, bottom in ((low, low - _STOP_HEIGHT * u), (high, high)):
         if math.isfinite(face):
-            yield from parts.hatched_pair_shapes("stop", (w, _STOP_WIDTH * u), (bottom, bottom + _STOP_HEIGHT * u), 0.03 * u)
+            stop = parts.hatched_pair_shapes("stop", (w, _STOP_WIDTH * u), (bottom, bottom + _STOP_HEIGHT * u), 0.03 * u)
+            yield fixed(stop, turns=True)
     if governor.find_lift_effect(OutputSpring):
         y = _spindle_foot(governor)
-        yield make_rectangle("seat", -0.17 * u, 0.17 * u, y - 0.03 * u, y)
-    yield from parts.cylinder_shapes(governor)
+        yield fixed([make_rectangle("seat", -0.17 * u, 0.17 * u, y - 0.03 * u, y)])
+    yield fixed(parts.cylinder_shapes(governor))
 
 
-def _moving_effect_shapes(governor: ParabolicProportions, height: float, time: float) -> Iterator[DrawnShape]:
-    """Yield the effects on the sleeve that move with it, with its eye at a height (m), at a time (s)."""
-    u, base = governor.arm, height - governor.sleeve_size[1]
-    yield from parts.piston_shapes(governor, height, base + 0.5 * sizes.FLANGE_HEIGHT * u)
+def _moving_effect_parts(governor: ParabolicProportions) -> Iterator[DrawnPart]:
+    """Yield the effects on the sleeve that move with it."""
+    depth = governor.sleeve_size[1]
+    yield from parts.piston_parts(governor, depth - 0.5 * sizes.FLANGE_HEIGHT * governor.arm)
     if governor.find_lift_effect(OutputSpring):
-        seat = _spindle_foot(governor)
-        yield Lines("spring", parts.helical_spring_lines((0.0, seat), (0.0, base), 0.14 * u, governor.spindle_ratio * u))
-    yield from parts.spindle_shoe_shapes(governor, time, base, (_SHOE_WIDTH, _SHOE_HEIGHT))
+        yield Flexible(shapes_at=partial(_spring_shapes, governor))
+    yield from parts.spindle_shoe_parts(governor, depth, (_SHOE_WIDTH, _SHOE_HEIGHT))
+
+
+def _spring_shapes(governor: ParabolicProportions, moment: Moment) -> list[DrawnShape]:
+    """Return the spring between its seat and the foot of the sleeve."""
+    u, seat, base = governor.arm, _spindle_foot(governor), governor.sleeve_axes(moment)[1] - governor.sleeve_size[1]
+    return [Lines("spring", parts.helical_spring_lines((0.0, seat), (0.0, base), 0.14 * u, governor.spindle_ratio * u))]
 
 
 def _impact_shapes(governor: ParabolicProportions, height: float, time: float) -> Iterator[DrawnShape]:

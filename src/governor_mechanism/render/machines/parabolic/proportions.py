@@ -10,6 +10,7 @@ from functools import cached_property
 import numpy as np
 
 from governor_mechanism.machines.parabolic import LEFT_BALL, RIGHT_BALL, SLEEVE
+from governor_mechanism.render.geometry.attached import Moment, once_per_moment
 from governor_mechanism.render.geometry.primitives import CAST_IRON_DENSITY, Vec2, drawn_ball_radius
 from governor_mechanism.render.machines.generic.placed_mechanism import MechanismExtents
 from governor_mechanism.render.machines.governor_parts import CylinderSizes, GovernorDrawing, PistonSizes
@@ -87,6 +88,15 @@ class ParabolicProportions(GovernorDrawing, MechanismExtents):
         """Return the centres of the left and the right ball (m) at a pose (bodies, 3)."""
         left, right = (pose[self.part.mechanism.body_index(name), :2].tolist() for name in (LEFT_BALL, RIGHT_BALL))
         return (left[0], left[1]), (right[0], right[1])
+
+    def ball_at(self, number: int, moment: Moment) -> Vec2:
+        """Return the centre of the left (0) or the right (1) ball at a moment (m)."""
+        return self.balls(moment.pose)[number]
+
+    @once_per_moment
+    def tongs_at(self, moment: Moment) -> list[tuple[Vec2, Vec2, Vec2]]:
+        """Return the joints of the lazy tongs at a moment."""
+        return self.tongs_joints(moment.pose)
 
     def traced_path(self, poses: FloatArray) -> FloatArray:
         """Return the path (n, 2) (m) of the right ball."""

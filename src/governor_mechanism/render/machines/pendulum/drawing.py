@@ -6,10 +6,10 @@ from functools import cached_property
 from itertools import chain
 
 from governor_mechanism.machines.pendulum.machine import RIGHT_LINK
+from governor_mechanism.render.geometry.attached import Attached, DrawnPart, Moment, fixed, shapes_of
 from governor_mechanism.render.geometry.free_space import first_free_position, horizontal_extents, select_extreme_rows
 from governor_mechanism.render.geometry.outlines import make_bar, make_rectangle
-from governor_mechanism.render.geometry.points import arc_points
-from governor_mechanism.render.geometry.primitives import Circle, DrawnShape, Lines, Vec2
+from governor_mechanism.render.geometry.primitives import Circle, DrawnShape, Lines
 from governor_mechanism.render.machines import governor_parts as parts
 from governor_mechanism.render.machines.pendulum import effects, governed, lens, sleeve
 from governor_mechanism.render.machines.pendulum.proportions import ARM_WIDTH, LINK_WIDTH, PendulumProportions
@@ -28,37 +28,46 @@ class PendulumDrawing(PendulumProportions):
     panel_readings = ("arm_angle", "sleeve_lift", "spindle_speed")
     plan_caption = ("from above,", "marked: the", "right ball")
 
-    def background_shapes(self) -> Iterator[DrawnShape]:
+    def fixed_parts(self) -> Iterator[Attached]:
         """Yield the spindle in its bearings, the suspension, the axis, the lift scale, and the effects fixed to the frame."""
+        u, spindle_foot = self.arm, effects.spindle_foot_height(self)
+        yield fixed(self._spindle_shapes(spindle_foot))
+        yield from effects.fixed_effect_parts(self)
+        # The cross piece with the arm pins, keyed to the spindle.
+        cross_piece = make_bar("frame", (-abs(self.offset), 0.0), (abs(self.offset), 0.0), 0.085 * u)
+        yield fixed([make_rectangle("frame", -0.062 * u, 0.062 * u, -0.062 * u, 0.085 * u), cross_piece], turns=True)
+        yield fixed(() if self.is_magnified else _lift_scale_shapes(self))
+        yield fixed(lens.lens_frame(self), section_only=True)
+        yield fixed(spindle_drive_shapes(spindle_foot - 0.19 * u, u))
+        yield fixed(self.throttle_gear.background_shapes())
+        yield fixed(parts.shoe_key_shapes(self, (0.24 * u, spindle_foot + 0.05 * u), u))
+
+    def _spindle_shapes(self, spindle_foot: float) -> Iterator[DrawnShape]:
+        """Yield the spindle in its bearings."""
         u, w = self.arm, self.spindle_ratio * self.arm
-        spindle_foot = effects.spindle_foot_height(self)
         yield from parts.spindle_shapes(w, (spindle_foot - 0.48 * u, 0.40 * u), spindle_foot - 0.19 * u, 0.33 * u)
         for bottom, top in ((0.17 * u, 0.27 * u), (spindle_foot - 0.14 * u, spindle_foot - 0.04 * u)):
             yield from parts.hatched_pair_shapes("bearing", (w, 0.15 * u), (bottom, top), 0.034 * u)
         yield make_rectangle("spindle", -1.6 * w, 1.6 * w, spindle_foot - 0.04 * u, spindle_foot - 0.012 * u)
-        yield from effects.static_effect_shapes(self)
-        # The cross piece with the arm pins, keyed to the spindle.
-        yield make_rectangle("frame", -0.062 * u, 0.062 * u, -0.062 * u, 0.085 * u)
-        yield make_bar("frame", (-abs(self.offset), 0.0), (abs(self.offset), 0.0), 0.085 * u)
-        yield from () if self.is_magnified else _lift_scale_shapes(self)
-        yield from lens.lens_frame(self)
-        yield from spindle_drive_shapes(spindle_foot - 0.19 * u, u)
-        yield from self.throttle_gear.background_shapes()
-        yield from parts.shoe_key_shapes(self, (0.24 * u, spindle_foot + 0.05 * u), u)
 
-    def moving_shapes(self, pose: FloatArray, time: float) -> Iterator[DrawnShape]:
+    def moving_parts(self) -> Iterator[DrawnPart]:
         """Yield sleeve, links, arms, balls, pins and their effects; the right half covers the left one."""
-        height, sides = float(self.sleeve_height(pose)), self.sides(pose)
-        yield from effects.sleeve_effect_shapes(self, height, time)
-        yield from sleeve.sleeve_shapes(self, height)
-        yield from sleeve.clearance_slot_shapes(self, height)
-        yield from self.throttle_gear.moving_shapes(height - self.fork_depth)
-        yield from self.linkage_shapes(pose)
-        yield from (Lines("ball shine", _highlight_arcs(side.ball, self.ball_radius)) for side in sides)
-        pivots = [point for side in sides for point in (side.arm_pivot, side.link_joint, side.link_end)]
-        yield from (Circle("pivot", *point, _PIVOT_RADIUS * self.arm) for point in pivots)
-        yield from effects.arm_effect_shapes(self, pose, time)
-        yield from lens.lens_contents(self, pose, time)
+        yield from effects.sleeve_effect_parts(self)
+        yield from sleeve.sleeve_parts(self)
+        yield from self.throttle_gear.moving_parts(lambda moment: self.sleeve_axes(moment)[1] - self.fork_depth)
+        yield from self.linkage_parts()
+        shine = (parts.ball_shine(self.ball_radius),)
+        yield from (Attached(frame=axes, shapes=shine, section_only=True) for axes in self.ball_axes)
+        for number in (0, 1):
+            yield from (self._pin(number, joint) for joint in ("arm_pivot", "link_joint", "link_end"))
+        yield from effects.arm_effect_parts(self)
+        yield from lens.lens_parts(self)
+
+    def _pin(self, number: int, joint: str) -> Attached:
+        """Return the pin of a joint of the left (0) or the right (1) half; on the axis it is round."""
+        x, y = self.place_of(number, joint, self.first_moment)
+        frame = self.pin_axes(number, joint)
+        return self.attach(frame, [Circle("pivot", x, y, _PIVOT_RADIUS * self.arm)], turns=x != 0.0)
 
     @cached_property
     def throttle_gear(self) -> ThrottleGear:
@@ -82,20 +91,19 @@ class PendulumDrawing(PendulumProportions):
         """Return the path (n, 2) (m) of the centre of the right ball."""
         return self.ball_centres(poses)
 
-    def linkage_shapes(self, pose: FloatArray) -> Iterator[DrawnShape]:
+    def linkage_parts(self) -> Iterator[Attached]:
         """Yield links, arms and balls. A link with mass is drawn as a rod."""
-        u, sides = self.arm, self.sides(pose)
+        u, first_sides = self.arm, self.sides_at(self.first_moment)
         role, width = ("rod", 1.2 * LINK_WIDTH) if RIGHT_LINK in self.body_names else ("link", LINK_WIDTH)
-        for side in sides:
-            yield make_bar(role, side.link_joint, side.link_end, width * u)
-            yield make_bar("arm", side.arm_pivot, side.ball, ARM_WIDTH * u)
-        yield from (Circle("ball", *side.ball, self.ball_radius) for side in sides)
+        for number, side in enumerate(first_sides):
+            yield self.attach(self.link_axes[number], [make_bar(role, side.link_joint, side.link_end, width * u)])
+            yield self.attach(self.arm_axes[number], [make_bar("arm", side.arm_pivot, side.ball, ARM_WIDTH * u)])
+        ball = Circle("ball", 0.0, 0.0, self.ball_radius)
+        yield from (Attached(frame=axes, shapes=(ball,)) for axes in self.ball_axes)
 
-
-def _highlight_arcs(ball: Vec2, radius: float) -> tuple[tuple[Vec2, ...], ...]:
-    """Return two arcs inside the upper left rim of the ball: the highlight of a sphere."""
-    sizes = ((0.78, 42.0), (0.60, 30.0))
-    return tuple(arc_points(ball, math.radians(135 - half), math.radians(2 * half), ratio * radius, 12) for ratio, half in sizes)
+    def linkage_shapes(self, pose: FloatArray) -> Iterator[DrawnShape]:
+        """Yield links, arms and balls at a pose (bodies, 3)."""
+        yield from shapes_of(self.linkage_parts(), Moment(pose, 0.0))
 
 
 def _lift_scale_shapes(governor: PendulumDrawing) -> Iterator[DrawnShape]:

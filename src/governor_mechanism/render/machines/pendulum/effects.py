@@ -5,17 +5,18 @@ Only effects of the scene are drawn. Effects on the ball radius are shown on the
 
 import math
 from collections.abc import Iterator
+from functools import partial
 
 from governor_mechanism.effects.dashpot import Dashpot
 from governor_mechanism.effects.dry_friction import DryFriction
 from governor_mechanism.effects.spring import OutputSpring
 from governor_mechanism.effects.stops import Stops
+from governor_mechanism.render.geometry.attached import Attached, DrawnPart, Flexible, Moment, fixed
 from governor_mechanism.render.geometry.outlines import make_band, make_bar, make_burst, make_hatched_block, make_rectangle
-from governor_mechanism.render.geometry.primitives import BoundingBox, Circle, DrawnShape, Lines, Vec2
+from governor_mechanism.render.geometry.primitives import BoundingBox, Circle, DrawnShape, Lines, Polygon, Vec2
 from governor_mechanism.render.machines import governor_parts as parts
 from governor_mechanism.render.machines.generic.force_elements import spiral_points
 from governor_mechanism.render.machines.pendulum.proportions import ARM_WIDTH, PendulumProportions, PendulumSide
-from governor_mechanism.types import FloatArray
 
 _ARM_READINGS = ("arm_angle", "ball_radius")
 """Readings that determine the position of the arms."""
@@ -42,42 +43,49 @@ def spindle_foot_height(governor: PendulumProportions) -> float:
     return low - depth - distance
 
 
-def static_effect_shapes(governor: PendulumProportions) -> Iterator[DrawnShape]:
-    """Yield the shapes fixed to the frame: stops of arms and sleeve, the disc that supports the sleeve spring, dashpot cylinder."""
-    yield from _arm_stop_shapes(governor)
+def fixed_effect_parts(governor: PendulumProportions) -> Iterator[Attached]:
+    """Yield what is fixed to the frame: stops of arms and sleeve, the disc that supports the sleeve spring, dashpot cylinder."""
+    yield fixed(_arm_stop_shapes(governor), turns=True)
     for box in _collar_boxes(governor).values():
-        yield from parts.hatched_pair_shapes("stop", box[:2], box[2:], 0.030 * governor.arm)
+        yield fixed(parts.hatched_pair_shapes("stop", box[:2], box[2:], 0.030 * governor.arm), turns=True)
     if governor.spring_side:
         y, half_width = _spring_seat(governor)
         low, high = sorted((y, y + governor.spring_side * 0.03 * governor.arm))
-        yield make_rectangle("seat", -half_width - 0.02 * governor.arm, half_width + 0.02 * governor.arm, low, high)
-    yield from parts.cylinder_shapes(governor)
+        yield fixed([make_rectangle("seat", -half_width - 0.02 * governor.arm, half_width + 0.02 * governor.arm, low, high)])
+    yield fixed(parts.cylinder_shapes(governor))
 
 
-def sleeve_effect_shapes(governor: PendulumProportions, height: float, time: float) -> Iterator[DrawnShape]:
-    """Yield the effects on the sleeve, behind the governor, with its lugs at a height (m), at a time (s)."""
-    u, base = governor.arm, height - governor.sleeve_size[1]
-    w = governor.spindle_ratio * u
-    yield from parts.piston_shapes(governor, height, base + 0.035 * u)
+def sleeve_effect_parts(governor: PendulumProportions) -> Iterator[DrawnPart]:
+    """Yield the effects on the sleeve, behind the governor."""
+    depth = governor.sleeve_size[1]
+    yield from parts.piston_parts(governor, depth - 0.035 * governor.arm)
     if governor.spring_side:
-        seat, half_width = _spring_seat(governor)
-        low, high = sorted((seat, height + _sleeve_contact_above_lugs(governor)[0] if governor.spring_side > 0 else base))
-        yield Lines("spring", parts.helical_spring_lines((0.0, low), (0.0, high), half_width, w))
-    yield from parts.spindle_shoe_shapes(governor, time, base, (_SHOE_WIDTH, _SHOE_HEIGHT))
+        yield Flexible(shapes_at=partial(_sleeve_spring_shapes, governor))
+    yield from parts.spindle_shoe_parts(governor, depth, (_SHOE_WIDTH, _SHOE_HEIGHT))
 
 
-def arm_effect_shapes(governor: PendulumProportions, pose: FloatArray, time: float) -> Iterator[DrawnShape]:
-    """Yield the effects on the arms, in front of the governor, at a pose (bodies, 3) and a time (s), and the impacts."""
-    sides = governor.sides(pose)
+def _sleeve_spring_shapes(governor: PendulumProportions, moment: Moment) -> list[DrawnShape]:
+    """Return the spring between its seat and the sleeve."""
+    height = governor.sleeve_axes(moment)[1]
+    seat, half_width = _spring_seat(governor)
+    contact = _sleeve_contact_above_lugs(governor)[0] if governor.spring_side > 0 else -governor.sleeve_size[1]
+    low, high = sorted((seat, height + contact))
+    coils = parts.helical_spring_lines((0.0, low), (0.0, high), half_width, governor.spindle_ratio * governor.arm)
+    return [Lines("spring", coils)]
+
+
+def arm_effect_parts(governor: PendulumProportions) -> Iterator[DrawnPart]:
+    """Yield the effects on the arms, in front of the governor, and the impacts."""
     if governor.find_effect(OutputSpring, "ball_radius"):
-        yield _ball_spring(governor, sides)
+        yield Flexible(shapes_at=lambda moment: [_ball_spring(governor, governor.sides_at(moment))])
     if governor.find_effect(OutputSpring, "arm_angle"):
-        yield from _spiral_springs(governor, float(governor.arm_angles(pose)))
+        spirals = partial(_spiral_springs, governor)
+        yield Flexible(shapes_at=lambda moment: spirals(float(governor.arm_angles(moment.pose))), turns=True)
     if governor.find_effect(Dashpot, *_ARM_READINGS):
-        yield from _rotary_dashpot_shapes(governor, sides)
+        yield from _rotary_dashpot_parts(governor)
     if friction := governor.find_effect(DryFriction, *_ARM_READINGS):
-        yield from _arm_shoe_shapes(governor, friction, time)
-    yield from _impact_shapes(governor, time)
+        yield from parts.friction_shoe_parts(governor, friction.reading, fixed(_arm_shoe_shapes(governor)))
+    yield Flexible(shapes_at=lambda moment: _impact_shapes(governor, moment.time))
 
 
 def _spring_seat(governor: PendulumProportions) -> Vec2:
@@ -92,22 +100,20 @@ def _spring_seat(governor: PendulumProportions) -> Vec2:
     return max(min(seat_height, -0.085 * u), high + contact_height + 0.04 * u), min(half_width, 0.085 * u)
 
 
-def _arm_shoe_shapes(governor: PendulumProportions, friction: DryFriction, time: float) -> list[DrawnShape]:
+def _arm_shoe_shapes(governor: PendulumProportions) -> list[Polygon]:
     """Return a friction shoe over the pin of each arm."""
     u, angles = governor.arm, [math.radians(30 + 120 * k / 10) for k in range(11)]
     arcs = ([(x + 0.075 * u * math.cos(a), 0.075 * u * math.sin(a)) for a in angles] for x in (-governor.offset, governor.offset))
-    return parts.friction_shoe_shapes(governor, friction.reading, time, [make_band("shoe", arc, 0.040 * u) for arc in arcs])
+    return [make_band("shoe", arc, 0.040 * u) for arc in arcs]
 
 
-def _rotary_dashpot_shapes(governor: PendulumProportions, sides: list[PendulumSide]) -> Iterator[DrawnShape]:
+def _rotary_dashpot_parts(governor: PendulumProportions) -> Iterator[Attached]:
     """Yield a small rotary dashpot on the pin of each arm, its vane along the arm."""
-    u = governor.arm
-    for side in sides:
-        dx, dy = ((side.ball[k] - side.arm_pivot[k]) / u * 0.055 * u for k in (0, 1))
-        x, y = side.arm_pivot
-        yield Circle("drum", x, y, 0.055 * u)
-        yield Lines("damper", (((x - dy, y + dx), (x + dy, y - dx)),))
-        yield Circle("pivot", x, y, 0.016 * u)
+    u, is_aside = governor.arm, governor.offset != 0.0
+    vane = Lines("damper", (((0.0, 0.055 * u), (0.0, -0.055 * u)),))
+    for axes in governor.arm_axes:
+        shapes = (Circle("drum", 0.0, 0.0, 0.055 * u), vane, Circle("pivot", 0.0, 0.0, 0.016 * u))
+        yield Attached(frame=axes, shapes=shapes, turns=is_aside)
 
 
 def _spiral_springs(governor: PendulumProportions, angle: float) -> list[DrawnShape]:

@@ -7,11 +7,11 @@ import math
 from collections.abc import Iterator
 
 from governor_mechanism.effects.clearance import CLEARANCE_READING
+from governor_mechanism.render.geometry.attached import Attached, DrawnPart, Flexible, Moment, axes_shifted, fixed
 from governor_mechanism.render.geometry.outlines import make_bar, make_rectangle
 from governor_mechanism.render.geometry.primitives import Circle, DrawnShape, Lines, Polygon, TextShape, Vec2, round_step
 from governor_mechanism.render.machines.governor_parts import LIFT_READING
 from governor_mechanism.render.machines.pendulum.proportions import PendulumProportions
-from governor_mechanism.types import FloatArray
 
 # Lengths as fractions of the arm.
 _WIDTH, _HEIGHT, _TOP, _MIN_RIGHT = 0.80, 0.64, 0.40, 0.34
@@ -64,15 +64,15 @@ def lens_frame(governor: PendulumProportions) -> Iterator[DrawnShape]:
         yield from _ruler(governor, left, [(_lift_height(governor, lift), text) for lift, text in zip(lifts, texts, strict=True)])
 
 
-def lens_contents(governor: PendulumProportions, pose: FloatArray, time: float) -> Iterator[DrawnShape]:
+def lens_parts(governor: PendulumProportions) -> Iterator[DrawnPart]:
     """Yield what moves in the detail, if there is one: the eye of a link in the slot of a lug, or the pointer of the lift."""
     if governor.clearance:
-        yield from _clearance_shapes(governor, pose, time)
+        yield from _clearance_parts(governor)
     elif lift_magnification(governor):
-        u, (left, _) = governor.arm, _corner(governor)
-        tip = left + _POINTER_X * u, _lift_height(governor, float(governor.sleeve_height(pose)) - governor.zero_lift_height)
-        back, half = tip[0] - _POINTER_LENGTH * u, 0.05 * u
-        yield Polygon("pointer", (tip, (back, tip[1] + half), (back, tip[1] - half)))
+        u, tip = governor.arm, _corner(governor)[0] + _POINTER_X * governor.arm
+        back, half = -_POINTER_LENGTH * u, 0.05 * u
+        frame = axes_shifted(lambda moment: (tip, _lift_height(governor, governor.sleeve_axes(moment)[1] - governor.zero_lift_height)))
+        yield Attached(frame=frame, shapes=(Polygon("pointer", ((0.0, 0.0), (back, half), (back, -half))),), section_only=True)
 
 
 def _corner(governor: PendulumProportions) -> Vec2:
@@ -99,17 +99,30 @@ def _ruler(governor: PendulumProportions, left: float, ticks: list[tuple[float, 
     yield from (TextShape("scale", x + _TEXT_DISTANCE * u, y, text, _TEXT_WIDTH * u) for y, text in ticks if text)
 
 
-def _clearance_shapes(governor: PendulumProportions, pose: FloatArray, time: float) -> Iterator[DrawnShape]:
+def _clearance_parts(governor: PendulumProportions) -> Iterator[DrawnPart]:
     """Yield a lug with its slot, and in it the eye of a link from above; the eye flashes at an impact."""
-    u, magnification, (left, bottom) = governor.arm, clearance_magnification(governor), _corner(governor)
-    offset = float(governor.sleeve_height(pose) - governor.taut_link_height(pose))
+    u, (left, bottom) = governor.arm, _corner(governor)
     x, y, radius = left + _LUG_X * u, bottom + _SLOT_CENTRE_HEIGHT * u, _EYE_RADIUS * u
-    half_clearance = magnification * governor.clearance / 2
-    pin = (x, y - min(max(magnification * offset, -half_clearance), half_clearance))
+    half_clearance = clearance_magnification(governor) * governor.clearance / 2
     lug_top = bottom + (2 * _SLOT_CENTRE_HEIGHT - 0.04) * u
-    yield make_rectangle("sleeve", x - _LUG_HALF_WIDTH * u, x + _LUG_HALF_WIDTH * u, bottom, lug_top)
-    yield make_bar("slot", (x, y - half_clearance), (x, y + half_clearance), 2 * radius)
-    yield make_rectangle("link", x - _LINK_HALF_WIDTH * u, x + _LINK_HALF_WIDTH * u, pin[1], bottom + _HEIGHT * u)
-    yield Circle("eyelet", *pin, radius)
-    yield Circle("struck", *pin, radius if governor.struck_side(CLEARANCE_READING, time) else 0.0)
-    yield Circle("pivot", *pin, 0.028 * u)
+    lug = make_rectangle("sleeve", x - _LUG_HALF_WIDTH * u, x + _LUG_HALF_WIDTH * u, bottom, lug_top)
+    yield fixed([lug, make_bar("slot", (x, y - half_clearance), (x, y + half_clearance), 2 * radius)], section_only=True)
+
+    def pin_at(moment: Moment) -> Vec2:
+        offset = float(governor.sleeve_height(moment.pose) - governor.taut_link_height(moment.pose))
+        return x, y - min(max(clearance_magnification(governor) * offset, -half_clearance), half_clearance)
+
+    def link_shapes(moment: Moment) -> list[DrawnShape]:
+        # It goes on beyond the edge of the detail.
+        return [make_rectangle("link", x - _LINK_HALF_WIDTH * u, x + _LINK_HALF_WIDTH * u, pin_at(moment)[1], bottom + _HEIGHT * u)]
+
+    eye = axes_shifted(pin_at)
+    yield Flexible(shapes_at=link_shapes, section_only=True)
+    yield Attached(frame=eye, shapes=(Circle("eyelet", 0.0, 0.0, radius),), section_only=True)
+    yield Attached(
+        frame=eye,
+        shapes=(Circle("struck", 0.0, 0.0, radius),),
+        section_only=True,
+        shown=lambda moment: bool(governor.struck_side(CLEARANCE_READING, moment.time)),
+    )
+    yield Attached(frame=eye, shapes=(Circle("pivot", 0.0, 0.0, 0.028 * u),), section_only=True)

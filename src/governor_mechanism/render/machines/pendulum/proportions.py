@@ -2,7 +2,7 @@
 
 import math
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
 
@@ -12,6 +12,7 @@ from governor_mechanism.effects.spring import OutputSpring
 from governor_mechanism.machines.pendulum.machine import LEFT_BALL, RIGHT_BALL, SLEEVE
 from governor_mechanism.model.joints import Point
 from governor_mechanism.model.output_variables import LineAngle
+from governor_mechanism.render.geometry.attached import Frame, Moment, axes_along, axes_shifted, once_per_moment
 from governor_mechanism.render.geometry.primitives import CAST_IRON_DENSITY, Vec2, drawn_ball_radius
 from governor_mechanism.render.machines.governor_parts import LIFT_READING, CylinderSizes, GovernorDrawing, PistonSizes
 from governor_mechanism.render.machines.machine_drawing import Dimension
@@ -125,6 +126,39 @@ class PendulumProportions(GovernorDrawing):
             height: FloatArray = poses[..., self.part.mechanism.body_index(SLEEVE), 1]
             return height
         return self.taut_link_height(poses)
+
+    @once_per_moment
+    def sides_at(self, moment: Moment) -> list[PendulumSide]:
+        """Return the left and the right half at a moment."""
+        return self.sides(moment.pose)
+
+    def place_of(self, number: int, joint: str, moment: Moment) -> Vec2:
+        """Return where a joint of the left (0) or the right (1) half is at a moment (m)."""
+        place: Vec2 = getattr(self.sides_at(moment)[number], joint)
+        return place
+
+    def axes_between(self, number: int, first: str, second: str) -> Frame:
+        """Return axes from one joint to another of the left (0) or the right (1) half."""
+        return axes_along(lambda moment: (self.place_of(number, first, moment), self.place_of(number, second, moment)))
+
+    @cached_property
+    def arm_axes(self) -> list[Frame]:
+        """Axes of the left and the right arm, from the pivot to the ball."""
+        return [self.axes_between(number, "arm_pivot", "ball") for number in (0, 1)]
+
+    @cached_property
+    def ball_axes(self) -> list[Frame]:
+        """Axes that move with the left and the right ball and stay upright, as the light on them does."""
+        return [axes_shifted(partial(self.place_of, number, "ball")) for number in (0, 1)]
+
+    @cached_property
+    def link_axes(self) -> list[Frame]:
+        """Axes of the left and the right link, from the joint of the arm to the lug."""
+        return [self.axes_between(number, "link_joint", "link_end") for number in (0, 1)]
+
+    def pin_axes(self, number: int, joint: str) -> Frame:
+        """Return axes that hold the pin of a joint of the left (0) or the right (1) half."""
+        return (self.link_axes if joint == "link_end" else self.arm_axes)[number]
 
     def sides(self, pose: FloatArray) -> list[PendulumSide]:
         """Return the left and the right half at a pose (bodies, 3)."""

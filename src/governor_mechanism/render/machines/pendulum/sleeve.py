@@ -5,6 +5,7 @@ from collections.abc import Iterator
 from itertools import pairwise
 
 from governor_mechanism.machines.pendulum.machine import SLEEVE
+from governor_mechanism.render.geometry.attached import Attached
 from governor_mechanism.render.geometry.outlines import make_bar
 from governor_mechanism.render.geometry.primitives import DrawnShape, Lines, Polygon, Vec2
 from governor_mechanism.render.machines.governor_parts import mirror_outline
@@ -16,14 +17,26 @@ _LUG_WIDTH = 0.085
 """Width of a lug, as a fraction of the arm."""
 
 
-def sleeve_shapes(governor: PendulumProportions, height: float) -> Iterator[DrawnShape]:
-    """Yield lugs, collar and load with shading; the load is below the lugs, clear of arms and links."""
+def sleeve_parts(governor: PendulumProportions) -> Iterator[Attached]:
+    """Yield the lugs, the rest of the sleeve, which is round, and the slots for the clearance of the links."""
+    has_lugs_aside = governor.lug_offset != 0.0
+    yield Attached(frame=governor.sleeve_axes, shapes=tuple(_lug_shapes(governor)), turns=has_lugs_aside)
+    yield Attached(frame=governor.sleeve_axes, shapes=tuple(_sleeve_shapes(governor)), turns=False)
+    yield Attached(frame=governor.sleeve_axes, shapes=tuple(_clearance_slot_shapes(governor)), turns=has_lugs_aside)
+
+
+def _lug_shapes(governor: PendulumProportions) -> Iterator[DrawnShape]:
+    u = governor.arm
+    lug_top = _SLOT_HALF_LENGTH * u if governor.clearance else 0.0
+    for x in (-governor.lug_offset, governor.lug_offset):
+        yield make_bar("sleeve", (x, -0.06 * u), (x, lug_top), _LUG_WIDTH * u)
+
+
+def _sleeve_shapes(governor: PendulumProportions) -> Iterator[DrawnShape]:
+    """Yield collar and load with shading; the load is below the lugs, clear of arms and links."""
     u, (width, drop) = governor.arm, governor.sleeve_size
     is_loaded = SLEEVE in governor.body_names
-    lug_top = height + (_SLOT_HALF_LENGTH * u if governor.clearance else 0.0)
-    for x in (-governor.lug_offset, governor.lug_offset):
-        yield make_bar("sleeve", (x, height - 0.06 * u), (x, lug_top), _LUG_WIDTH * u)
-    neck, top, base = abs(governor.lug_offset) + 0.06 * u, height - 0.045 * u, height - drop
+    neck, top, base = abs(governor.lug_offset) + 0.06 * u, -0.045 * u, -drop
     outline = (_drum_outline if is_loaded else _collar_outline)(neck, width, top, base, u)
     yield Polygon("sleeve", mirror_outline(outline))
     yield Lines("engraving", _shading_strokes(outline, width if is_loaded else GROOVE_RATIO * width, base, u))
@@ -61,8 +74,8 @@ def _shading_strokes(outline: tuple[Vec2, ...], width: float, base: float, u: fl
     return tuple(strokes)
 
 
-def clearance_slot_shapes(governor: PendulumProportions, height: float) -> Iterator[DrawnShape]:
-    """Yield a slot in each lug of a sleeve at a height (m); none without clearance."""
+def _clearance_slot_shapes(governor: PendulumProportions) -> Iterator[DrawnShape]:
+    """Yield a slot in each lug; none without clearance."""
     half_length = _SLOT_HALF_LENGTH * governor.arm
     for x in (-governor.lug_offset, governor.lug_offset) if governor.clearance else ():
-        yield make_bar("slot", (x, height - half_length), (x, height + half_length), 0.05 * governor.arm)
+        yield make_bar("slot", (x, -half_length), (x, half_length), 0.05 * governor.arm)

@@ -9,6 +9,7 @@ import numpy as np
 
 from governor_mechanism.effects.crank_masses import CrankMasses
 from governor_mechanism.model.joints import Pin, Point, Slider
+from governor_mechanism.render.geometry.attached import Attached, DrawnPart, Flexible, Moment, fixed
 from governor_mechanism.render.geometry.outlines import make_arrow
 from governor_mechanism.render.geometry.points import point_path
 from governor_mechanism.render.geometry.primitives import DrawnShape, TextShape, round_step
@@ -41,14 +42,19 @@ class SliderCrankDrawing(GenericDrawing):
 
     crank = Dimension("crank")
 
-    def background_shapes(self) -> Iterator[DrawnShape]:
+    def fixed_parts(self) -> Iterator[Attached]:
         """Yield what any mechanism shows, and the key of the forces."""
-        yield from super().background_shapes()
-        yield from self._key_shapes()
+        yield from super().fixed_parts()
+        yield fixed(self._key_shapes())
 
-    def moving_shapes(self, pose: FloatArray, time: float) -> Iterator[DrawnShape]:
+    def moving_parts(self) -> Iterator[DrawnPart]:
         """Yield what any mechanism shows, and the forces of the joints on the later of their parts."""
-        yield from super().moving_shapes(pose, time)
+        yield from super().moving_parts()
+        yield Flexible(shapes_at=self._reaction_shapes, section_only=True)
+
+    def _reaction_shapes(self, moment: Moment) -> Iterator[DrawnShape]:
+        """Yield the forces of the joints at a moment."""
+        pose, time = moment
         for load in self._loads:
             x, y = point_path(self.part.mechanism, pose[None], load.point)[0].tolist()
             across, up = (float(np.interp(time, self.run.times, load.forces[:, k])) * self._metres_per_newton for k in (0, 1))

@@ -1,0 +1,179 @@
+"""Shapes that a drawing keeps: attached to what moves, in axes of their own, and a few that change their form.
+
+A drawing is made once. What shows it places the shapes at the poses of their axes; only a spring, a belt or steam is drawn anew.
+"""
+
+import math
+from collections.abc import Callable, Hashable, Iterable, Iterator
+from dataclasses import dataclass
+from functools import wraps
+from typing import Any, NamedTuple, TypeVar
+
+from governor_mechanism.render.geometry.primitives import Circle, DrawnShape, Lines, Polygon, PoseTuple, TextShape, Vec2
+from governor_mechanism.types import FloatArray
+
+R = TypeVar("R")
+
+Frame = Callable[[Any], PoseTuple]
+"""Axes that move: their pose at a moment of the drawing, which for a machine is a `Moment`."""
+
+
+class Moment(NamedTuple):
+    """What the drawing of a machine depends on: poses (bodies, 3) of its bodies, and a time (s)."""
+
+    pose: FloatArray
+    time: float
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Attached:
+    """Shapes that move as one.
+
+    Attributes
+    ----------
+    frame
+        Axes to which they are attached: those of a body, or of a part that the mechanism does not have.
+    shapes
+        Shapes in these axes, back to front, m.
+    turns
+        Whether they turn with the spindle, in a plane that turns; what is round or fixed to the frame looks the same from all sides.
+    section_only
+        Whether only a section shows them, and not the view from outside.
+    shown
+        Whether they are there at a moment; always if None.
+    """
+
+    frame: Frame
+    shapes: tuple[DrawnShape, ...]
+    turns: bool = True
+    section_only: bool = False
+    shown: Callable[[Any], bool] | None = None
+
+    def is_shown(self, moment: Any) -> bool:
+        """Return whether the shapes are there at a moment."""
+        return self.shown is None or self.shown(moment)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Flexible:
+    """Shapes that change their form: `shapes_at` returns them at a moment, always as many, of the same kinds and roles."""
+
+    shapes_at: Callable[[Any], Iterable[DrawnShape]]
+    turns: bool = False
+    section_only: bool = False
+
+
+DrawnPart = Attached | Flexible
+"""A part of a drawing."""
+
+
+def fixed_axes(moment: Any) -> PoseTuple:
+    """Return the axes of what does not move."""
+    return (0.0, 0.0, 0.0)
+
+
+def fixed(shapes: Iterable[DrawnShape], *, turns: bool = False, section_only: bool = False) -> Attached:
+    """Return shapes that do not move in the plane."""
+    return Attached(frame=fixed_axes, shapes=tuple(shapes), turns=turns, section_only=section_only)
+
+
+@dataclass(frozen=True)
+class BodyAxes:
+    """Axes of a body of a mechanism, by its index."""
+
+    index: int
+
+    def __call__(self, moment: Moment) -> PoseTuple:
+        """Return the pose of the body."""
+        x, y, angle = moment.pose[self.index].tolist()
+        return x, y, angle
+
+
+def axes_along(ends_at: Callable[[Any], tuple[Vec2, Vec2]]) -> Frame:
+    """Return the axes of a bar between two points: the origin is the first one, and x leads to the second."""
+
+    def frame(moment: Any) -> PoseTuple:
+        (x, y), (end_x, end_y) = ends_at(moment)
+        return x, y, math.atan2(end_y - y, end_x - x)
+
+    return frame
+
+
+def axes_shifted(place_at: Callable[[Any], Vec2]) -> Frame:
+    """Return the axes of what moves with a point and does not turn."""
+
+    def frame(moment: Any) -> PoseTuple:
+        return *place_at(moment), 0.0
+
+    return frame
+
+
+def once_per_moment(method: Callable[[Any, Any], R]) -> Callable[[Any, Any], R]:
+    """Return a method of a moment that keeps its last result: many axes of one drawing follow from the same positions."""
+    name = f"_last_{method.__name__}"
+
+    @wraps(method)
+    def kept(self: Any, moment: Any) -> R:
+        last = self.__dict__.get(name)
+        if last is None or last[0] is not moment:
+            last = self.__dict__[name] = (moment, method(self, moment))
+        result: R = last[1]
+        return result
+
+    return kept
+
+
+def place_shape(axes: PoseTuple, shape: DrawnShape) -> DrawnShape:
+    """Return a shape given in axes (m, rad) where it stands in the plane; words stay upright."""
+    x0, y0, angle = axes
+    c, s = math.cos(angle), math.sin(angle)
+
+    def place(line: tuple[Vec2, ...]) -> tuple[Vec2, ...]:
+        return tuple([(x0 + c * x - s * y, y0 + s * x + c * y) for x, y in line])
+
+    match shape:
+        case Polygon(role, points):
+            return Polygon(role, place(points))
+        case Lines(role, lines):
+            return Lines(role, tuple([place(line) for line in lines]))
+        case Circle(role, x, y, radius):
+            return Circle(role, *place(((x, y),))[0], radius)
+        case TextShape(role, x, y, text, width):
+            return TextShape(role, *place(((x, y),))[0], text, width)
+
+
+def into_axes(axes: PoseTuple, shapes: Iterable[DrawnShape]) -> tuple[DrawnShape, ...]:
+    """Return shapes of the plane in axes that have a pose (m, rad)."""
+    x, y, angle = axes
+    c, s = math.cos(angle), math.sin(angle)
+    inverse = (-c * x - s * y, s * x - c * y, -angle)
+    return tuple(place_shape(inverse, shape) for shape in shapes)
+
+
+def hide_shape(shape: DrawnShape) -> DrawnShape:
+    """Return a shape without anything to show."""
+    match shape:
+        case Circle(role, x, y, _):
+            return Circle(role, x, y, 0.0)
+        case Polygon(role, _):
+            return Polygon(role, ())
+        case Lines(role, _):
+            return Lines(role, ())
+        case TextShape(role, x, y, _, _):
+            return TextShape(role, x, y, "", 0.0)
+
+
+def shapes_of(parts: Iterable[DrawnPart], moment: Any) -> Iterator[DrawnShape]:
+    """Yield the shapes of parts where they stand at a moment, back to front."""
+    poses: dict[Hashable, PoseTuple] = {}
+    for part in parts:
+        if isinstance(part, Flexible):
+            yield from part.shapes_at(moment)
+            continue
+        axes = poses.get(part.frame)
+        if axes is None:
+            axes = poses[part.frame] = part.frame(moment)
+        is_shown = part.is_shown(moment)
+        for shape in part.shapes:
+            placed = shape if axes == (0.0, 0.0, 0.0) else place_shape(axes, shape)
+            yield placed if is_shown else hide_shape(placed)
