@@ -16,6 +16,7 @@ from governor_mechanism.render.figures.overview import choose_overview
 from governor_mechanism.render.film.engine_room_painter import EngineRoomPainter
 from governor_mechanism.render.film.frame_data import FrameData
 from governor_mechanism.render.film.still import write_still
+from governor_mechanism.render.geometry.attached import shapes_of as placed_shapes
 from governor_mechanism.render.geometry.primitives import Circle, Lines, bounding_box
 from governor_mechanism.render.machines.engine_room import proportions as room
 from governor_mechanism.render.machines.engine_room.arrangement import find_governed_engine
@@ -266,7 +267,7 @@ def test_a_still_shows_the_room_at_a_time(mean_torque, tmp_path):
 def test_shapes_of_a_belt_are_lines_and_a_pulley_turns_with_its_angle():
     belt = BeltDrive(first=(0.0, 0.0), second=(100.0, 0.0), first_radius=10.0, second_radius=10.0)
     assert all(isinstance(shape, Lines) for shape in belt.belt_shapes())
-    wheel, mark, _ = belt.second_pulley_shapes(0.5 * math.pi)
+    wheel, mark, _ = placed_shapes(belt.second_pulley_parts(lambda angle: angle), 0.5 * math.pi)
     assert isinstance(wheel, Circle)
     assert mark.lines[0][1] == pytest.approx((100.0, 8.0))
 

@@ -76,7 +76,8 @@ def test_an_engine_room_shows_neither_throttle_gear_nor_drive_of_the_governor():
     drawing = drawing_of(run, run.scene.part)
     assert {"throttle lever", "gearing wheel"} <= {s.role for s in (*drawing.static_shapes, *drawing.moving_shapes(run.poses[0], 0.0))}
     elevation = GovernorElevation(drawing, "sleeve_lift")
-    shown = {shape.role for shape in (*elevation.background_shapes(), *elevation.moving_shapes(run.poses[0], 0.0))}
+    parts = (*elevation.fixed_parts(), *elevation.moving_parts(lambda moment: moment))
+    shown = {shape.role for shape in shapes_of(parts, drawing.first_moment)}
     assert {"spindle", "sleeve"} <= shown
     assert not [role for role in shown if role.startswith(("throttle", "gearing"))]
 

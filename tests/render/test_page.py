@@ -16,21 +16,24 @@ import pytest
 from numpy.testing import assert_allclose
 
 import governor_mechanism as gm
+from governor_mechanism.effects.clearance import Clearance
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.model.results.pictures import Film
+from governor_mechanism.render.geometry.attached import Attached, Flexible, axes_turned, fixed_axes
 from governor_mechanism.render.geometry.primitives import Circle, Lines, Polygon
+from governor_mechanism.render.geometry.recording import move_points, record_parts
 from governor_mechanism.render.page.colours import colour_rules, darken, role_rules, series_rules
 from governor_mechanism.render.page.forces import find_forces
-from governor_mechanism.render.page.motion import TOLERANCE, TrackTable, move_points
 from governor_mechanism.render.page.packing import pack_numbers
 from governor_mechanism.render.page.page_data import ANGLE_QUANTUM, RELATIVE_QUANTUM, collect_data
 from governor_mechanism.render.page.part_names import MACHINE_NAMES, PART_NAMES, SAME_AS
-from governor_mechanism.render.page.recording import Picture, RecordedShape, align_outlines, record_shapes
+from governor_mechanism.render.page.picture import Picture
 from governor_mechanism.render.page.sampling import MAX_ROTATION, SAMPLE_RATE, choose_sample_times
-from governor_mechanism.render.page.turning_shapes import find_details
+from governor_mechanism.render.page.tracks import TOLERANCE, TrackTable
 from governor_mechanism.render.page.views import show_run
 from governor_mechanism.render.page.writer import SCRIPTS, make_page
 from governor_mechanism.render.style import FILM_COLOURS, INK, MUTED, PAPER, ROLE_STYLES, SERIES_COLOURS, parse_rgb
+from render.stub_effects import fake_run_with_effects
 from render.stub_run import GOVERNOR_DIMENSIONS, fake_run
 
 MEAN_ANGLE, AMPLITUDE, RATE, SPEED = np.radians(40.0), np.radians(8.0), 2 * np.pi / 1.7, 4 * np.pi
@@ -191,14 +194,20 @@ def test_from_outside_the_governor_turns_and_its_frame_does_not(data, shown):
 
 
 def test_an_enlarged_detail_is_no_part_of_the_machine():
-    def shape(role, kind, points):
-        rows = np.array([points], dtype=float)
-        return RecordedShape(role=role, kind=kind, outline=(len(points),), points=rows, visible=np.array([True]), radii=np.zeros(0))
+    run = fake_run_with_effects(GOVERNOR_DIMENSIONS["porter"], [Clearance(width=5e-4)], duration=1.0)
+    (view,) = collect_data(show_run(run, None, (0.0, 1.0), run.times, 1.0), 1.0)["views"]
+    detail = [shape for shape in view["shapes"] if shape["role"] in ("lens", "eyelet")]
+    assert detail
+    assert all(shape["isInPlaneOnly"] and "turns" not in shape for shape in detail)
+    corners = np.array(next(shape["points"] for shape in detail if shape["role"] == "lens")).reshape(-1, 2)
+    within = [shape for shape in view["shapes"] if "track" not in shape and is_within(shape["points"], corners)]
+    assert len(within) > 3
+    assert all(shape["isInPlaneOnly"] for shape in within)
 
-    lens = shape("lens", "polygon", [(0, 100), (50, 100), (50, 200), (0, 200)])
-    inside, beside = shape("link", "polygon", [(10, 110), (20, 190)]), shape("link", "polygon", [(40, 110), (70, 190)])
-    caption, other_text = shape("scale", "text", [(0, 90)]), shape("scale", "text", [(0, 40)])
-    assert find_details([lens, inside, beside, caption, other_text]) == {0, 1, 3}
+
+def is_within(points, corners):
+    rows = np.array(points, dtype=float).reshape(-1, 2)
+    return bool(np.all((rows >= corners.min(axis=0)) & (rows <= corners.max(axis=0))))
 
 
 def test_a_reading_that_is_infinite_at_times_is_bridged(porter):
@@ -253,35 +262,30 @@ def test_readings_are_those_of_the_run(data, porter):
     assert {plot["name"] for plot in data["plots"]} >= {"sleeve lift", "spindle speed", "ball radius"}
 
 
-def shapes_in_motion(n_samples=40):
-    """A crank, a spring between a fixed and a moving point, a lamp that goes out, and a curve that grows; by sample."""
-    square = np.array([[0.1, -0.05], [0.3, -0.05], [0.3, 0.05], [0.1, 0.05]])
+def parts_in_motion():
+    """A crank, a spring between a fixed and a moving point, a lamp that goes out, and a curve that grows, at moments 0, 1, 2, ..."""
+    square = ((0.1, -0.05), (0.3, -0.05), (0.3, 0.05), (0.1, 0.05))
 
-    def shapes_at(k):
-        c, s = np.cos(0.3 * k), np.sin(0.3 * k)
-        crank = [(float(c * x - s * y), float(s * x + c * y)) for x, y in square]
-        end = 0.5 + 0.2 * s
-        zigzag = tuple((float(end * j / 6), 0.8 + 0.02 * (-1) ** j) for j in range(7))
-        growing = tuple((0.01 * j, 0.9) for j in range(k + 2))
-        return (
-            Polygon("arm", tuple(crank)),
-            Lines("spring", (zigzag,)),
-            Circle("mark", 0.0, 0.5, 0.02 if k < 10 else 0.0),
-            Lines("trace", (growing,)),
-        )
+    def spring(k):
+        end = 0.5 + 0.2 * np.sin(0.3 * k)
+        return (Lines("spring", (tuple((float(end * j / 6), 0.8 + 0.02 * (-1) ** j) for j in range(7)),)),)
 
-    return Picture(box=(-1.0, 1.0, -1.0, 1.0)), shapes_at, n_samples
+    return (
+        Attached(frame=axes_turned((0.0, 0.0), lambda k: 0.3 * k), shapes=(Polygon("arm", square),)),
+        Flexible(shapes_at=spring),
+        Attached(frame=fixed_axes, shapes=(Circle("mark", 0.0, 0.5, 0.02),), shown=lambda k: k < 10),
+        Flexible(shapes_at=lambda k: (Lines("trace", (tuple((0.01 * j, 0.9) for j in range(k + 2)),)),)),
+    )
 
 
-def test_shapes_are_told_apart_by_their_motion():
-    arguments = shapes_in_motion()
-    picture, n_samples = arguments[0], arguments[2]
-    table, shapes = TrackTable(), record_shapes(*arguments)
+def test_shapes_keep_the_motion_that_their_drawing_gives_them():
+    picture, n_samples = Picture(box=(-1.0, 1.0, -1.0, 1.0)), 40
+    shapes, table = record_parts(parts_in_motion(), range(n_samples)), TrackTable(Picture(box=(-1.0, 1.0, -1.0, 1.0)))
     crank, spring, lamp, curve = map(table.describe, shapes)
     assert crank.track == 0
-    assert_allclose(move_points(table.tracks[0].poses, crank.points), shapes[0].points, atol=TOLERANCE)
-    # The fixed point of the crank is found: its track only turns.
-    assert_allclose(table.tracks[0].poses[:, :2] - picture.place(np.zeros(2)), 0.0, atol=1e-6)
+    poses = np.column_stack([np.zeros((n_samples, 2)), 0.3 * np.arange(n_samples)])
+    expected = picture.place(move_points(poses, shapes[0].points[0]))
+    assert_allclose(move_points(table.tracks[0].poses, crank.points), expected, atol=1e-6)
     assert len(spring.modes) == 1
     assert lamp.track is None
     assert list(shapes[2].visible) == [k < 10 for k in range(n_samples)]
@@ -289,15 +293,20 @@ def test_shapes_are_told_apart_by_their_motion():
     assert [sum(map(len, lines)) for lines in shapes[3].changing] == [k + 2 for k in range(n_samples)]
 
 
-def test_an_outline_may_begin_anywhere():
-    """A bar whose outline begins at its left end keeps its points though its ends change sides twice in a turn."""
-    corners = np.array([[0.0, -0.1], [1.0, -0.1], [1.0, 0.1], [0.0, 0.1]])
-    angles = 0.2 * np.arange(60)
-    turned = move_points(np.column_stack([0 * angles, 0 * angles, angles]), corners)
-    leftmost = turned[..., 0].argmin(axis=1)
-    drawn = np.stack([np.roll(points, -first, axis=0) for points, first in zip(turned, leftmost, strict=True)])
-    assert len(set(leftmost)) == 4
-    assert_allclose(align_outlines(drawn), np.roll(turned, -leftmost[0], axis=1))
+def test_axes_that_move_as_one_share_a_track():
+    """A second bar on the crank, in axes of its own, and a bar on another shaft."""
+    table = TrackTable(Picture(box=(-1.0, 1.0, -1.0, 1.0)))
+    bar = (Polygon("arm", ((0.0, 0.0), (0.2, 0.0), (0.2, 0.05))),)
+    frames = [
+        axes_turned((0.0, 0.0), lambda k: 0.1 * k),
+        lambda k: (0.3 * np.cos(0.1 * k), 0.3 * np.sin(0.1 * k), 0.1 * k + 1.0),
+        axes_turned((0.5, 0.0), lambda k: 0.1 * k),
+    ]
+    shapes = record_parts([Attached(frame=frame, shapes=bar) for frame in frames], range(30))
+    motions = [table.describe(shape) for shape in shapes]
+    assert [motion.track for motion in motions] == [0, 0, 1]
+    expected = table.picture.place(shapes[1].placed_points())
+    assert_allclose(move_points(table.tracks[0].poses, motions[1].points), expected, atol=1e-6)
 
 
 def test_a_page_is_one_file_that_asks_for_nothing(page):

@@ -10,6 +10,7 @@ from governor_mechanism.errors import MechanismError, did_you_mean
 from governor_mechanism.model.part import TURNING_PLANE, Part
 from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.render.figures.page import READING_NOISE_RATIO, axis_limits_for
+from governor_mechanism.render.geometry.attached import Moment
 from governor_mechanism.render.geometry.primitives import BoundingBox, Vec2, enclose_boxes
 from governor_mechanism.render.machines.registry import drawing_of
 from governor_mechanism.render.magnified_motion import magnify_motion
@@ -75,6 +76,10 @@ class FrameData:
     def poses_at(self, times: FloatArray) -> FloatArray:
         """Return the poses (n, bodies, 3) at times (n,) s within those of the run."""
         return self.drawing.poses.repeat(len(times), axis=0) if self._motion is None else np.asarray(self._motion(times))
+
+    def moment_at(self, k: int) -> Moment:
+        """Return the moment of frame k, at which shapes are placed."""
+        return Moment(self.poses[k], float(self.times[k]))
 
     def sampled_values(self, name: str) -> FloatArray:
         """Return the values (s,) of a reading at the sample times."""

@@ -1,7 +1,7 @@
 """A governor from outside: its spindle turns, and what turns with it passes in front of the axis and behind it.
 
-What turns is projected and sorted by depth; bodies of revolution and the frame look the same from all sides. Which is which is decided as
-for the interactive page.
+What turns is projected and sorted by depth; bodies of revolution and the frame look the same from all sides. Which is which is stated by
+the parts of the drawing.
 """
 
 import math
@@ -15,8 +15,8 @@ from governor_mechanism.render.film.frame_data import FrameData
 from governor_mechanism.render.geometry.points import arc_points
 from governor_mechanism.render.geometry.primitives import BoundingBox, Circle, DrawnShape, Lines, Polygon, TextShape, Vec2
 from governor_mechanism.render.geometry.projection import EYE_DISTANCE_RATIO, TurnedPlane, area_of, hull_of
-from governor_mechanism.render.page.recording import Picture, RecordedShape, record_shapes
-from governor_mechanism.render.page.turning_shapes import HIDDEN_ROLES, SEEN_AS, SPHERE_ROLE, find_details, find_half_thickness
+from governor_mechanism.render.geometry.recording import RecordedShape, record_parts
+from governor_mechanism.render.geometry.thickness import SEEN_AS, SPHERE_ROLE, find_half_thickness
 from governor_mechanism.types import BoolArray, FloatArray
 
 _PIN_CORNERS = 16
@@ -29,6 +29,8 @@ _SUNK_RATIO = 0.9
 """Distance from the centre of a ball, relative to its radius, at which a bar that ends in it is cut off: just inside."""
 _PIN_LEAD = 1e-9
 """Depth (m) of a pin's end in front of its plates: far more than rounding, and far less than the thickness of any part."""
+_DEPTH_DECIMALS = 12
+"""Decimals of a depth (m) that count: far more than any thickness needs, and far fewer than rounding changes."""
 _HIGHLIGHTS = ((0.78, 42.0), (0.60, 30.0))
 """Radius relative to that of its ball, and half angle in degrees, of each arc of the light on a ball."""
 
@@ -100,17 +102,11 @@ class OutsideView:
         self._data, drawing = data, data.drawing
         left, right, bottom, top = drawing.bounds
         self.reach, self._middle = max(abs(left), abs(right)), 0.5 * (bottom + top)
-        picture = Picture(box=drawing.bounds)
-        n_frames = len(data.times)
-
-        def shapes_at(k: int) -> Sequence[DrawnShape]:
-            return tuple(drawing.moving_shapes(data.poses[k], float(data.times[k])))
-
-        recorded = [*record_shapes(picture, lambda k: drawing.static_shapes, 1), *record_shapes(picture, shapes_at, n_frames)]
-        recorded = [shape for shape in recorded if shape.visible.any()]
-        details = find_details(recorded)
-        shown = [shape for k, shape in enumerate(recorded) if k not in details and shape.role not in HIDDEN_ROLES]
-        solids = [piece for shape in shown for piece in _split_lines(_make_solid(shape, picture))]
+        size = max(right - left, top - bottom)
+        moments = [data.moment_at(k) for k in range(len(data.times))]
+        recorded = [*record_parts(drawing.fixed, moments[:1]), *record_parts(drawing.moving, moments)]
+        shown = [shape for shape in recorded if not shape.part.section_only]
+        solids = [piece for shape in shown for piece in _split_lines(_make_solid(shape, size))]
         self._balls = [solid for solid in solids if solid.is_sphere]
         self._solids = [solid for solid in solids if not _is_inside(solid, self._spheres_at(0))]
         self._pinned = [_plates_at(solid, self._solids) for solid in self._solids]
@@ -131,36 +127,29 @@ class OutsideView:
         # A pin is as long as its plates are thick together, so it is seen in front of them.
         nearest = [max([depths[number], *(depths[plate] + _PIN_LEAD for plate in plates)]) for number, plates in enumerate(self._pinned)]
         by_shape = [depth for depth, solid in zip(nearest, self._solids, strict=True) for _ in range(solid.n_shapes)]
-        return sorted(range(len(by_shape)), key=lambda number: (by_shape[number], number))
+        # Of shapes at one depth, the later is in front, whatever the rounding.
+        return sorted(range(len(by_shape)), key=lambda number: (round(by_shape[number], _DEPTH_DECIMALS), number))
 
     def _spheres_at(self, k: int) -> Spheres:
         return [(ball.points_at(k)[0], ball.radius_at(k)) for ball in self._balls]
 
 
-def _make_solid(shape: RecordedShape, picture: Picture) -> _Solid:
-    """Return a recorded shape in m, with its thickness."""
-    axis = float(picture.place(np.zeros((1, 2)))[0, 0])
-    half_thickness = find_half_thickness(shape, axis)
-    points = _to_plane(shape.points, picture)
+def _make_solid(shape: RecordedShape, size: float) -> _Solid:
+    """Return a recorded shape of a drawing whose larger side is `size` (m), with its thickness."""
+    points = shape.placed_points()
     is_dented = len(points) > 0 and shape.kind == "polygon" and area_of(points[0]) < _DENTED_RATIO * area_of(hull_of(points[0]))
     return _Solid(
         role=SEEN_AS.get(shape.role, shape.role),
         kind=shape.kind,
         outline=shape.outline,
         points=points,
-        radii=shape.radii / picture.scale,
+        radii=shape.radii,
         visible=shape.visible,
-        half_thickness=None if half_thickness is None else half_thickness / picture.scale,
+        half_thickness=find_half_thickness(shape, size),
         text=shape.text,
         is_thin=is_dented and shape.role not in SEEN_AS,
-        frames=tuple(tuple(_to_plane(line, picture) for line in lines) for lines in shape.changing),
+        frames=tuple(shape.placed_lines()),
     )
-
-
-def _to_plane(points: FloatArray, picture: Picture) -> FloatArray:
-    """Return points (..., 2) of a picture in m, y up."""
-    left, _, _, top = picture.box
-    return np.stack([left + points[..., 0] / picture.scale, top - points[..., 1] / picture.scale], axis=-1)
 
 
 def _split_lines(solid: _Solid) -> Iterator[_Solid]:

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from functools import wraps
 from typing import Any, NamedTuple, TypeVar
 
+from governor_mechanism.render.geometry.outlines import make_bar
 from governor_mechanism.render.geometry.primitives import Circle, DrawnShape, Lines, Polygon, PoseTuple, TextShape, Vec2
 from governor_mechanism.types import FloatArray
 
@@ -16,6 +17,11 @@ R = TypeVar("R")
 
 Frame = Callable[[Any], PoseTuple]
 """Axes that move: their pose at a moment of the drawing, which for a machine is a `Moment`."""
+
+
+def fixed_axes(moment: Any) -> PoseTuple:
+    """Return the axes of what does not move."""
+    return (0.0, 0.0, 0.0)
 
 
 class Moment(NamedTuple):
@@ -56,9 +62,14 @@ class Attached:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Flexible:
-    """Shapes that change their form: `shapes_at` returns them at a moment, always as many, of the same kinds and roles."""
+    """Shapes that change their form.
+
+    `shapes_at` returns them at a moment, in axes that may move: always as many, of the same kinds and roles. `turns` and `section_only`
+    are those of `Attached`.
+    """
 
     shapes_at: Callable[[Any], Iterable[DrawnShape]]
+    frame: Frame = fixed_axes
     turns: bool = False
     section_only: bool = False
 
@@ -67,9 +78,11 @@ DrawnPart = Attached | Flexible
 """A part of a drawing."""
 
 
-def fixed_axes(moment: Any) -> PoseTuple:
-    """Return the axes of what does not move."""
-    return (0.0, 0.0, 0.0)
+def bar_between(role: str, ends_at: Callable[[Any], tuple[Vec2, Vec2]], width: float, *, length: float | None = None) -> DrawnPart:
+    """Return a bar of a width (m) between two moving points, of a constant length (m) or, if it is None, of one that changes."""
+    if length is None:
+        return Flexible(shapes_at=lambda moment: [make_bar(role, *ends_at(moment), width)])
+    return Attached(frame=axes_along(ends_at), shapes=(make_bar(role, (0.0, 0.0), (length, 0.0), width),))
 
 
 def fixed(shapes: Iterable[DrawnShape], *, turns: bool = False, section_only: bool = False) -> Attached:
@@ -97,6 +110,11 @@ def axes_along(ends_at: Callable[[Any], tuple[Vec2, Vec2]]) -> Frame:
         return x, y, math.atan2(end_y - y, end_x - x)
 
     return frame
+
+
+def axes_turned(centre: Vec2, angle_at: Callable[[Any], float]) -> Frame:
+    """Return the axes of what turns about a fixed centre (m), from an angle (rad) at a moment."""
+    return lambda moment: (*centre, angle_at(moment))
 
 
 def axes_shifted(place_at: Callable[[Any], Vec2]) -> Frame:
@@ -167,13 +185,10 @@ def shapes_of(parts: Iterable[DrawnPart], moment: Any) -> Iterator[DrawnShape]:
     """Yield the shapes of parts where they stand at a moment, back to front."""
     poses: dict[Hashable, PoseTuple] = {}
     for part in parts:
-        if isinstance(part, Flexible):
-            yield from part.shapes_at(moment)
-            continue
         axes = poses.get(part.frame)
         if axes is None:
             axes = poses[part.frame] = part.frame(moment)
-        is_shown = part.is_shown(moment)
-        for shape in part.shapes:
+        is_shown = isinstance(part, Flexible) or part.is_shown(moment)
+        for shape in part.shapes_at(moment) if isinstance(part, Flexible) else part.shapes:
             placed = shape if axes == (0.0, 0.0, 0.0) else place_shape(axes, shape)
             yield placed if is_shown else hide_shape(placed)

@@ -1,10 +1,12 @@
-"""Placement of shapes that are drawn in axes of their own: moved, turned, scaled and mirrored."""
+"""Placement of what is drawn in axes of its own: moved, turned, scaled and mirrored."""
 
 import math
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Any
 
-from governor_mechanism.render.geometry.primitives import Circle, DrawnShape, Lines, Polygon, TextShape, Vec2
+from governor_mechanism.render.geometry.attached import DrawnPart, Flexible, Frame
+from governor_mechanism.render.geometry.primitives import Circle, DrawnShape, Lines, Polygon, PoseTuple, TextShape, Vec2
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -35,3 +37,51 @@ class Placement:
                     yield Circle(role, *self((x, y)), radius * math.hypot(*self.x_axis))
                 case TextShape(role, x, y, text, width):
                     yield TextShape(role, *self((x, y)), text, width)
+
+    @property
+    def scale(self) -> float:
+        """Length in the picture of one metre of the axes, m."""
+        return math.hypot(*self.x_axis)
+
+    def place_pose(self, pose: PoseTuple) -> PoseTuple:
+        """Return the pose in the picture of axes that have a pose in these axes."""
+        (ax, ay), (bx, by) = self.x_axis, self.y_axis
+        handedness = math.copysign(1.0, ax * by - ay * bx)
+        return *self(pose[:2]), math.atan2(ay, ax) + handedness * pose[2]
+
+    def place_parts(self, parts: Iterable[DrawnPart]) -> Iterator[DrawnPart]:
+        """Yield parts of a drawing that is given in the axes."""
+        (ax, ay), (bx, by) = self.x_axis, self.y_axis
+        # What is attached is scaled and mirrored in its own axes, and turned with these.
+        handed_scale = math.copysign(self.scale, ax * by - ay * bx)
+        own = Placement(origin=(0.0, 0.0), x_axis=(self.scale, 0.0), y_axis=(0.0, handed_scale))
+        for part in parts:
+            frame = _PlacedFrame(self, part.frame)
+            if isinstance(part, Flexible):
+                yield replace(part, frame=frame, shapes_at=_PlacedShapes(own, part))
+            else:
+                yield replace(part, frame=frame, shapes=tuple(own.place(part.shapes)))
+
+
+@dataclass(frozen=True)
+class _PlacedFrame:
+    """Axes that are placed; equal for equal axes."""
+
+    placement: Placement
+    frame: Frame
+
+    def __call__(self, moment: Any) -> PoseTuple:
+        """Return their pose in the picture."""
+        return self.placement.place_pose(self.frame(moment))
+
+
+@dataclass(frozen=True, eq=False)
+class _PlacedShapes:
+    """Shapes of a flexible part that is placed."""
+
+    placement: Placement
+    part: Flexible
+
+    def __call__(self, moment: Any) -> Iterator[DrawnShape]:
+        """Yield them in the picture."""
+        return self.placement.place(self.part.shapes_at(moment))

@@ -1,23 +1,12 @@
 """What the drawing of a machine is: shapes in metres, without colours, fixed or attached to what moves, and the view from above."""
 
 import math
-from abc import ABC
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable
 from functools import cached_property
 from typing import ClassVar
 
-from governor_mechanism.render.geometry.attached import (
-    Attached,
-    BodyAxes,
-    DrawnPart,
-    Flexible,
-    Frame,
-    Moment,
-    fixed,
-    fixed_axes,
-    into_axes,
-    shapes_of,
-)
+from governor_mechanism.render.geometry.attached import Attached, BodyAxes, DrawnPart, Frame, Moment, fixed_axes, into_axes, shapes_of
 from governor_mechanism.render.geometry.free_space import select_extreme_rows
 from governor_mechanism.render.geometry.outlines import make_bar
 from governor_mechanism.render.geometry.points import arc_points, drawn_point_paths
@@ -59,13 +48,13 @@ class MachineDrawing(PartRun, ABC):
     panel_readings: ClassVar[tuple[str, ...]] = ()
     plan_caption: ClassVar[tuple[str, ...]] = ("from above",)
 
+    @abstractmethod
     def fixed_parts(self) -> Iterable[Attached]:
         """Return what does not move during the run, back to front."""
-        return [fixed(self.background_shapes())]
 
+    @abstractmethod
     def moving_parts(self) -> Iterable[DrawnPart]:
         """Return what moves, in front of what does not, back to front."""
-        return [Flexible(shapes_at=lambda moment: self.moving_shapes(*moment))]
 
     @cached_property
     def fixed(self) -> tuple[Attached, ...]:

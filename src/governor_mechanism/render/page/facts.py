@@ -6,7 +6,7 @@ from pathlib import Path
 from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.render.number_format import format_closing_lines, format_name
-from governor_mechanism.render.page.recording import PICTURE_SIZE
+from governor_mechanism.render.page.picture import PICTURE_SIZE
 from governor_mechanism.scenes.description import describe_scene
 from governor_mechanism.types import FloatArray
 

@@ -1,6 +1,6 @@
 """The data of a page: outlines, tracks, modes, forces and curves, as values that JSON knows.
 
-Positions are units of the picture (`recording.PICTURE_SIZE` on its larger side), angles clockwise in `ANGLE_QUANTUM` rad; `pack_numbers`
+Positions are units of the picture (`picture.PICTURE_SIZE` on its larger side), angles clockwise in `ANGLE_QUANTUM` rad; `pack_numbers`
 tells how numbers over time are written. Sample k of n stands for the time start + k (stop - start) / (n - 1).
 """
 
@@ -11,13 +11,14 @@ import numpy as np
 
 from governor_mechanism.model.joints import Point
 from governor_mechanism.render.geometry.primitives import round_step
+from governor_mechanism.render.geometry.recording import RecordedShape, record_parts
+from governor_mechanism.render.geometry.thickness import SEEN_AS, find_half_thickness
 from governor_mechanism.render.page.forces import DrawnForce, find_forces
-from governor_mechanism.render.page.motion import Track, TrackTable
 from governor_mechanism.render.page.packing import pack_numbers
 from governor_mechanism.render.page.part_names import name_part
+from governor_mechanism.render.page.picture import PICTURE_SIZE, Picture
 from governor_mechanism.render.page.plots import Plot, PlotCurve, choose_plots
-from governor_mechanism.render.page.recording import PICTURE_SIZE, Picture, RecordedShape, record_shapes
-from governor_mechanism.render.page.turning_shapes import HIDDEN_ROLES, SEEN_AS, find_details, find_half_thickness
+from governor_mechanism.render.page.tracks import Track, TrackTable
 from governor_mechanism.render.page.views import PageView, ShownRun
 from governor_mechanism.types import FloatArray
 
@@ -54,12 +55,11 @@ def _collect_view(view: PageView, n_samples: int) -> dict[str, Any]:
     width, height = picture.size
     names = [body.name for body in view.data.part.mechanism.bodies] if view.shows_bodies else []
     poses = [picture.place_poses(view.place_poses(view.data.poses[:, index])) for index in range(len(names))]
-    table = TrackTable([Track(name=name, poses=one) for name, one in zip(names, poses, strict=True)])
+    table = TrackTable(picture, [Track(name=name, poses=one) for name, one in zip(names, poses, strict=True)])
     axis = float(picture.place(view.place_poses(np.zeros((1, 3)))[:, :2])[0, 0])
-    shapes = record_shapes(picture, lambda k: view.static_shapes, 1) + record_shapes(picture, view.shapes_at, n_samples)
-    shapes = [shape for shape in shapes if shape.visible.any()]
-    details = find_details(shapes)
-    collected = [_collect_shape(shape, table, view, axis, is_detail=k in details) for k, shape in enumerate(shapes)]
+    moments = [view.moment_at(k) for k in range(n_samples)]
+    shapes = [*record_parts(view.fixed, moments[:1]), *record_parts(view.moving, moments)]
+    collected = [_collect_shape(shape, table, view) for shape in shapes]
     return {
         "name": view.name,
         "isPlane": view.has_plane,
@@ -77,12 +77,13 @@ def _collect_view(view: PageView, n_samples: int) -> dict[str, Any]:
     }
 
 
-def _collect_shape(shape: RecordedShape, table: TrackTable, view: PageView, axis: float, *, is_detail: bool) -> dict[str, Any]:
+def _collect_shape(shape: RecordedShape, table: TrackTable, view: PageView) -> dict[str, Any]:
     """Return the data of a shape; keys that do not apply are left out."""
     motion = table.describe(shape)
     body = table.tracks[motion.track].name if motion.track is not None and view.names_bodies else ""
     name, sentence = name_part(shape.role, view.machine, body)
-    is_in_plane_only = is_detail or shape.role in HIDDEN_ROLES
+    scale = table.picture.scale
+    half_thickness = find_half_thickness(shape, PICTURE_SIZE / scale) if view.has_outside else None
     data: dict[str, Any] = {"role": shape.role, "kind": shape.kind}
     optional = {
         "name": name,
@@ -94,15 +95,15 @@ def _collect_shape(shape: RecordedShape, table: TrackTable, view: PageView, axis
             for mode in motion.modes
         ],
         "seenAs": SEEN_AS.get(shape.role) if view.has_outside else None,
-        "radius": pack_numbers(shape.radii, 1.0) if len(shape.radii) else None,
+        "radius": pack_numbers(scale * shape.radii, 1.0) if len(shape.radii) else None,
         "hidden": list(_hidden_intervals(shape)),
-        "turns": find_half_thickness(shape, axis) if view.has_outside and not is_in_plane_only else None,
+        "turns": None if half_thickness is None else scale * half_thickness,
     }
     data |= {key: value for key, value in optional.items() if value is not None and value != [] and value != ""}
-    if view.has_outside and is_in_plane_only:
+    if view.has_outside and shape.part.section_only:
         data["isInPlaneOnly"] = True
     if motion.is_changing:
-        return data | {"frames": list(_collect_frames(shape))}
+        return data | {"frames": list(_collect_frames(shape, table.picture))}
     if shape.kind == "lines":
         data["lengths"] = list(shape.outline)
     return data | {"points": _whole_numbers(motion.points)}
@@ -114,12 +115,12 @@ def _hidden_intervals(shape: RecordedShape) -> Iterator[list[int]]:
     yield from edges.reshape(-1, 2).tolist()
 
 
-def _collect_frames(shape: RecordedShape) -> Iterator[list[Any]]:
+def _collect_frames(shape: RecordedShape, picture: Picture) -> Iterator[list[Any]]:
     """Yield the first sample and the polylines, as lengths, x and y, of each stretch of samples with the same points."""
     before: list[Any] = []
-    frames = shape.changing or tuple((points,) for points in shape.points)
+    frames = shape.placed_lines() if shape.changing else ((points,) for points in shape.placed_points())
     for k, lines in enumerate(frames):
-        points = np.concatenate(lines) if lines else np.zeros((0, 2))
+        points = picture.place(np.concatenate(lines) if lines else np.zeros((0, 2)))
         content = [[len(line) for line in lines], pack_numbers(points[:, 0], 1.0), pack_numbers(points[:, 1], 1.0)]
         if content != before:
             yield [k, *content]

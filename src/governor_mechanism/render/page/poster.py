@@ -8,7 +8,7 @@ import numpy as np
 
 from governor_mechanism.render.geometry.primitives import Circle, DrawnShape, Lines, Polygon, TextShape, Vec2
 from governor_mechanism.render.page.colours import class_of
-from governor_mechanism.render.page.recording import Picture
+from governor_mechanism.render.page.picture import Picture
 from governor_mechanism.render.page.views import PageView
 
 

@@ -2,12 +2,14 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 
 from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.render.film.frame_data import FrameData, find_parts
 from governor_mechanism.render.film.layout import ELEVATION_RECT, fit_view
+from governor_mechanism.render.geometry.attached import DrawnPart, shapes_of
 from governor_mechanism.render.geometry.primitives import BoundingBox, DrawnShape, Vec2
 from governor_mechanism.render.machines.engine_room import proportions as room
 from governor_mechanism.render.machines.engine_room.arrangement import EngineRoomParts, find_governed_engine
@@ -16,7 +18,7 @@ from governor_mechanism.render.machines.generic.drawing import GenericDrawing
 from governor_mechanism.render.machines.governor_parts import GovernorDrawing
 from governor_mechanism.render.number_format import format_name
 from governor_mechanism.render.page.part_names import ENGINE_ROOM
-from governor_mechanism.render.page.recording import Picture
+from governor_mechanism.render.page.picture import Picture
 from governor_mechanism.types import FloatArray
 
 MAX_STROKE = 24.0
@@ -33,10 +35,10 @@ class PageView:
         Name of the part, empty if there is only one; name of its machine in scene files, or ENGINE_ROOM.
     box
         Box around the drawing at all times, in its own unit of length: m, or pixels of an engine room.
-    static_shapes
-        Shapes that do not move.
-    shapes_at
-        Moving shapes of a sample.
+    fixed, moving
+        Parts of the drawing that do not move, and in front of them those that move, back to front.
+    moment_at
+        Moment of the drawing at a sample.
     stroke_scale
         Length in the drawing that a stroke of width 1 takes.
     data
@@ -60,8 +62,9 @@ class PageView:
     name: str
     machine: str
     box: BoundingBox
-    static_shapes: Sequence[DrawnShape]
-    shapes_at: Callable[[int], Sequence[DrawnShape]]
+    fixed: Sequence[DrawnPart]
+    moving: Sequence[DrawnPart]
+    moment_at: Callable[[int], Any]
     stroke_scale: float
     data: FrameData
     place_poses: Callable[[FloatArray], FloatArray] = field(default=np.asarray)
@@ -72,6 +75,15 @@ class PageView:
     has_outside: bool = False
     rotation_slowing: int = 1
     trace: FloatArray | None = None
+
+    @property
+    def static_shapes(self) -> Sequence[DrawnShape]:
+        """Shapes that do not move."""
+        return tuple(shapes_of(self.fixed, None))
+
+    def shapes_at(self, k: int) -> Sequence[DrawnShape]:
+        """Return the moving shapes of a sample."""
+        return tuple(shapes_of(self.moving, self.moment_at(k)))
 
     @property
     def picture(self) -> Picture:
@@ -114,15 +126,13 @@ def _view_part(data: FrameData, is_one_of_many: bool, *, has_plane: bool = True)
     """Return the view of one part."""
     drawing, box = data.drawing, data.drawing.bounds
 
-    def shapes_at(k: int) -> Sequence[DrawnShape]:
-        return tuple(drawing.moving_shapes(data.poses[k], float(data.times[k])))
-
     return PageView(
         name=format_name(data.part.name) if is_one_of_many else "",
         machine=data.part.machine,
         box=box,
-        static_shapes=drawing.static_shapes,
-        shapes_at=shapes_at,
+        fixed=drawing.fixed,
+        moving=drawing.moving,
+        moment_at=data.moment_at,
         stroke_scale=1.0 / fit_view(box, ELEVATION_RECT).scale,
         data=data,
         scales={"": 1.0},
@@ -136,22 +146,20 @@ def _view_part(data: FrameData, is_one_of_many: bool, *, has_plane: bool = True)
 
 def _view_room(drawing: EngineRoomDrawing, governor: FrameData, times: FloatArray) -> PageView:
     """Return the view of an engine room; its bodies are those of the governor."""
-    state_at = drawing.states(times, governor.poses)
     placement = drawing.governor.placement
-
-    def shapes_at(k: int) -> Sequence[DrawnShape]:
-        return tuple(drawing.moving_shapes(state_at(k)))
 
     def place_poses(poses: FloatArray) -> FloatArray:
         x, y, angle = (poses[..., column] for column in range(3))
-        return np.stack([placement.x + placement.scale * x, placement.y + placement.scale * y, angle], axis=-1)
+        (x0, y0), scale = placement.origin, placement.scale
+        return np.stack([x0 + scale * x, y0 + scale * y, angle], axis=-1)
 
     return PageView(
         name="",
         machine=ENGINE_ROOM,
         box=(0.0, room.WIDTH, 0.0, room.HEIGHT),
-        static_shapes=tuple(drawing.background_shapes()),
-        shapes_at=shapes_at,
+        fixed=drawing.fixed,
+        moving=drawing.moving,
+        moment_at=drawing.states(times, governor.poses),
         stroke_scale=1.0,
         data=governor,
         place_poses=place_poses,

@@ -1,9 +1,11 @@
 """Belts of the room: from the crank shaft to the governor's spindle and to the line shaft. Lengths in pixels, angles in rad."""
 
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from typing import Any
 
+from governor_mechanism.render.geometry.attached import Attached, DrawnPart, Flexible, axes_turned, fixed
 from governor_mechanism.render.geometry.outlines import make_rectangle
 from governor_mechanism.render.geometry.primitives import Circle, DrawnShape, Lines, Polygon, Vec2
 from governor_mechanism.render.machines.engine_room import proportions as room
@@ -41,9 +43,9 @@ class BeltDrive:
             strands = tuple(((x + d, y), (x + d, room.FLOOR + 2.0), (x + d + 18.0, room.FLOOR + 2.0)) for d in (-r, r))
         yield Lines("belt", strands)
 
-    def second_pulley_shapes(self, angle: float) -> Iterator[DrawnShape]:
-        """Yield the second pulley at an angle."""
-        yield from pulley_shapes(self.second, self.second_radius, angle)
+    def second_pulley_parts(self, angle_at: Callable[[Any], float]) -> Iterator[Attached]:
+        """Yield the second pulley; `angle_at` is its angle at a moment."""
+        yield pulley_part(self.second, self.second_radius, angle_at)
 
 
 def make_governor_belt(shaft: Vec2, ratio: float) -> BeltDrive:
@@ -55,20 +57,23 @@ def make_governor_belt(shaft: Vec2, ratio: float) -> BeltDrive:
     return BeltDrive(first=shaft, second=room.LAYSHAFT, first_radius=first, second_radius=second, is_crossed=ratio < 0.0)
 
 
-def pulley_shapes(centre: Vec2, radius: float, angle: float) -> Iterator[DrawnShape]:
-    """Yield a pulley with a spoke that marks its angle."""
-    (x, y), c, s = centre, 0.8 * radius * math.cos(angle), 0.8 * radius * math.sin(angle)
-    yield Circle("wheel", x, y, radius)
-    yield Lines("marked spoke", (((x, y), (x + c, y + s)),))
-    yield Circle("hub", x, y, min(3.0, 0.35 * radius))
+def pulley_part(centre: Vec2, radius: float, angle_at: Callable[[Any], float]) -> Attached:
+    """Return a pulley with a spoke that marks its angle at a moment."""
+    mark = Lines("marked spoke", (((0.0, 0.0), (0.8 * radius, 0.0)),))
+    wheel, hub = Circle("wheel", 0.0, 0.0, radius), Circle("hub", 0.0, 0.0, min(3.0, 0.35 * radius))
+    return Attached(frame=axes_turned(centre, angle_at), shapes=(wheel, mark, hub))
 
 
-def bevel_wheel_shapes(bottom: float, spindle_angle: float) -> Iterator[DrawnShape]:
+def bevel_wheel_parts(bottom: float, angle_at: Callable[[Any], float]) -> Iterator[DrawnPart]:
     """Yield the bevel wheel at the foot of the spindle, seen from its edge; a tooth marks the angle of the spindle."""
     x, half, height = room.GOVERNOR_AXIS, 13.0, 7.0
     top = bottom + height
-    yield Polygon("wheel", ((x - half, bottom), (x + half, bottom), (x + 0.7 * half, top), (x - 0.7 * half, top)))
-    front = math.sin(spindle_angle)
-    mark = x + half * math.cos(spindle_angle)
-    yield Lines("marked spoke", (((mark, bottom), (x + 0.7 * (mark - x), top)),) if front > 0.0 else ())
-    yield make_rectangle("spindle", x - 2.5, x + 2.5, top, room.GOVERNOR_BASE)
+
+    def tooth(moment: Any) -> list[DrawnShape]:
+        angle = angle_at(moment)
+        mark = x + half * math.cos(angle)
+        return [Lines("marked spoke", (((mark, bottom), (x + 0.7 * (mark - x), top)),) if math.sin(angle) > 0.0 else ())]
+
+    yield fixed([Polygon("wheel", ((x - half, bottom), (x + half, bottom), (x + 0.7 * half, top), (x - 0.7 * half, top)))])
+    yield Flexible(shapes_at=tooth)
+    yield fixed([make_rectangle("spindle", x - 2.5, x + 2.5, top, room.GOVERNOR_BASE)])

@@ -2,11 +2,13 @@
 
 import math
 from abc import ABC, abstractmethod
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
+from governor_mechanism.render.geometry.attached import Attached, DrawnPart, axes_shifted, axes_turned
 from governor_mechanism.render.geometry.outlines import make_bar, make_rectangle
 from governor_mechanism.render.geometry.primitives import Circle, DrawnShape, Lines, Polygon, TextShape, Vec2
 from governor_mechanism.render.machines.engine_room import proportions as room
@@ -37,14 +39,18 @@ class Control(ABC):
         """Yield the shapes that do not move."""
 
     @abstractmethod
-    def part_shapes(self, value: float) -> Iterator[DrawnShape]:
-        """Yield the controlled part at a value."""
+    def controlled_parts(self, value_at: Callable[[Any], float]) -> Iterator[Attached]:
+        """Yield the controlled part; `value_at` is its value at a moment."""
 
-    def moving_shapes(self, sleeve_height: float, value: float) -> Iterator[DrawnShape]:
-        """Yield the controlled part, rod and bell crank at a value and a height of the sleeve."""
-        yield from self.part_shapes(value)
-        yield from self.crank.moving_shapes(sleeve_height, self.rod_end(value))
-        yield Circle("pivot", *self.rod_end(value), 2.2)
+    def moving_parts(self, sleeve_at: Callable[[Any], float], value_at: Callable[[Any], float]) -> Iterator[DrawnPart]:
+        """Yield the controlled part, rod and bell crank; at a moment, the height of the sleeve and the value."""
+
+        def rod_end_at(moment: Any) -> Vec2:
+            return self.rod_end(value_at(moment))
+
+        yield from self.controlled_parts(value_at)
+        yield from self.crank.moving_parts(sleeve_at, rod_end_at)
+        yield Attached(frame=axes_shifted(rod_end_at), shapes=(Circle("pivot", 0.0, 0.0, 2.2),))
 
 
 def disc_angle(opening: float) -> float:
@@ -74,14 +80,13 @@ class Throttle(Control):
         yield from pipe_shapes(room.SLIDE_SCALE[2] - 22.0)
         yield TextShape("scale", self.centre[0] - 60.0, self.centre[1] + 8.0, "throttle", 44.0)
 
-    def part_shapes(self, value: float) -> Iterator[DrawnShape]:
+    def controlled_parts(self, value_at: Callable[[Any], float]) -> Iterator[Attached]:
         """Yield the butterfly with its lever."""
-        angle, radius = self._sense * disc_angle(value), room.PIPE_HALF_WIDTH
-        dx, dy = radius * math.cos(angle), radius * math.sin(angle)
-        (x, y) = self.centre
-        yield Lines("butterfly", (((x - dx, y - dy), (x + dx, y + dy)),))
-        yield make_bar("eccentric", self.centre, self.rod_end(value), 4.0)
-        yield Circle("pivot", x, y, 2.6)
+        radius, angle = room.PIPE_HALF_WIDTH, _LEVER_ANGLE - self._sense * self._mean_angle
+        disc = Lines("butterfly", (((-radius, 0.0), (radius, 0.0)),))
+        lever = make_bar("eccentric", (0.0, 0.0), (_VALVE_LEVER * math.cos(angle), _VALVE_LEVER * math.sin(angle)), 4.0)
+        axes = axes_turned(self.centre, lambda moment: self._sense * disc_angle(value_at(moment)))
+        yield Attached(frame=axes, shapes=(disc, lever, Circle("pivot", 0.0, 0.0, 2.6)))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -137,13 +142,18 @@ class Slide(Control):
         """Height of the scale: under the cylinder, or under the slide if there is none."""
         return (room.CYLINDER_BASE if self._has_pipe else room.SLIDE_SCALE[2]) - 4.0
 
-    def part_shapes(self, value: float) -> Iterator[DrawnShape]:
+    def controlled_parts(self, value_at: Callable[[Any], float]) -> Iterator[Attached]:
         """Yield the slide with its pointer."""
-        x, (_, _, low, high) = self.position(value), room.SLIDE_SCALE
-        yield make_rectangle("valve", x - 7.0, x + 7.0, low + 2.5, high - 2.5)
-        yield make_rectangle("eccentric", x - 2.0, x + 2.0, high - 3.0, high + 5.0)
-        yield Lines("projection", (((x, low + 2.5), (x, self._scale_top)),))
-        yield Polygon("tracer", ((x, self._scale_top), (x - 3.0, self._scale_top + 6.0), (x + 3.0, self._scale_top + 6.0)))
+        axes = axes_shifted(lambda moment: (self.position(value_at(moment)), 0.0))
+        yield Attached(frame=axes, shapes=tuple(self._slide_shapes()))
+
+    def _slide_shapes(self) -> Iterator[DrawnShape]:
+        """Yield the slide at x = 0."""
+        _, _, low, high = room.SLIDE_SCALE
+        yield make_rectangle("valve", -7.0, 7.0, low + 2.5, high - 2.5)
+        yield make_rectangle("eccentric", -2.0, 2.0, high - 3.0, high + 5.0)
+        yield Lines("projection", (((0.0, low + 2.5), (0.0, self._scale_top)),))
+        yield Polygon("tracer", ((0.0, self._scale_top), (-3.0, self._scale_top + 6.0), (3.0, self._scale_top + 6.0)))
 
 
 def rises_with(values: FloatArray, heights: FloatArray) -> bool:

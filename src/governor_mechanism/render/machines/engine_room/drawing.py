@@ -4,15 +4,17 @@ import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import cached_property
+from operator import attrgetter
 
 import numpy as np
 
 from governor_mechanism.model.results.trajectory import Trajectory
+from governor_mechanism.render.geometry.attached import DrawnPart, Flexible, Moment, fixed, shapes_of
 from governor_mechanism.render.geometry.outlines import make_rectangle, make_wall
 from governor_mechanism.render.geometry.primitives import DrawnShape, Polygon
 from governor_mechanism.render.machines.engine_room import proportions as room
 from governor_mechanism.render.machines.engine_room.arrangement import CUT_OFF, THROTTLE, EngineRoomParts
-from governor_mechanism.render.machines.engine_room.belts import bevel_wheel_shapes, make_governor_belt, pulley_shapes
+from governor_mechanism.render.machines.engine_room.belts import bevel_wheel_parts, make_governor_belt, pulley_part
 from governor_mechanism.render.machines.engine_room.brake import Brake
 from governor_mechanism.render.machines.engine_room.controls import Control, ScaleRange, Slide, Throttle
 from governor_mechanism.render.machines.engine_room.engine_elevation import EngineElevation, WheelElevation
@@ -36,8 +38,8 @@ class RoomState:
         Time, s.
     crank_angle, spindle_angle
         Drawn angles, rad.
-    governor_pose
-        Poses (bodies, 3) of the governor.
+    governor
+        Moment of the governor.
     fork_height
         Height of the fork of the bell crank, pixels.
     control
@@ -49,7 +51,7 @@ class RoomState:
     time: float
     crank_angle: float
     spindle_angle: float
-    governor_pose: FloatArray
+    governor: Moment
     fork_height: float
     control: float
     load: float
@@ -113,38 +115,54 @@ class EngineRoomDrawing:
         scale = ScaleRange(low=0.0, high=high, labels=("0", f"{high:.4g}"), name="N m")
         return Slide(fork_x, heights, values, scale, has_pipe=False)
 
-    def background_shapes(self) -> Iterator[DrawnShape]:
-        """Yield all shapes that do not move."""
-        yield make_wall((0.5 * room.WIDTH, room.FLOOR), math.pi / 2, 0.5 * room.WIDTH - 8.0, 7.0)
+    def fixed_parts(self) -> Iterator[DrawnPart]:
+        """Yield all that does not move."""
         axis, shelf = room.GOVERNOR_AXIS, room.GOVERNOR_BASE - 6.0
         foot, head = 20.0, 13.0
-        yield Polygon("frame plate", ((axis - foot, room.FLOOR), (axis + foot, room.FLOOR), (axis + head, shelf), (axis - head, shelf)))
-        yield from self.engine.background_shapes()
-        yield from self._brake.background_shapes() if self.has_load else ()
-        yield from self.control.background_shapes()
-        yield make_rectangle("frame plate", axis - 22.0, self.control.crank.pivot[0] + 8.0, shelf, room.GOVERNOR_BASE)
-        yield from self.control.crank.background_shapes()
-        yield from self.governor.background_shapes()
+        stand = Polygon("frame plate", ((axis - foot, room.FLOOR), (axis + foot, room.FLOOR), (axis + head, shelf), (axis - head, shelf)))
+        yield fixed([make_wall((0.5 * room.WIDTH, room.FLOOR), math.pi / 2, 0.5 * room.WIDTH - 8.0, 7.0), stand])
+        yield fixed(self.engine.background_shapes())
+        yield fixed(self._brake.background_shapes() if self.has_load else ())
+        yield fixed(self.control.background_shapes())
+        yield fixed([make_rectangle("frame plate", axis - 22.0, self.control.crank.pivot[0] + 8.0, shelf, room.GOVERNOR_BASE)])
+        yield fixed(self.control.crank.background_shapes())
+        yield from self.governor.fixed_parts()
+
+    def moving_parts(self) -> Iterator[DrawnPart]:
+        """Yield all that moves, back to front."""
+        shaft, belt, break_time = self.engine.view.shaft, self._belt, self.governed.break_time
+        yield from self.engine.wheel_parts(_crank_angle)
+        if self.has_load:
+            yield pulley_part(shaft, room.LOAD_PULLEY, _crank_angle)
+            yield fixed(self._brake.belt_shapes())
+        yield pulley_part(shaft, belt.first_radius, _crank_angle)
+        yield Flexible(shapes_at=lambda state: belt.belt_shapes(break_time is not None and state.time >= break_time))
+        yield from self.engine.crank_parts(_crank_angle, attrgetter("time"))
+        sense = 1.0 if self.governed.ratio > 0 else -1.0
+        yield from belt.second_pulley_parts(lambda state: sense * state.spindle_angle)
+        yield from bevel_wheel_parts(room.LAYSHAFT[1] + room.MAX_PULLEY, attrgetter("spindle_angle"))
+        if self.has_load:
+            yield from self._brake.moving_parts(_crank_angle, attrgetter("load"))
+        yield from self.control.moving_parts(attrgetter("fork_height"), attrgetter("control"))
+        yield from self.governor.moving_parts(_governor_moment)
+
+    @cached_property
+    def fixed(self) -> tuple[DrawnPart, ...]:
+        """All that does not move."""
+        return tuple(self.fixed_parts())
+
+    @cached_property
+    def moving(self) -> tuple[DrawnPart, ...]:
+        """All that moves."""
+        return tuple(self.moving_parts())
+
+    def background_shapes(self) -> Iterator[DrawnShape]:
+        """Yield all shapes that do not move."""
+        yield from shapes_of(self.fixed, None)
 
     def moving_shapes(self, state: RoomState) -> Iterator[DrawnShape]:
         """Yield all shapes that move, back to front; every state gives the same number of shapes, of the same kinds and roles."""
-        break_time = self.governed.break_time
-        is_broken = break_time is not None and state.time >= break_time
-        shaft, belt = self.engine.view.shaft, self._belt
-        yield from self.engine.wheel_shapes(state.crank_angle)
-        if self.has_load:
-            yield from pulley_shapes(shaft, room.LOAD_PULLEY, state.crank_angle)
-            yield from self._brake.belt_shapes()
-        yield from pulley_shapes(shaft, belt.first_radius, state.crank_angle)
-        yield from belt.belt_shapes(is_broken)
-        yield from self.engine.crank_shapes(state.crank_angle, state.time)
-        layshaft_angle = state.spindle_angle if self.governed.ratio > 0 else -state.spindle_angle
-        yield from belt.second_pulley_shapes(layshaft_angle)
-        yield from bevel_wheel_shapes(room.LAYSHAFT[1] + room.MAX_PULLEY, state.spindle_angle)
-        if self.has_load:
-            yield from self._brake.moving_shapes(state.crank_angle, state.load)
-        yield from self.control.moving_shapes(state.fork_height, state.control)
-        yield from self.governor.moving_shapes(state.governor_pose, state.time)
+        yield from shapes_of(self.moving, state)
 
     def states(self, times: FloatArray, governor_poses: FloatArray) -> Callable[[int], RoomState]:
         """Return the state of the room at frame k for frame times (f,) s and poses (f, bodies, 3) of the governor."""
@@ -160,7 +178,7 @@ class EngineRoomDrawing:
                 time=float(times[k]),
                 crank_angle=float(cranks[k]),
                 spindle_angle=float(spindles[k]),
-                governor_pose=governor_poses[k],
+                governor=Moment(governor_poses[k], float(times[k])),
                 fork_height=float(forks[k]),
                 control=float(controls[k]),
                 load=float(loads[k]),
@@ -173,6 +191,10 @@ class EngineRoomDrawing:
         angles = np.interp(times, self.run.times, self.run.readings[self.governed.crank_angle])
         largest_turn = float(np.max(np.abs(np.diff(angles)), initial=0.0)) * max(1.0, abs(self.governed.ratio))
         return max(math.ceil(largest_turn / _ROTATION_SLOWING_LIMIT), 1)
+
+
+_crank_angle = attrgetter("crank_angle")
+_governor_moment = attrgetter("governor")
 
 
 def _wheel_radius(governed: EngineRoomParts) -> float:

@@ -4,10 +4,12 @@ A machine whose cylinder stands below its shaft is turned on its side, with the 
 """
 
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from typing import Any
 
+from governor_mechanism.render.geometry.attached import Attached, DrawnPart, Flexible, axes_shifted
 from governor_mechanism.render.geometry.outlines import make_rectangle
-from governor_mechanism.render.geometry.primitives import DrawnShape, Polygon
+from governor_mechanism.render.geometry.primitives import DrawnShape, Polygon, Vec2
 from governor_mechanism.render.machines.engine_room import proportions as room
 from governor_mechanism.render.machines.flywheel_engine.cylinder import GAS_ROLES
 from governor_mechanism.render.machines.flywheel_engine.drawing import FlywheelEngineDrawing, relative_travel
@@ -56,14 +58,31 @@ class EngineElevation:
         yield from self.view.background_shapes()
         yield make_rectangle("bore", *self._bore)
 
-    def wheel_shapes(self, crank_angle: float) -> Iterator[DrawnShape]:
-        """Yield the wheel at a drawn crank angle, rad."""
-        yield from self.view.wheel_shapes(crank_angle)
+    def wheel_parts(self, angle_at: Callable[[Any], float]) -> Iterator[DrawnPart]:
+        """Yield the wheel; `angle_at` is the drawn crank angle at a moment, rad."""
+        yield from self.view.wheel_parts(angle_at)
 
-    def crank_shapes(self, crank_angle: float, time: float) -> Iterator[DrawnShape]:
-        """Yield gas, piston, rods and crank at a drawn crank angle (rad), with the gas of a time (s)."""
-        u, (left, right, low, high) = self.view.scale, self._bore
-        travel = relative_travel(crank_angle, self.view.crank / self.view.rod)
+    def crank_parts(self, angle_at: Callable[[Any], float], time_at: Callable[[Any], float]) -> Iterator[DrawnPart]:
+        """Yield gas, piston, rods and crank; at a moment, the drawn crank angle (rad) and the time (s) of the gas."""
+        half, (_, _, low, high) = _PISTON_HALF_LENGTH * self.view.scale, self._bore
+
+        def piston_at(moment: Any) -> Vec2:
+            return self._piston_at(angle_at(moment)), 0.0
+
+        yield Flexible(shapes_at=lambda moment: self._gas_shapes(angle_at(moment), time_at(moment)))
+        yield Attached(frame=axes_shifted(piston_at), shapes=(make_rectangle("piston", -half, half, low, high),))
+        yield from self.view.crank_parts(angle_at)
+
+    def _travel(self, crank_angle: float) -> float:
+        """Return the travel of the piston relative to its stroke."""
+        return relative_travel(crank_angle, self.view.crank / self.view.rod)
+
+    def _piston_at(self, crank_angle: float) -> float:
+        return self.piston_position(self._travel(crank_angle))
+
+    def _gas_shapes(self, crank_angle: float, time: float) -> Iterator[DrawnShape]:
+        """Yield the gas at a drawn crank angle (rad) and a time (s), and the piston rod."""
+        (left, right, low, high), travel, u = self._bore, self._travel(crank_angle), self.view.scale
         x, half = self.piston_position(travel), _PISTON_HALF_LENGTH * u
         is_return = bool(math.floor(crank_angle / math.pi) % 2)
         for cylinder in self._drawing.expansion_cylinders(time):
@@ -73,8 +92,6 @@ class EngineElevation:
                 yield from (Polygon(role, outline if role == cylinder.gas_role(pressure) else ()) for role in GAS_ROLES)
         axis, rod = self.view.shaft[1], _PISTON_ROD * u
         yield make_rectangle("piston rod", self.view.cylinder_box[0], x, axis - rod, axis + rod)
-        yield make_rectangle("piston", x - half, x + half, low, high)
-        yield from self.view.crank_shapes(crank_angle)
 
     def piston_position(self, relative_travel: float) -> float:
         """Return the drawn position (x) of the piston at a travel relative to the stroke."""
@@ -99,10 +116,10 @@ class WheelElevation:
         """Yield the bed."""
         yield make_rectangle("frame plate", self.view.shaft[0] + 30.0, room.CYLINDER_END + 6.0, room.FLOOR, room.FLOOR + 16.0)
 
-    def wheel_shapes(self, crank_angle: float) -> Iterator[DrawnShape]:
-        """Yield the wheel at a drawn crank angle, rad."""
-        yield from self.view.wheel_shapes(crank_angle)
+    def wheel_parts(self, angle_at: Callable[[Any], float]) -> Iterator[DrawnPart]:
+        """Yield the wheel; `angle_at` is the drawn crank angle at a moment, rad."""
+        yield from self.view.wheel_parts(angle_at)
 
-    def crank_shapes(self, crank_angle: float, time: float) -> Iterator[DrawnShape]:
+    def crank_parts(self, angle_at: Callable[[Any], float], time_at: Callable[[Any], float]) -> Iterator[DrawnPart]:
         """Yield nothing: the engine has no other parts."""
         yield from ()

@@ -1,14 +1,17 @@
 """Governor of the room: its own drawing, enlarged or reduced to fit, without its lift scale. Lengths in pixels."""
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
+from governor_mechanism.render.geometry.attached import DrawnPart, Flexible, Frame, Moment
 from governor_mechanism.render.geometry.free_space import select_extreme_rows
-from governor_mechanism.render.geometry.primitives import BoundingBox, DrawnShape, TextShape, bounding_box, enclose_boxes
+from governor_mechanism.render.geometry.placement import Placement
+from governor_mechanism.render.geometry.primitives import BoundingBox, DrawnShape, PoseTuple, TextShape, bounding_box, enclose_boxes
 from governor_mechanism.render.machines.engine_room import proportions as room
-from governor_mechanism.render.machines.engine_room.placement import Placement
 from governor_mechanism.render.machines.governor_parts import GovernorDrawing
 from governor_mechanism.render.machines.machine_drawing import MachineDrawing
 from governor_mechanism.types import FloatArray
@@ -37,7 +40,9 @@ class GovernorElevation:
         left, right, bottom, top = self._bounds
         half_width = max(-left, right, 1e-9)
         scale = min(room.GOVERNOR_HALF_WIDTH / half_width, (room.GOVERNOR_TOP - room.GOVERNOR_BASE) / (top - bottom))
-        self.placement = Placement(scale=scale, x=room.GOVERNOR_AXIS, y=room.GOVERNOR_BASE - scale * bottom)
+        self.placement = Placement(
+            origin=(room.GOVERNOR_AXIS, room.GOVERNOR_BASE - scale * bottom), x_axis=(scale, 0.0), y_axis=(0.0, scale)
+        )
 
     @property
     def pixels_per_metre(self) -> float:
@@ -58,17 +63,17 @@ class GovernorElevation:
         drawing, placement = self._drawing, self.placement
         if isinstance(drawing, GovernorDrawing):
             heights: FloatArray = drawing.sleeve_height(poses) - (1.0 - _FORK_HEIGHT_RATIO) * drawing.sleeve_size[1]
-            return placement.y + placement.scale * heights
+            return placement.origin[1] + placement.scale * heights
         low, high = drawing.reading_range(self._control_reading)
         return np.asarray(room.GOVERNOR_BASE + 16.0 + 30.0 * (readings - low) / max(high - low, 1e-12))
 
-    def background_shapes(self) -> Iterator[DrawnShape]:
+    def fixed_parts(self) -> Iterator[DrawnPart]:
         """Yield the spindle in its bearings and what else does not move."""
-        yield from self.placement.place(_without_scale(self._drawing.static_shapes))
+        yield from self.placement.place_parts(_parts_of_room(self._drawing.fixed))
 
-    def moving_shapes(self, pose: FloatArray, time: float) -> Iterator[DrawnShape]:
-        """Yield the governor at a pose (bodies, 3) and a time (s)."""
-        yield from self.placement.place(_without_scale(self._drawing.moving_shapes(pose, time)))
+    def moving_parts(self, governor_at: Callable[[Any], Moment]) -> Iterator[DrawnPart]:
+        """Yield the governor; `governor_at` is its own moment at a moment of the room."""
+        yield from self.placement.place_parts(_seen_from(part, governor_at) for part in _parts_of_room(self._drawing.moving))
 
     @cached_property
     def _bounds(self) -> BoundingBox:
@@ -81,6 +86,48 @@ class GovernorElevation:
     @property
     def _length(self) -> float:
         return self._drawing.part.mechanism.length_scale
+
+
+def _parts_of_room(parts: Iterable[DrawnPart]) -> Iterator[DrawnPart]:
+    """Yield parts without what `_without_scale` leaves out."""
+    for part in parts:
+        if isinstance(part, Flexible):
+            yield replace(part, shapes_at=_ShapesOfRoom(part))
+        else:
+            yield replace(part, shapes=tuple(_without_scale(part.shapes)))
+
+
+@dataclass(frozen=True, eq=False)
+class _ShapesOfRoom:
+    """Shapes of a flexible part without what the room leaves out."""
+
+    part: Flexible
+
+    def __call__(self, moment: Any) -> list[DrawnShape]:
+        """Return them at a moment."""
+        return _without_scale(self.part.shapes_at(moment))
+
+
+def _seen_from(part: DrawnPart, own_moment: Callable[[Any], Moment]) -> DrawnPart:
+    """Return a part of a machine as one of a room, at whose moments the machine has moments of its own."""
+    if isinstance(part, Flexible):
+        shapes_at = part.shapes_at
+        return replace(part, frame=_FrameOfRoom(part.frame, own_moment), shapes_at=lambda moment: shapes_at(own_moment(moment)))
+    shown = part.shown
+    is_shown = None if shown is None else lambda moment: shown(own_moment(moment))
+    return replace(part, frame=_FrameOfRoom(part.frame, own_moment), shown=is_shown)
+
+
+@dataclass(frozen=True)
+class _FrameOfRoom:
+    """Axes of a machine at moments of a room; equal for equal axes."""
+
+    frame: Frame
+    own_moment: Callable[[Any], Moment]
+
+    def __call__(self, moment: Any) -> PoseTuple:
+        """Return their pose."""
+        return self.frame(self.own_moment(moment))
 
 
 def _without_scale(shapes: Iterable[DrawnShape]) -> list[DrawnShape]:

@@ -1,9 +1,11 @@
 """Bell crank from the sleeve of a governor, and the rod from it to what the governor controls. Lengths in pixels, angles in rad."""
 
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from typing import Any
 
+from governor_mechanism.render.geometry.attached import Attached, DrawnPart, axes_along, axes_shifted, bar_between
 from governor_mechanism.render.geometry.outlines import make_bar
 from governor_mechanism.render.geometry.primitives import Circle, DrawnShape, Vec2
 from governor_mechanism.render.machines.engine_room import proportions as room
@@ -33,13 +35,23 @@ class BellCrank:
         x, y = self.pivot
         yield make_bar("bracket", (x, room.GOVERNOR_BASE - 6.0), (x, y), 7.0)
 
-    def moving_shapes(self, sleeve_height: float, rod_end: Vec2) -> Iterator[DrawnShape]:
-        """Yield lever, arm and rod for a height of the sleeve and the other end of the rod."""
-        end = self.arm_end(sleeve_height)
-        yield make_bar("rod", end, rod_end, 3.2)
-        yield make_bar("arm", self.pivot, (self.fork_x, sleeve_height), 5.5)
-        yield make_bar("arm", self.pivot, end, 5.5)
-        yield from (Circle("pivot", *point, 2.2) for point in (end, self.pivot, (self.fork_x, sleeve_height)))
+    def moving_parts(self, sleeve_at: Callable[[Any], float], rod_end_at: Callable[[Any], Vec2]) -> Iterator[DrawnPart]:
+        """Yield lever, arm and rod; at a moment, the height of the sleeve and the other end of the rod."""
+
+        def rod_ends(moment: Any) -> tuple[Vec2, Vec2]:
+            return self.arm_end(sleeve_at(moment)), rod_end_at(moment)
+
+        def lever_ends(moment: Any) -> tuple[Vec2, Vec2]:
+            return self.pivot, (self.fork_x, sleeve_at(moment))
+
+        arm_axes = axes_along(lambda moment: (self.pivot, self.arm_end(sleeve_at(moment))))
+        # The fork of the lever slides on the sleeve.
+        yield bar_between("rod", rod_ends, 3.2)
+        yield bar_between("arm", lever_ends, 5.5)
+        yield Attached(frame=arm_axes, shapes=(make_bar("arm", (0.0, 0.0), (self.arm, 0.0), 5.5),))
+        yield Attached(frame=arm_axes, shapes=tuple(Circle("pivot", x, 0.0, 2.2) for x in (self.arm, 0.0)))
+        fork_axes = axes_shifted(lambda moment: (self.fork_x, sleeve_at(moment)))
+        yield Attached(frame=fork_axes, shapes=(Circle("pivot", 0.0, 0.0, 2.2),))
 
 
 def make_bell_crank(fork_x: float, sleeve_heights: FloatArray, rod_travel: float, side: int) -> BellCrank:

@@ -130,24 +130,34 @@ class CylinderView:
         reach, floor = 0.5 * PISTON_THICKNESS * self.stroke + self._drawn_clearance, self.base + WALL * self.stroke
         return -reach, self.stroke + reach, floor, floor + BORE_HEIGHT * self.stroke
 
-    def moving_shapes(self, relative_travel: float, is_return: bool) -> Iterator[DrawnShape]:
-        """Yield the gas, the piston with its rod, and the indicator points over it."""
+    def gas_shapes(self, relative_travel: float, is_return: bool) -> Iterator[DrawnShape]:
+        """Yield the loops of a diagram that changes, the gas, and the piston rod up to the piston."""
         u, (left, right, low, high) = self.stroke, self._bore
         if self.has_moving_diagram:
             yield from self._loops()
-        x, half = relative_travel * u, 0.5 * PISTON_THICKNESS * u
-        faces = self.shaft_side_pressure(relative_travel, is_return), self.far_side_pressure(relative_travel, is_return)
-        for (start, end), pressure in zip(((left, x - half), (x + half, right)), faces, strict=True):
+        x, half, rod = relative_travel * u, 0.5 * PISTON_THICKNESS * u, 0.016 * u
+        for (start, end), pressure in zip(((left, x - half), (x + half, right)), self._faces(relative_travel, is_return), strict=True):
             outline = make_rectangle("bore", start, end, low, high).points
             yield from (Polygon(role, outline if role == self.gas_role(pressure) else ()) for role in GAS_ROLES)
-        rod = 0.016 * u
         yield make_rectangle("piston rod", left - 0.08 * u, x, self.axis - rod, self.axis + rod)
-        yield make_rectangle("piston", x - half, x + half, low, high)
+
+    def piston(self) -> Polygon:
+        """Return the piston at the start of its stroke."""
+        half, (_, _, low, high) = 0.5 * PISTON_THICKNESS * self.stroke, self._bore
+        return make_rectangle("piston", -half, half, low, high)
+
+    def mark_shapes(self, relative_travel: float, is_return: bool) -> Iterator[DrawnShape]:
+        """Yield the indicator points over the piston."""
+        x, faces = relative_travel * self.stroke, self._faces(relative_travel, is_return)
         points = [(x, self._height(pressure)) for pressure in faces]
         reach = min((self.axis, *(y for _, y in points))), max((self.axis, *(y for _, y in points)))
         yield Lines("projection", (((x, reach[0]), (x, reach[1])),))
         for role, point in zip(("crank end mark", "head end mark"), points, strict=True):
-            yield Circle(role, *point, 0.022 * u)
+            yield Circle(role, *point, 0.022 * self.stroke)
+
+    def _faces(self, relative_travel: float, is_return: bool) -> tuple[float, float]:
+        """Return the pressures (Pa) on both faces, that toward the shaft first."""
+        return self.shaft_side_pressure(relative_travel, is_return), self.far_side_pressure(relative_travel, is_return)
 
     def gas_role(self, pressure: float) -> str:
         """Return the role of gas at a pressure (Pa)."""

@@ -4,15 +4,16 @@ The machine stands with its cylinders below the shaft; the drawing lays it on it
 """
 
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import replace
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
 
 from governor_mechanism.machines.flywheel_engine.machine import FLYWHEEL, expansion_gas
 from governor_mechanism.model.force_elements import CylinderGas
-from governor_mechanism.render.geometry.primitives import DrawnShape
+from governor_mechanism.render.geometry.attached import Attached, DrawnPart, Flexible, Moment, axes_shifted, fixed
+from governor_mechanism.render.geometry.primitives import DrawnShape, Vec2
 from governor_mechanism.render.machines.flywheel_engine.cylinder import BORE_HEIGHT, DIAGRAM_HEIGHT, WALL, CylinderView, highest_pressure
 from governor_mechanism.render.machines.flywheel_engine.engine_view import EngineView
 from governor_mechanism.render.machines.machine_drawing import Dimension, MachineDrawing
@@ -105,21 +106,46 @@ class FlywheelEngineDrawing(MachineDrawing):
             base = self._cylinders[0].diagram_base + (DIAGRAM_HEIGHT + _GAP) * u
         return EngineView(crank=0.5 * u, rod=self.connecting_rod, left=_LEFT * u, right=_RIGHT * u, base=base)
 
-    def background_shapes(self) -> Iterator[DrawnShape]:
+    def fixed_parts(self) -> Iterator[Attached]:
         """Yield castings, guides and indicator diagrams."""
-        yield from self._engine.background_shapes()
-        for cylinder in self._cylinders:
-            yield from cylinder.background_shapes()
+        yield fixed(self._engine.background_shapes())
+        yield from (fixed(cylinder.background_shapes()) for cylinder in self._cylinders)
 
-    def moving_shapes(self, pose: FloatArray, time: float) -> Iterator[DrawnShape]:
+    def moving_parts(self) -> Iterator[DrawnPart]:
         """Yield wheel, crank, rods and pistons, the gas, and the points on its diagrams."""
-        crank_angle = float(pose[self.part.mechanism.body_index(FLYWHEEL), 2])
-        yield from self._engine.moving_shapes(crank_angle)
-        is_return = bool(math.floor(crank_angle / math.pi) % 2)
+        yield from self._engine.moving_parts(self._angle_at)
         rods = (self.connecting_rod, 0.5 * self.stroke), (self.pump_connecting_rod, 0.5 * self.pump_stroke)
-        cylinders = (*self.expansion_cylinders(time), *self._cylinders[1:])
-        for cylinder, (rod, crank) in zip(cylinders, rods, strict=False):
-            yield from cylinder.moving_shapes(relative_travel(crank_angle, crank / rod), is_return)
+        for number, (cylinder, (rod, crank)) in enumerate(zip(self._cylinders, rods, strict=False)):
+            travel_at = partial(self._travel_at, crank / rod)
+            yield Flexible(shapes_at=partial(self._cylinder_shapes, CylinderView.gas_shapes, number, travel_at))
+            piston_axes = axes_shifted(partial(_piston_place, travel_at, cylinder.stroke))
+            yield Attached(frame=piston_axes, shapes=(cylinder.piston(),))
+            yield Flexible(shapes_at=partial(self._cylinder_shapes, CylinderView.mark_shapes, number, travel_at))
+
+    def _angle_at(self, moment: Moment) -> float:
+        """Return the crank angle at a moment (rad)."""
+        return float(moment.pose[self.part.mechanism.body_index(FLYWHEEL), 2])
+
+    def _travel_at(self, rod_ratio: float, moment: Moment) -> float:
+        """Return the travel of a piston relative to its stroke at a moment."""
+        return relative_travel(self._angle_at(moment), rod_ratio)
+
+    def _cylinder_shapes(
+        self,
+        shapes_of_view: Callable[[CylinderView, float, bool], Iterator[DrawnShape]],
+        number: int,
+        travel_at: Callable[[Moment], float],
+        moment: Moment,
+    ) -> Iterator[DrawnShape]:
+        """Return some shapes of a cylinder with its gas at a moment; the first one is the expansion cylinder."""
+        cylinder = self.expansion_cylinders(moment.time)[0] if number == 0 else self._cylinders[number]
+        is_return = bool(math.floor(self._angle_at(moment) / math.pi) % 2)
+        return shapes_of_view(cylinder, travel_at(moment), is_return)
+
+
+def _piston_place(travel_at: Callable[[Moment], float], stroke: float, moment: Moment) -> Vec2:
+    """Return how far a piston is from the start of its stroke (m)."""
+    return travel_at(moment) * stroke, 0.0
 
 
 def relative_travel(crank_angle: float, rod_ratio: float) -> float:

@@ -1,13 +1,15 @@
 """The whole engine at a small scale: flywheel with crank, connecting rod or yoke, crosshead, and cylinder."""
 
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
+from typing import Any
 
+from governor_mechanism.render.geometry.attached import Attached, DrawnPart, Flexible, axes_shifted, axes_turned, bar_between, fixed
 from governor_mechanism.render.geometry.outlines import make_bar, make_rectangle
-from governor_mechanism.render.geometry.points import arc_points
-from governor_mechanism.render.geometry.primitives import BoundingBox, Circle, DrawnShape, Lines, Polygon, Vec2
+from governor_mechanism.render.geometry.points import arc_points, axes_to_plane
+from governor_mechanism.render.geometry.primitives import BoundingBox, Circle, DrawnShape, Lines, Vec2
 
 # In crank radii of the view.
 WHEEL_RADIUS, _RIM_WIDTH, _HUB_RADIUS = 1.9, 0.28, 0.36
@@ -94,47 +96,52 @@ class EngineView:
             ends = self._drawn_rod - 1.35, self._drawn_rod + 1.35
             yield Lines("guide", tuple(tuple(self._to_picture(x, y) for x in ends) for y in (-0.33, 0.33)))
 
-    def moving_shapes(self, crank_angle: float) -> Iterator[DrawnShape]:
-        """Yield the parts at a crank angle, rad."""
-        yield from self.wheel_shapes(crank_angle)
-        yield from self.crank_shapes(crank_angle)
+    def moving_parts(self, angle_at: Callable[[Any], float]) -> Iterator[DrawnPart]:
+        """Yield the parts; `angle_at` is the crank angle at a moment, rad."""
+        yield from self.wheel_parts(angle_at)
+        yield from self.crank_parts(angle_at)
 
-    def crank_shapes(self, crank_angle: float) -> Iterator[DrawnShape]:
-        """Yield crank, connecting rod and crosshead at a crank angle, rad."""
-        s, shaft = self.scale, self.shaft
-        pin_x, pin_y = -math.cos(crank_angle), -math.sin(crank_angle)
-        pin = self._to_picture(pin_x, pin_y)
-        yield make_bar("crank web", shaft, pin, 0.42 * s)
-        yield Circle("hub", *shaft, 0.16 * s)
+    def crank_parts(self, angle_at: Callable[[Any], float]) -> Iterator[DrawnPart]:
+        """Yield crank, connecting rod and crosshead; `angle_at` is the crank angle at a moment, rad."""
+        s, shaft, near_end = self.scale, self.shaft, self._to_picture(self._cylinder_ends[0], 0.0)
+        crank_axes = axes_turned(shaft, angle_at)
+        yield Attached(frame=crank_axes, shapes=(make_bar("crank web", (0.0, 0.0), (-s, 0.0), 0.42 * s),))
+        yield fixed([Circle("hub", *shaft, 0.16 * s)])
         if self._has_yoke:
-            crosshead_x = pin_x + self._drawn_rod
-            yield make_bar("rod", self._to_picture(pin_x, -1.15), self._to_picture(pin_x, 1.15), 0.34 * s)
-            yield make_bar("slot", self._to_picture(pin_x, -1.05), self._to_picture(pin_x, 1.05), 0.2 * s)
-            yield Lines("small rod", ((self._to_picture(pin_x + 0.17, 0.0), self._to_picture(self._cylinder_ends[0], 0.0)),))
+            yoke_axes = axes_shifted(lambda moment: self._to_picture(-math.cos(angle_at(moment)), 0.0))
+            yoke = make_bar("rod", (0.0, -1.15 * s), (0.0, 1.15 * s), 0.34 * s)
+            yield Attached(frame=yoke_axes, shapes=(yoke, make_bar("slot", (0.0, -1.05 * s), (0.0, 1.05 * s), 0.2 * s)))
+            yield Flexible(shapes_at=lambda moment: [Lines("small rod", ((axes_to_plane(yoke_axes(moment), 0.17 * s, 0.0), near_end),))])
         else:
-            crosshead_x = pin_x + math.sqrt(self._drawn_rod**2 - pin_y**2)
-            crosshead = self._to_picture(crosshead_x, 0.0)
-            yield Lines("small rod", ((crosshead, self._to_picture(self._cylinder_ends[0], 0.0)),))
-            yield make_bar("rod", pin, crosshead, 0.16 * s)
-            yield self._block(crosshead_x)
-        yield Circle("pivot", *pin, 0.12 * s)
+            crosshead_at = partial(self._crosshead, angle_at)
+            yield Flexible(shapes_at=lambda moment: [Lines("small rod", ((crosshead_at(moment), near_end),))])
+            pin_at = partial(self._pin, angle_at)
+            yield bar_between("rod", lambda moment: (pin_at(moment), crosshead_at(moment)), 0.16 * s, length=self._drawn_rod * s)
+            block = make_rectangle("block", -0.25 * s, 0.25 * s, -0.3 * s, 0.3 * s)
+            yield Attached(frame=axes_shifted(crosshead_at), shapes=(block,))
+        yield Attached(frame=crank_axes, shapes=(Circle("pivot", -s, 0.0, 0.12 * s),))
 
-    def _block(self, x: float) -> Polygon:
-        (left, low), (right, high) = self._to_picture(x - 0.25, -0.3), self._to_picture(x + 0.25, 0.3)
-        return make_rectangle("block", left, right, low, high)
+    def _pin(self, angle_at: Callable[[Any], float], moment: Any) -> Vec2:
+        """Return the place of the crank pin."""
+        angle = angle_at(moment)
+        return self._to_picture(-math.cos(angle), -math.sin(angle))
 
-    def wheel_shapes(self, crank_angle: float) -> Iterator[DrawnShape]:
-        """Yield rim, spokes and hub at a crank angle, rad; the spoke opposite to the crank is marked."""
+    def _crosshead(self, angle_at: Callable[[Any], float], moment: Any) -> Vec2:
+        """Return the place of the crosshead."""
+        angle = angle_at(moment)
+        return self._to_picture(-math.cos(angle) + math.sqrt(self._drawn_rod**2 - math.sin(angle) ** 2), 0.0)
+
+    def wheel_parts(self, angle_at: Callable[[Any], float]) -> Iterator[DrawnPart]:
+        """Yield rim, spokes and hub; `angle_at` is the crank angle at a moment, rad. The spoke opposite to the crank is marked."""
         s, shaft = self.scale, self.shaft
-        yield Circle("wheel", *shaft, WHEEL_RADIUS * s)
-        yield Circle("wheel web", *shaft, (WHEEL_RADIUS - _RIM_WIDTH) * s)
-        spokes = [self._spoke(crank_angle + math.tau * k / _N_SPOKES) for k in range(_N_SPOKES)]
-        yield Lines("spoke", tuple(spokes[1:]))
-        yield Lines("marked spoke", (spokes[0],))
-        yield Circle("hub", *shaft, _HUB_RADIUS * s)
-        yield Lines("rim", (arc_points(shaft, 0.0, math.tau, WHEEL_RADIUS * s, 72),))
+        yield fixed([Circle("wheel", *shaft, WHEEL_RADIUS * s), Circle("wheel web", *shaft, (WHEEL_RADIUS - _RIM_WIDTH) * s)])
+        spokes = [self._spoke(math.tau * k / _N_SPOKES) for k in range(_N_SPOKES)]
+        shapes = (Lines("spoke", tuple(spokes[1:])), Lines("marked spoke", (spokes[0],)))
+        yield Attached(frame=axes_turned(shaft, angle_at), shapes=shapes)
+        rim = Lines("rim", (arc_points(shaft, 0.0, math.tau, WHEEL_RADIUS * s, 72),))
+        yield fixed([Circle("hub", *shaft, _HUB_RADIUS * s), rim])
 
     def _spoke(self, angle: float) -> tuple[Vec2, Vec2]:
-        direction = math.cos(angle), math.sin(angle)
-        start, end = _HUB_RADIUS, WHEEL_RADIUS - _RIM_WIDTH
-        return self._to_picture(start * direction[0], start * direction[1]), self._to_picture(end * direction[0], end * direction[1])
+        """Return the ends of a spoke at an angle (rad) from the shaft."""
+        direction, start, end = (math.cos(angle), math.sin(angle)), _HUB_RADIUS * self.scale, (WHEEL_RADIUS - _RIM_WIDTH) * self.scale
+        return (start * direction[0], start * direction[1]), (end * direction[0], end * direction[1])

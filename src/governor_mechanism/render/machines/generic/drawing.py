@@ -51,7 +51,7 @@ class GenericDrawing(MechanismExtents):
         """Yield what moves, back to front."""
         placed = self.placed_at(self.first_moment)
         slotted, bodies_without = (list(bodies.body_parts(placed, slotted=is_slotted)) for is_slotted in (True, False))
-        yield self.flex(force_elements.torque_arrow_shapes, section_only=True)
+        yield from force_elements.torque_arrow_parts(self)
         yield from joints.rack_parts(placed)
         yield from joints.wheel_parts(placed)
         yield from (part for part in slotted if part.shapes[0].role != "ball")
@@ -67,9 +67,9 @@ class GenericDrawing(MechanismExtents):
         yield from (force_elements.eye_part(self, "pivot", point, _PIN_RADIUS * self.length_scale) for point in pins)
         yield from force_elements.output_effect_parts(self)
         yield from bodies.tracer_parts(placed)
-        yield self.flex(force_elements.force_arrow_shapes, section_only=True)
+        yield from force_elements.force_arrow_parts(self)
         yield self.flex(rams.drag_arrow_shapes, section_only=True)
-        yield self.flex(reading_marks.reading_mark_shapes, section_only=True)
+        yield from reading_marks.reading_mark_parts(self)
 
     def _link_part(self, joint: Joint) -> Attached:
         """Return a massless link between its points."""

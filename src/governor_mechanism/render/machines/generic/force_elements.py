@@ -4,7 +4,7 @@ Only readings that are the coordinate of a point along a direction of the ground
 """
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from functools import partial
 
 from governor_mechanism.effects.dashpot import Dashpot
@@ -48,7 +48,8 @@ def translational_element_parts(placed: PlacedMechanism) -> Iterator[DrawnPart]:
         lateral_offset = (2 * number - (count - 1)) * _LATERAL_SPACING * placed.unit
         if load.first != loads[pairs.index(pairs[k])].first:
             lateral_offset = -lateral_offset
-        yield placed.extents.flex(partial(_element_shapes, load, lateral_offset), turns=True)
+        shapes_at, axes_at = partial(_element_shapes, load, lateral_offset), partial(_element_axes, load)
+        yield placed.extents.flex(shapes_at, axes_at=axes_at, turns=True)
         yield from (eye_part(placed.extents, "eye", point, 0.011 * placed.unit) for point in (load.first, load.second))
 
 
@@ -57,17 +58,21 @@ def eye_part(extents: MechanismExtents, role: str, point: Point, radius: float, 
     return Attached(frame=extents.body_axes(point.body), shapes=(Circle(role, point.x, point.y, radius),), turns=turns)
 
 
+def _element_axes(load: Spring | Damper, placed: PlacedMechanism) -> PoseTuple:
+    """Return the axes of a spring or a damper: the origin is its first point, and x leads to the second."""
+    (x, y), (end_x, end_y) = placed.position(load.first), placed.position(load.second)
+    return x, y, math.atan2(end_y - y, end_x - x)
+
+
 def _element_shapes(load: Spring | Damper, lateral_offset: float, placed: PlacedMechanism) -> list[DrawnShape]:
-    """Return a spring or a damper at a distance from the line between its points (m)."""
-    u, start, end = placed.unit, placed.position(load.first), placed.position(load.second)
-    length = math.dist(start, end)
-    axes = (*start, math.atan2(end[1] - start[1], end[0] - start[0]))
+    """Return a spring or a damper in its axes, at a distance from the line between its points (m)."""
+    u, length = placed.unit, math.dist(placed.position(load.first), placed.position(load.second))
     is_spring = isinstance(load, Spring)
     element_lines = spring_lines(length, u) if is_spring else damper_lines(length, placed.extents.element_length_range(load), u)
-    lines = [place_points(axes, ((x, y + lateral_offset) for x, y in line)) for line in element_lines]
+    lines = [tuple((x, y + lateral_offset) for x, y in line) for line in element_lines]
     if lateral_offset:
         # Beams connect an offset element to its points.
-        lines += [(start, axes_to_plane(axes, 0.0, lateral_offset)), (end, axes_to_plane(axes, length, lateral_offset))]
+        lines += [((x, 0.0), (x, lateral_offset)) for x in (0.0, length)]
     return [Lines("spring" if is_spring else "damper", tuple(lines))]
 
 
@@ -151,25 +156,44 @@ def _vane_axes(extents: MechanismExtents, load: TorsionDamper) -> Frame:
     return frame
 
 
-def force_arrow_shapes(placed: PlacedMechanism) -> Iterator[DrawnShape]:
+def force_arrow_parts(extents: MechanismExtents) -> Iterator[DrawnPart]:
     """Yield forces as arrows of a length proportional to their magnitude; empty ones for zero."""
-    u = placed.unit
-    for load in placed.mechanism.force_elements:
+    for load in extents.part.mechanism.force_elements:
         if isinstance(load, Force):
-            x, y = placed.position(load.point)
-            across, up = placed.extents.load_fractions(load, placed.time)
-            yield from make_arrow("force", ((x, y), (x + _ARROW_LENGTH * u * across, y + _ARROW_LENGTH * u * up)), _ARROW_HEAD_SIZE * u)
+            axes_at = partial(_upright_axes, load.point)
+            yield extents.flex(partial(_force_arrow, load), axes_at=axes_at, section_only=True)
 
 
-def torque_arrow_shapes(placed: PlacedMechanism) -> Iterator[DrawnShape]:
+def _upright_axes(point: Point, placed: PlacedMechanism) -> PoseTuple:
+    """Return axes that move with a point and do not turn."""
+    return *placed.position(point), 0.0
+
+
+def _force_arrow(load: Force, placed: PlacedMechanism) -> Iterable[DrawnShape]:
+    """Return the arrow of a force, from the origin."""
+    u, (across, up) = placed.unit, placed.extents.load_fractions(load, placed.time)
+    return make_arrow("force", ((0.0, 0.0), (_ARROW_LENGTH * u * across, _ARROW_LENGTH * u * up)), _ARROW_HEAD_SIZE * u)
+
+
+def torque_arrow_parts(extents: MechanismExtents) -> Iterator[DrawnPart]:
     """Yield torques as curved arrows of a length proportional to their magnitude; empty ones for zero. They go behind the bodies."""
-    for load in placed.mechanism.force_elements:
+    for load in extents.part.mechanism.force_elements:
         if isinstance(load, Torque):
-            centre = placed.hinge_position(load.first, load.second)
-            sweep = 1.5 * math.pi * placed.extents.load_fractions(load, placed.time)[0]
-            start = 0.25 * math.pi if sweep > 0 else 0.75 * math.pi
-            chain = arc_points(centre, start, sweep, _TORQUE_ARROW_RADIUS * placed.unit, 32)
-            yield from make_arrow("force", chain, _ARROW_HEAD_SIZE * placed.unit)
+            axes_at = partial(_hinge_axes, load)
+            yield extents.flex(partial(_torque_arrow, load), axes_at=axes_at, section_only=True)
+
+
+def _hinge_axes(load: Torque, placed: PlacedMechanism) -> PoseTuple:
+    """Return axes that move with the hinge of a torque and do not turn."""
+    return *placed.hinge_position(load.first, load.second), 0.0
+
+
+def _torque_arrow(load: Torque, placed: PlacedMechanism) -> Iterable[DrawnShape]:
+    """Return the arrow of a torque around the origin."""
+    sweep = 1.5 * math.pi * placed.extents.load_fractions(load, placed.time)[0]
+    start = 0.25 * math.pi if sweep > 0 else 0.75 * math.pi
+    chain = arc_points((0.0, 0.0), start, sweep, _TORQUE_ARROW_RADIUS * placed.unit, 32)
+    return make_arrow("force", chain, _ARROW_HEAD_SIZE * placed.unit)
 
 
 def drive_parts(placed: PlacedMechanism) -> Iterator[Attached]:

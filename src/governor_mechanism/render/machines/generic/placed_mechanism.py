@@ -16,7 +16,7 @@ from governor_mechanism.model.joints import GROUND, ArcSlot, Glyph, Joint, Pin, 
 from governor_mechanism.model.mechanism import Mechanism
 from governor_mechanism.model.time_functions import InputFunction
 from governor_mechanism.render.film.layout import ELEVATION_RECT
-from governor_mechanism.render.geometry.attached import Flexible, Moment, once_per_moment
+from governor_mechanism.render.geometry.attached import Flexible, Moment, fixed_axes, once_per_moment
 from governor_mechanism.render.geometry.points import axes_to_plane, drawn_point_paths, point_path
 from governor_mechanism.render.geometry.primitives import DrawnShape, PoseTuple, Vec2
 from governor_mechanism.render.machines.machine_drawing import MachineDrawing
@@ -39,10 +39,16 @@ class MechanismExtents(MachineDrawing, ABC):
         return PlacedMechanism(extents=self, poses=poses, time=moment.time)
 
     def flex(
-        self, shapes_at: Callable[["PlacedMechanism"], Iterable[DrawnShape]], *, turns: bool = False, section_only: bool = False
+        self,
+        shapes_at: Callable[["PlacedMechanism"], Iterable[DrawnShape]],
+        *,
+        axes_at: Callable[["PlacedMechanism"], PoseTuple] | None = None,
+        turns: bool = False,
+        section_only: bool = False,
     ) -> Flexible:
-        """Return shapes that follow from the whole mechanism at a moment."""
-        return Flexible(shapes_at=lambda moment: shapes_at(self.placed_at(moment)), turns=turns, section_only=section_only)
+        """Return shapes that follow from the whole mechanism at a moment; if `axes_at` is given, they are in axes that do so."""
+        frame = fixed_axes if axes_at is None else lambda moment: axes_at(self.placed_at(moment))
+        return Flexible(shapes_at=lambda moment: shapes_at(self.placed_at(moment)), frame=frame, turns=turns, section_only=section_only)
 
     @cached_property
     def length_scale(self) -> float:

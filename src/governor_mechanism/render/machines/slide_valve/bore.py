@@ -3,8 +3,10 @@
 Lengths are in crank radii, from the middle of the stroke and the axis of the bore; the crank end lies at +x.
 """
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from typing import Any
 
+from governor_mechanism.render.geometry.attached import Attached, DrawnPart, Flexible, axes_shifted, fixed
 from governor_mechanism.render.geometry.outlines import make_hatching, make_rectangle
 from governor_mechanism.render.geometry.primitives import DrawnShape, Lines, Polygon
 from governor_mechanism.render.machines.governor_parts import both_sides
@@ -30,16 +32,23 @@ def bore_background_shapes(crank: float, axis: float, top: float) -> Iterator[Dr
     yield make_rectangle("bore", -inner, inner, floor, ceiling)
 
 
-def piston_shapes(crank: float, axis: float, piston: float, rod_end: float) -> Iterator[DrawnShape]:
-    """Yield the edge of the bore, and the piston at a position along the stroke with its rod to `rod_end` (m)."""
+def piston_parts(crank: float, axis: float, piston_at: Callable[[Any], float], rod_end: float, *, rod_moves: bool) -> Iterator[DrawnPart]:
+    """Yield the edge of the bore, and the piston at a position along the stroke (m) with its rod.
+
+    The rod ends at `rod_end` (m): fixed at the edge of a picture, or, where it moves with the piston, from the piston.
+    """
     u, half_bore = crank, BORE_HALF_LENGTH * crank
     floor, ceiling = axis - BORE_HALF_HEIGHT * u, axis + BORE_HALF_HEIGHT * u
     rod, half_piston = _ROD_HALF_THICKNESS * u, PISTON_THICKNESS / 2 * u
+    piston_axes = axes_shifted(lambda moment: (piston_at(moment), 0.0))
     bore = make_rectangle("bore", -half_bore, half_bore, floor, ceiling)
-    yield Lines("bore edge", ((*bore.points, bore.points[0]),))
-    yield make_rectangle("piston rod", piston, rod_end, axis - rod, axis + rod)
-    yield make_rectangle("piston", piston - half_piston, piston + half_piston, floor, ceiling)
-    yield Lines("bore edge", tuple(((x, floor), (x, ceiling)) for x in (piston - 0.03 * u, piston + 0.03 * u)))
+    yield fixed([Lines("bore edge", ((*bore.points, bore.points[0]),))])
+    if rod_moves:
+        yield Attached(frame=piston_axes, shapes=(make_rectangle("piston rod", 0.0, rod_end, axis - rod, axis + rod),))
+    else:
+        yield Flexible(shapes_at=lambda moment: [make_rectangle("piston rod", piston_at(moment), rod_end, axis - rod, axis + rod)])
+    rings = Lines("bore edge", tuple(((x, floor), (x, ceiling)) for x in (-0.03 * u, 0.03 * u)))
+    yield Attached(frame=piston_axes, shapes=(make_rectangle("piston", -half_piston, half_piston, floor, ceiling), rings))
 
 
 def steam_space(role: str, crank: float, axis: float, piston: float, side: float) -> Polygon:

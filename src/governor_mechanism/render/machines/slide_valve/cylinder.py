@@ -3,15 +3,17 @@
 The valve has a larger scale than the stroke; the drawing shows the ratio. The ports are as wide as the drawing needs.
 """
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from functools import partial
 
-from governor_mechanism.render.geometry.primitives import DrawnShape, Lines, Polygon, Vec2
+from governor_mechanism.render.geometry.attached import DrawnPart, Moment, fixed
+from governor_mechanism.render.geometry.primitives import DrawnShape, Lines, Vec2
 from governor_mechanism.render.machines.slide_valve.bore import (
     BORE_HALF_HEIGHT,
     BORE_HALF_LENGTH,
     WALL_THICKNESS,
     bore_background_shapes,
-    piston_shapes,
+    piston_parts,
     steam_space,
 )
 from governor_mechanism.render.machines.slide_valve.steam_chest import SteamChest, chest_half_length
@@ -19,8 +21,13 @@ from governor_mechanism.render.machines.slide_valve.steam_distribution import (
     STEAM_PHASES,
     SteamDistribution,
     ValveGearPosition,
+    changing_space_parts,
+    phase_parts,
     steam_phase,
 )
+
+PositionAt = Callable[[Moment], ValveGearPosition]
+"""Position of a valve gear at a moment."""
 
 # In crank radii, from the middle of the stroke and the base of the view.
 CYLINDER_BASE = 1.26
@@ -47,17 +54,28 @@ def cylinder_background_shapes(valve_gear: SteamDistribution) -> Iterator[DrawnS
     yield from _chest_of(valve_gear).background_shapes()
 
 
-def cylinder_moving_shapes(valve_gear: SteamDistribution, position: ValveGearPosition) -> Iterator[DrawnShape]:
+def cylinder_moving_parts(valve_gear: SteamDistribution, position_at: PositionAt) -> Iterator[DrawnPart]:
     """Yield the steam at both ends, the piston with its rod, and the valve."""
-    u, piston, chest = valve_gear.crank, position.piston_position, _chest_of(valve_gear)
+    u, chest = valve_gear.crank, _chest_of(valve_gear)
     for side in (1.0, -1.0):
-        phase, passage = steam_phase(valve_gear, position, side), _passage_outline(chest, u, side)
-        for role in STEAM_PHASES:
-            yield steam_space(role, u, _AXIS * u, piston, side) if role == phase else Polygon(role, ())
-            yield Polygon(role, passage if role == phase else ())
-        yield Lines("bore edge", ((*passage, passage[0]),))
-    yield from piston_shapes(u, _AXIS * u, piston, _PICTURE_RIGHT * u)
-    yield from chest.valve_shapes(position.valve_displacement, _PICTURE_RIGHT * u)
+        passage = _passage_outline(chest, u, side)
+        phase_at = partial(_phase_at, valve_gear, position_at, side)
+        spaces = changing_space_parts(STEAM_PHASES, phase_at, partial(_space_at, u, position_at, side))
+        for pair in zip(spaces, phase_parts(phase_at, passage), strict=True):
+            yield from pair
+        yield fixed([Lines("bore edge", ((*passage, passage[0]),))])
+    right = _PICTURE_RIGHT * u
+    yield from piston_parts(u, _AXIS * u, lambda moment: position_at(moment).piston_position, right, rod_moves=False)
+    yield from chest.valve_parts(lambda moment: position_at(moment).valve_displacement, right, rod_moves=False)
+
+
+def _phase_at(valve_gear: SteamDistribution, position_at: PositionAt, side: float, moment: Moment) -> str:
+    return steam_phase(valve_gear, position_at(moment), side)
+
+
+def _space_at(crank: float, position_at: PositionAt, side: float, moment: Moment) -> tuple[Vec2, ...]:
+    """Return the outline of the space between the piston and an end of the bore."""
+    return steam_space("", crank, _AXIS * crank, position_at(moment).piston_position, side).points
 
 
 def _chest_of(valve_gear: SteamDistribution) -> SteamChest:

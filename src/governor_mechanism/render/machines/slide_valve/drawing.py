@@ -7,12 +7,11 @@ from collections.abc import Iterator
 from functools import cached_property
 
 from governor_mechanism.machines.driven_crank import CRANK, VALVE
-from governor_mechanism.render.geometry.primitives import DrawnShape
+from governor_mechanism.render.geometry.attached import Attached, DrawnPart, fixed
 from governor_mechanism.render.machines.slide_valve import cylinder, zeuner_dial
 from governor_mechanism.render.machines.slide_valve.engine_view import EngineView
 from governor_mechanism.render.machines.slide_valve.proportions import ValveGearProportions
 from governor_mechanism.render.machines.slide_valve.steam_key import SteamKey, scale_note_shapes
-from governor_mechanism.types import FloatArray
 
 # In crank radii.
 _LEFT, _RIGHT = -1.24, 3.70
@@ -27,25 +26,24 @@ class SlideValveDrawing(ValveGearProportions):
 
     panel_readings = ("valve_displacement", "crank_end_steam", "head_end_steam", "crank_end_travel")
 
-    def background_shapes(self) -> Iterator[DrawnShape]:
+    def fixed_parts(self) -> Iterator[Attached]:
         """Yield castings, the key of the steam, the divided circle, valve circles, and the curves of the run."""
         angles, valve_positions = (self.poses[:, self.part.mechanism.body_index(name), k] for name, k in ((CRANK, 2), (VALVE, 0)))
-        yield from self._engine.background_shapes()
-        yield from cylinder.cylinder_background_shapes(self)
-        yield from self._key.background_shapes()
         scales = {"cylinder": 1.0, "valve": cylinder.valve_magnification(self), "engine": self._engine.scale}
-        yield from scale_note_shapes((_SCALES_LEFT * self.crank, _KEY_TOP * self.crank), self.crank, scales)
-        yield from self._dial.background_shapes()
-        yield from self._dial.theory_shapes(self.advance)
-        yield from self._dial.curve_shapes(*zeuner_dial.first_turn(angles, valve_positions - self.centre))
+        yield fixed(self._engine.background_shapes())
+        yield fixed(cylinder.cylinder_background_shapes(self))
+        yield fixed(self._key.background_shapes())
+        yield fixed(scale_note_shapes((_SCALES_LEFT * self.crank, _KEY_TOP * self.crank), self.crank, scales))
+        yield fixed(self._dial.background_shapes())
+        yield fixed(self._dial.theory_shapes(self.advance))
+        yield fixed(self._dial.curve_shapes(*zeuner_dial.first_turn(angles, valve_positions - self.centre)))
 
-    def moving_shapes(self, pose: FloatArray, time: float) -> Iterator[DrawnShape]:
+    def moving_parts(self) -> Iterator[DrawnPart]:
         """Yield all parts that the crank moves."""
-        position = self.position(pose)
-        yield from self._engine.moving_shapes(position)
-        yield from cylinder.cylinder_moving_shapes(self, position)
-        yield from self._key.moving_shapes(self, position)
-        yield from self._dial.crank_shapes(position)
+        yield from self._engine.moving_parts(self.position_at)
+        yield from cylinder.cylinder_moving_parts(self, self.position_at)
+        yield from self._key.moving_parts(self, self.position_at)
+        yield from self._dial.crank_parts(self.position_at)
 
     @cached_property
     def _engine(self) -> EngineView:

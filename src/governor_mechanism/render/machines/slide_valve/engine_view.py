@@ -2,12 +2,15 @@
 
 import math
 from collections.abc import Iterator
+from functools import partial
 
+from governor_mechanism.render.geometry.attached import Attached, DrawnPart, Frame, Moment, axes_shifted, axes_turned, bar_between, fixed
 from governor_mechanism.render.geometry.outlines import make_bar, make_hatching, make_rectangle
-from governor_mechanism.render.geometry.points import arc_points
+from governor_mechanism.render.geometry.points import arc_points, axes_to_plane
 from governor_mechanism.render.geometry.primitives import Circle, DrawnShape, Lines, Polygon, Vec2
+from governor_mechanism.render.machines.slide_valve.cylinder import PositionAt
 from governor_mechanism.render.machines.slide_valve.proportions import ValveGearProportions
-from governor_mechanism.render.machines.slide_valve.steam_distribution import STEAM_PHASES, ValveGearPosition, steam_phase
+from governor_mechanism.render.machines.slide_valve.steam_distribution import STEAM_PHASES, changing_space_parts, steam_phase
 
 # In crank radii of the view.
 _RIGHT_MARGIN, _LEFT_MARGIN, _LOW_EDGE = 1.16, 0.06, 1.16
@@ -58,37 +61,65 @@ class EngineView:
             yield Lines("wall", (tuple(self._to_picture(x, edge) for x in (rod + 1.3 * u, rod - 1.3 * u)),))
             yield make_hatching("hatching", (left, right, low, high), 0.16 * u * self.scale)
 
-    def moving_shapes(self, position: ValveGearPosition) -> Iterator[DrawnShape]:
+    def moving_parts(self, position_at: PositionAt) -> Iterator[DrawnPart]:
         """Yield steam, piston, crosshead, both rods, crank and eccentric."""
-        gear, u, scale, shaft = self._gear, self._gear.crank, self.scale, self._to_picture(0.0, 0.0)
-        # At 0 the crank points away from the cylinder.
-        pin = self._to_picture(-u * math.cos(position.crank_angle), u * math.sin(position.crank_angle))
-        theta = position.crank_angle + gear.advance
-        eccentric = self._to_picture(gear.eccentric * math.sin(theta), gear.eccentric * math.cos(theta))
-        crosshead_x, valve_x = gear.drawn_rod - position.piston_position, gear.drawn_eccentric_rod + position.valve_displacement
-        crosshead, valve = self._to_picture(crosshead_x, 0.0), self._to_picture(valve_x, _VALVE_LINE_HEIGHT * u)
-        yield from self._cylinder_shapes(position, crosshead)
-        chest = self._to_picture(self._cylinder_middle - _CHEST_HALF_LENGTH * u, _VALVE_LINE_HEIGHT * u)
-        yield make_bar("piston rod", chest, valve, _THIN_ROD_WIDTH * u * scale)
-        yield Circle("eccentric", *eccentric, _STRAP_RATIO * gear.eccentric * scale)
-        yield make_bar("eccentric", eccentric, valve, _ECCENTRIC_ROD_WIDTH * u * scale)
-        yield make_bar("crank web", shaft, pin, 0.34 * u * scale)
-        yield self._box("block", crosshead_x, 0.0, 0.24 * u, 0.30 * u)
-        yield make_bar("rod", pin, crosshead, _ROD_WIDTH * u * scale)
-        yield from (Circle("pivot", *point, 0.09 * u * scale) for point in (pin, crosshead, valve))
-        yield Circle("hub", *shaft, 0.14 * u * scale)
+        gear, shaft, s = self._gear, self._to_picture(0.0, 0.0), self._gear.crank * self.scale
+        chest = self._to_picture(self._cylinder_middle - _CHEST_HALF_LENGTH * gear.crank, _VALVE_LINE_HEIGHT * gear.crank)
+        eccentricity, ahead = gear.eccentric * self.scale, gear.advance + math.pi / 2
+        # At 0 the crank points away from the cylinder, which is to the right in the picture.
+        crank_axes = axes_turned(shaft, lambda moment: position_at(moment).crank_angle)
+        crosshead_axes, valve_axes = (axes_shifted(partial(place, position_at)) for place in (self._crosshead, self._valve))
 
-    def _cylinder_shapes(self, position: ValveGearPosition, crosshead: Vec2) -> Iterator[DrawnShape]:
+        def rod_ends(moment: Moment) -> tuple[Vec2, Vec2]:
+            return axes_to_plane(crank_axes(moment), s, 0.0), self._crosshead(position_at, moment)
+
+        def eccentric_rod_ends(moment: Moment) -> tuple[Vec2, Vec2]:
+            x, y, angle = crank_axes(moment)
+            return axes_to_plane((x, y, angle + ahead), eccentricity, 0.0), self._valve(position_at, moment)
+
+        yield from self._cylinder_parts(position_at, crosshead_axes)
+        yield bar_between("piston rod", lambda moment: (chest, self._valve(position_at, moment)), _THIN_ROD_WIDTH * s)
+        eccentric = axes_to_plane((0.0, 0.0, ahead), eccentricity, 0.0)
+        yield Attached(frame=crank_axes, shapes=(Circle("eccentric", *eccentric, _STRAP_RATIO * eccentricity),))
+        # The valve line is drawn above its place, so that the length of this rod changes.
+        yield bar_between("eccentric", eccentric_rod_ends, _ECCENTRIC_ROD_WIDTH * s)
+        yield Attached(frame=crank_axes, shapes=(make_bar("crank web", (0.0, 0.0), (s, 0.0), 0.34 * s),))
+        yield Attached(frame=crosshead_axes, shapes=(make_rectangle("block", -0.24 * s, 0.24 * s, -0.30 * s, 0.30 * s),))
+        length = gear.connecting_rod * self.scale if gear.connecting_rod == gear.drawn_rod else None
+        yield bar_between("rod", rod_ends, _ROD_WIDTH * s, length=length)
+        yield Attached(frame=crank_axes, shapes=(Circle("pivot", s, 0.0, 0.09 * s),))
+        yield from (Attached(frame=axes, shapes=(Circle("pivot", 0.0, 0.0, 0.09 * s),)) for axes in (crosshead_axes, valve_axes))
+        yield fixed([Circle("hub", *shaft, 0.14 * s)])
+
+    def _crosshead(self, position_at: PositionAt, moment: Moment) -> Vec2:
+        """Return the place of the crosshead."""
+        return self._to_picture(self._gear.drawn_rod - position_at(moment).piston_position, 0.0)
+
+    def _valve(self, position_at: PositionAt, moment: Moment) -> Vec2:
+        """Return the place of the pin of the eccentric rod on the valve rod."""
+        x = self._gear.drawn_eccentric_rod + position_at(moment).valve_displacement
+        return self._to_picture(x, _VALVE_LINE_HEIGHT * self._gear.crank)
+
+    def _cylinder_parts(self, position_at: PositionAt, crosshead_axes: Frame) -> Iterator[DrawnPart]:
         """Yield the steam at both ends, the piston and its rod."""
-        u, middle, half = self._gear.crank, self._cylinder_middle, _PISTON_HALF_THICKNESS * self._gear.crank
-        piston_x = middle - position.piston_position
+        u, s, middle = self._gear.crank, self._gear.crank * self.scale, self._cylinder_middle
         for side in (1.0, -1.0):
-            phase = steam_phase(self._gear, position, side)
-            # The crank end is the nearer one.
-            face, end = piston_x - side * half, middle - side * _BORE_HALF_LENGTH * u
-            space = self._box("", 0.5 * (face + end), 0.0, 0.5 * abs(face - end), _BORE_HALF_HEIGHT * u).points
-            yield from (Polygon(role, space if role == phase else ()) for role in STEAM_PHASES)
-        yield make_bar("piston rod", self._to_picture(piston_x, 0.0), crosshead, _THIN_ROD_WIDTH * u * self.scale)
+            phase_at = partial(self._phase_at, position_at, side)
+            yield from changing_space_parts(STEAM_PHASES, phase_at, partial(self._space_at, position_at, side))
+        # The piston stands at the left of the crosshead.
+        rod = (middle - self._gear.drawn_rod) * self.scale
+        yield Attached(frame=crosshead_axes, shapes=(make_bar("piston rod", (-rod, 0.0), (0.0, 0.0), _THIN_ROD_WIDTH * s),))
         bore = self._box("bore", middle, 0.0, _BORE_HALF_LENGTH * u, _BORE_HALF_HEIGHT * u).points
-        yield Lines("bore edge", ((*bore, bore[0]),))
-        yield self._box("piston", piston_x, 0.0, half, _BORE_HALF_HEIGHT * u)
+        yield fixed([Lines("bore edge", ((*bore, bore[0]),))])
+        half, height = _PISTON_HALF_THICKNESS * s, _BORE_HALF_HEIGHT * s
+        yield Attached(frame=crosshead_axes, shapes=(make_rectangle("piston", -rod - half, -rod + half, -height, height),))
+
+    def _phase_at(self, position_at: PositionAt, side: float, moment: Moment) -> str:
+        return steam_phase(self._gear, position_at(moment), side)
+
+    def _space_at(self, position_at: PositionAt, side: float, moment: Moment) -> tuple[Vec2, ...]:
+        """Return the outline of the space between the piston and an end of the bore; the crank end is the nearer one."""
+        u, middle = self._gear.crank, self._cylinder_middle
+        face = middle - position_at(moment).piston_position - side * _PISTON_HALF_THICKNESS * u
+        end = middle - side * _BORE_HALF_LENGTH * u
+        return self._box("", 0.5 * (face + end), 0.0, 0.5 * abs(face - end), _BORE_HALF_HEIGHT * u).points

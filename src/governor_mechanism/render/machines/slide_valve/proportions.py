@@ -4,6 +4,7 @@ import math
 from abc import ABC
 
 from governor_mechanism.machines.driven_crank import CRANK, CROSSHEAD, VALVE
+from governor_mechanism.render.geometry.attached import Moment, once_per_moment
 from governor_mechanism.render.machines.machine_drawing import Dimension, MachineDrawing
 from governor_mechanism.render.machines.slide_valve.steam_distribution import ValveGearPosition
 from governor_mechanism.types import FloatArray
@@ -34,6 +35,11 @@ class ValveGearProportions(MachineDrawing, ABC):
     def drawn_eccentric_rod(self) -> float:
         """Drawn length of the eccentric rod (m)."""
         return min(self.eccentric_rod, _MAX_DRAWN_ECCENTRIC_ROD * self.crank)
+
+    @once_per_moment
+    def position_at(self, moment: Moment) -> ValveGearPosition:
+        """Return the position of the valve gear at a moment."""
+        return self.position(moment.pose)
 
     def position(self, pose: FloatArray) -> ValveGearPosition:
         """Return the position of the valve gear at a pose (bodies, 3)."""

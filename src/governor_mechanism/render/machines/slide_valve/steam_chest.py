@@ -5,9 +5,11 @@ the valve. Ports, bridges and exhaust are as wide as the drawing needs.
 """
 
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from typing import Any
 
+from governor_mechanism.render.geometry.attached import Attached, DrawnPart, Flexible, axes_shifted
 from governor_mechanism.render.geometry.outlines import make_hatching, make_rectangle
 from governor_mechanism.render.geometry.primitives import DrawnShape, Lines, Polygon, Vec2
 from governor_mechanism.render.machines.governor_parts import both_sides, mirror_outline
@@ -95,12 +97,26 @@ class SteamChest:
         half, angles = _EXHAUST_HALF_WIDTH * self.eccentric, [math.pi * k / 16 for k in range(17)]
         yield Polygon(bowl, tuple((half * math.cos(a), self.face - self.bowl_depth * math.sin(a)) for a in angles))
 
-    def valve_shapes(self, displacement: float, rod_end: float) -> Iterator[DrawnShape]:
-        """Yield the valve at a displacement away from the shaft (m of the valve), and its rod to `rod_end`."""
-        x, stem, half = -displacement * self.scale, self.stem_height, _STEM_HALF_THICKNESS * self.eccentric
-        rod_start = x - self._valve_edges[1] if self._has_piston_valve else x
-        rod = make_rectangle("piston rod", rod_start, rod_end, stem - half, stem + half)
-        yield from self._piston_valve_shapes(x, rod) if self._has_piston_valve else self._slide_valve_shapes(x, rod)
+    def valve_parts(self, displacement_at: Callable[[Any], float], rod_end: float, *, rod_moves: bool) -> Iterator[DrawnPart]:
+        """Yield the valve at a displacement away from the shaft (m of the valve), and its rod.
+
+        The rod ends at `rod_end`: fixed at the edge of a picture, or, where it moves with the valve, from the middle of the valve.
+        """
+        valve_axes = axes_shifted(lambda moment: (-displacement_at(moment) * self.scale, 0.0))
+        rod_start = -self._valve_edges[1] if self._has_piston_valve else 0.0
+        stem, half = self.stem_height, _STEM_HALF_THICKNESS * self.eccentric
+        if self._has_piston_valve:
+            yield Attached(frame=valve_axes, shapes=(self._admitted_steam(),))
+        if rod_moves:
+            yield Attached(frame=valve_axes, shapes=(make_rectangle("piston rod", rod_start, rod_end, stem - half, stem + half),))
+        else:
+            yield Flexible(
+                shapes_at=lambda moment: [
+                    make_rectangle("piston rod", valve_axes(moment)[0] + rod_start, rod_end, stem - half, stem + half)
+                ]
+            )
+        shapes = self._piston_valve_shapes() if self._has_piston_valve else self._slide_valve_shapes()
+        yield Attached(frame=valve_axes, shapes=tuple(shapes))
 
     @property
     def _valve_edges(self) -> Vec2:
@@ -109,22 +125,23 @@ class SteamChest:
         inner_lap, outer_lap = laps[::-1] if self._has_piston_valve else laps
         return inner - inner_lap, outer + outer_lap
 
-    def _slide_valve_shapes(self, x: float, rod: Polygon) -> Iterator[DrawnShape]:
-        """Yield the spindle, the D-slide valve on its face, and its cavity over bridge and exhaust port."""
+    def _slide_valve_shapes(self) -> Iterator[DrawnShape]:
+        """Yield the D-slide valve on its face, and its cavity over bridge and exhaust port, from its middle."""
         r, face, (inner, outer) = self.eccentric, self.face, self._valve_edges
         top = face + _VALVE_HEIGHT * r
-        body = mirror_outline(((outer, face), (outer, face + 0.30 * r), (inner + 0.1 * r, top)))
-        cavity = mirror_outline(((inner, face), (inner, face + 0.2 * r), (inner - 0.25 * r, top - _VALVE_BACK_THICKNESS * r)))
-        yield rod
-        for role, outline in (("valve", body), ("valve cavity", cavity)):
-            yield Polygon(role, tuple((x - dx, y) for dx, y in outline))
+        yield Polygon("valve", mirror_outline(((outer, face), (outer, face + 0.30 * r), (inner + 0.1 * r, top))))
+        cavity = ((inner, face), (inner, face + 0.2 * r), (inner - 0.25 * r, top - _VALVE_BACK_THICKNESS * r))
+        yield Polygon("valve cavity", mirror_outline(cavity))
 
-    def _piston_valve_shapes(self, x: float, rod: Polygon) -> Iterator[DrawnShape]:
-        """Yield the live steam between the two heads, the spindle, and the heads, whose inner edges admit the steam."""
-        bottom, roof, (inner, outer) = self.face, self.face + self.height, self._valve_edges
-        yield make_rectangle("live steam", x - inner, x + inner, bottom, roof)
-        yield rod
-        yield from (make_rectangle("valve", x + left, x + right, bottom, roof) for left, right in both_sides(inner, outer))
+    def _admitted_steam(self) -> DrawnShape:
+        """Return the live steam between the heads of a piston valve."""
+        inner = self._valve_edges[0]
+        return make_rectangle("live steam", -inner, inner, self.face, self.face + self.height)
+
+    def _piston_valve_shapes(self) -> Iterator[DrawnShape]:
+        """Yield the heads of a piston valve, whose inner edges admit the steam, from its middle."""
+        sides = both_sides(*self._valve_edges)
+        yield from (make_rectangle("valve", left, right, self.face, self.face + self.height) for left, right in sides)
 
 
 def chest_half_length(distribution: SteamDistribution) -> float:

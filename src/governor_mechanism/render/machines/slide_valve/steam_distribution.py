@@ -1,11 +1,15 @@
 """Which phase the steam at an end of a cylinder is in: the sizes that decide it, and the position of valve and piston."""
 
 import math
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
-from typing import Protocol
+from functools import partial
+from typing import Any, Protocol
 
 import numpy as np
 
+from governor_mechanism.render.geometry.attached import Attached, Flexible, Frame, fixed_axes
+from governor_mechanism.render.geometry.primitives import DrawnShape, Polygon, Vec2
 from governor_mechanism.types import FloatArray
 
 STEAM_PHASES = ("live steam", "expanding steam", "spent steam", "pressed steam")
@@ -68,6 +72,28 @@ def steam_phase(distribution: SteamDistribution, position: ValveGearPosition, si
     if -port_displacement > distribution.inside_lap:
         return exhaust
     return expansion if (side > 0) == position.is_outstroke else compression
+
+
+def phase_parts(phase_at: Callable[[Any], str], outline: tuple[Vec2, ...], frame: Frame = fixed_axes) -> Iterator[Attached]:
+    """Yield a space that steam fills, in the colour of each phase, of which one is there; `phase_at` is that of a moment."""
+    yield from (Attached(frame=frame, shapes=(Polygon(role, outline),), shown=partial(_is_phase, phase_at, role)) for role in STEAM_PHASES)
+
+
+def _is_phase(phase_at: Callable[[Any], str], role: str, moment: Any) -> bool:
+    return phase_at(moment) == role
+
+
+def changing_space_parts(
+    roles: Iterable[str], role_at: Callable[[Any], str], outline_at: Callable[[Any], tuple[Vec2, ...]]
+) -> Iterator[Flexible]:
+    """Yield a space whose outline changes, in the colours of some roles, of which one is there; `role_at` is that of a moment."""
+    yield from (Flexible(shapes_at=partial(_changing_space, role_at, outline_at, role)) for role in roles)
+
+
+def _changing_space(
+    role_at: Callable[[Any], str], outline_at: Callable[[Any], tuple[Vec2, ...]], role: str, moment: Any
+) -> list[DrawnShape]:
+    return [Polygon(role, outline_at(moment) if role_at(moment) == role else ())]
 
 
 def sense_of_rotation(times: FloatArray, angles: FloatArray, time: float) -> float:

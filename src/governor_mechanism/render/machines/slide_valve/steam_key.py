@@ -1,7 +1,8 @@
 """Key of the steam's colours, a square for each phase and end of the cylinder, of which a frame marks the present one; and of scales."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 
+from governor_mechanism.render.geometry.attached import DrawnPart, Flexible, Moment
 from governor_mechanism.render.geometry.outlines import make_rectangle
 from governor_mechanism.render.geometry.primitives import DrawnShape, Lines, TextShape, Vec2
 from governor_mechanism.render.machines.slide_valve.steam_distribution import (
@@ -42,14 +43,17 @@ class SteamKey:
             yield TextShape("scale", left + _WORD_PLACE * u, self._row(row), name, _WORD_WIDTH * u)
             yield from (make_rectangle(phase, *self._square(row, side)) for side in self._places)
 
-    def moving_shapes(self, valve_gear: SteamDistribution, position: ValveGearPosition) -> Iterator[DrawnShape]:
+    def moving_parts(self, valve_gear: SteamDistribution, position_at: Callable[[Moment], ValveGearPosition]) -> Iterator[DrawnPart]:
         """Yield the frames around the squares of the present phases."""
+        yield Flexible(shapes_at=lambda moment: [self._frames(valve_gear, position_at(moment))])
+
+    def _frames(self, valve_gear: SteamDistribution, position: ValveGearPosition) -> Lines:
         frames = []
         for side in self._places:
             square = self._square(1 + STEAM_PHASES.index(steam_phase(valve_gear, position, side)), side, _FRAME_GAP * self._unit)
             points = make_rectangle("", *square).points
             frames.append((*points, points[0]))
-        yield Lines("phase frame", tuple(frames))
+        return Lines("phase frame", tuple(frames))
 
     def _square(self, row: int, side: float, margin: float = 0.0) -> tuple[float, float, float, float]:
         """Return left, right, bottom and top of the square of a row and an end of the cylinder with a margin (m) around it."""

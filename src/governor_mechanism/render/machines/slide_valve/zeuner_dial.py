@@ -1,10 +1,12 @@
 """Zeuner's diagram on the crank circle: the displacement of the valve on the ray of the crank, within the lap circles."""
 
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from functools import partial
 
 import numpy as np
 
+from governor_mechanism.render.geometry.attached import Attached, DrawnPart, Flexible, Moment, axes_turned
 from governor_mechanism.render.geometry.outlines import make_bar
 from governor_mechanism.render.geometry.points import arc_points
 from governor_mechanism.render.geometry.primitives import Circle, DrawnShape, Lines, TextShape, Vec2
@@ -63,16 +65,22 @@ class ZeunerDial:
             points = [self._place(angle, length) for angle, length in zip(angles.tolist(), lengths.tolist(), strict=True)]
             yield Lines(f"{end} curve", visible_pieces(points, (lengths > 0).tolist()))
 
-    def crank_shapes(self, position: ValveGearPosition) -> Iterator[DrawnShape]:
+    def crank_parts(self, position_at: Callable[[Moment], ValveGearPosition]) -> Iterator[DrawnPart]:
         """Yield the crank with the displacement on its ray."""
-        radius, pin = self._radius, self._place(position.crank_angle, self._radius)
-        yield make_bar("arm", self._centre, pin, 0.075 * radius)
+        radius = self._radius
+        crank_axes = axes_turned(self._centre, lambda moment: self._start + position_at(moment).crank_angle)
+        yield Attached(frame=crank_axes, shapes=(make_bar("arm", (0.0, 0.0), (radius, 0.0), 0.075 * radius),))
         for end, side in _CYLINDER_ENDS:
-            length = side * self._gear.outward_sign * position.valve_displacement * self.scale
-            tip = self._place(position.crank_angle, max(length, 0.0))
-            yield Lines(f"{end} chord", ((self._centre, tip),) if length > 0 else ())
-            yield Circle(f"{end} mark", *tip, 0.05 * radius if length > 0 else 0.0)
-        yield from (Circle("pivot", *point, 0.06 * radius) for point in (self._centre, pin))
+            yield Flexible(shapes_at=partial(self._chord_shapes, end, side, position_at))
+        yield Attached(frame=crank_axes, shapes=tuple(Circle("pivot", x, 0.0, 0.06 * radius) for x in (0.0, radius)))
+
+    def _chord_shapes(self, end: str, side: float, position_at: Callable[[Moment], ValveGearPosition], moment: Moment) -> list[DrawnShape]:
+        """Return the displacement that opens the port of an end on the ray of the crank, and a mark at its tip."""
+        position = position_at(moment)
+        length = side * self._gear.outward_sign * position.valve_displacement * self.scale
+        tip = self._place(position.crank_angle, max(length, 0.0))
+        chord = Lines(f"{end} chord", ((self._centre, tip),) if length > 0 else ())
+        return [chord, Circle(f"{end} mark", *tip, 0.05 * self._radius if length > 0 else 0.0)]
 
     def _circle(self, radius: float, centre: Vec2 | None = None) -> tuple[Vec2, ...]:
         return arc_points(self._centre if centre is None else centre, 0.0, math.tau, radius, 72)

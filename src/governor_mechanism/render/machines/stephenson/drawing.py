@@ -6,9 +6,10 @@ from functools import cached_property
 
 from governor_mechanism.machines.driven_crank import CRANK, VALVE
 from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output_value
+from governor_mechanism.render.geometry.attached import Attached, DrawnPart, Flexible, Moment, fixed, once_per_moment
 from governor_mechanism.render.geometry.primitives import DrawnShape, Vec2
 from governor_mechanism.render.machines.slide_valve import cylinder, zeuner_dial
-from governor_mechanism.render.machines.slide_valve.steam_distribution import sense_of_rotation
+from governor_mechanism.render.machines.slide_valve.steam_distribution import ValveGearPosition, sense_of_rotation
 from governor_mechanism.render.machines.slide_valve.steam_key import SteamKey, scale_note_shapes
 from governor_mechanism.render.machines.stephenson import lever
 from governor_mechanism.render.machines.stephenson.gear_view import GearView
@@ -51,25 +52,34 @@ class StephensonDrawing(LinkGearProportions):
 
     panel_readings = ("reverser", "valve_displacement", "die_slip", "crank_end_steam")
 
-    def background_shapes(self) -> Iterator[DrawnShape]:
+    def fixed_parts(self) -> Iterator[Attached]:
         """Yield the lines of the gear, castings, the quadrant of the lever, and the divided circle."""
-        yield from self._gear_view.background_shapes()
-        yield from cylinder.cylinder_background_shapes(self)
-        yield from lever.quadrant_shapes(self._scaled(self._places.lever_pivot), self._places.lever_length * self.crank)
-        yield from self._key.background_shapes()
-        yield from self._dial.background_shapes()
         scales = {"cylinder": 1.0, "valve": cylinder.valve_magnification(self), "gear": self._gear_view.scale}
-        yield from scale_note_shapes(self._scaled(self._places.scales), self._places.key_size * self.crank, scales)
+        yield fixed(self._gear_view.background_shapes())
+        yield fixed(cylinder.cylinder_background_shapes(self))
+        yield fixed(lever.quadrant_shapes(self._scaled(self._places.lever_pivot), self._places.lever_length * self.crank))
+        yield fixed(self._key.background_shapes())
+        yield fixed(self._dial.background_shapes())
+        yield fixed(scale_note_shapes(self._scaled(self._places.scales), self._places.key_size * self.crank, scales))
 
-    def moving_shapes(self, pose: FloatArray, time: float) -> Iterator[DrawnShape]:
+    def moving_parts(self) -> Iterator[DrawnPart]:
         """Yield all parts that crank and lever move."""
-        position = replace(self.position(pose), sense=sense_of_rotation(self.run.times, self._crank_angles, time))
-        yield from self._gear_view.moving_shapes(pose)
-        yield from cylinder.cylinder_moving_shapes(self, position)
-        yield from lever.lever_shapes(self._scaled(self._places.lever_pivot), self._places.lever_length * self.crank, self._reverser(pose))
-        yield from self._key.moving_shapes(self, position)
-        yield from self._dial.curve_shapes(*zeuner_dial.turn_before(self._crank_angles, self._displacements, position.crank_angle))
-        yield from self._dial.crank_shapes(position)
+        yield from self._gear_view.moving_parts()
+        yield from cylinder.cylinder_moving_parts(self, self.position_at)
+        yield from lever.lever_parts(self._scaled(self._places.lever_pivot), self._places.lever_length * self.crank, self._reverser_at)
+        yield from self._key.moving_parts(self, self.position_at)
+        yield Flexible(shapes_at=self._curve_shapes)
+        yield from self._dial.crank_parts(self.position_at)
+
+    @once_per_moment
+    def position_at(self, moment: Moment) -> ValveGearPosition:
+        """Return the position of the valve gear at a moment, with the sense of rotation."""
+        return replace(self.position(moment.pose), sense=sense_of_rotation(self.run.times, self._crank_angles, moment.time))
+
+    def _curve_shapes(self, moment: Moment) -> Iterator[DrawnShape]:
+        """Yield the displacements of the turn before a moment."""
+        turn = zeuner_dial.turn_before(self._crank_angles, self._displacements, self.position_at(moment).crank_angle)
+        yield from self._dial.curve_shapes(*turn)
 
     def _scaled(self, place: tuple[float, float]) -> tuple[float, float]:
         """Return a place given in crank radii, m."""
@@ -103,6 +113,6 @@ class StephensonDrawing(LinkGearProportions):
         angles: FloatArray = self.poses[:, self.part.mechanism.body_index(CRANK), 2]
         return angles
 
-    def _reverser(self, pose: FloatArray) -> float:
-        """Return the position of the reversing lever at a pose (bodies, 3)."""
-        return float(evaluate_output_value(self.part.mechanism, "reverser", pose))
+    def _reverser_at(self, moment: Moment) -> float:
+        """Return the position of the reversing lever at a moment."""
+        return float(evaluate_output_value(self.part.mechanism, "reverser", moment.pose))

@@ -2,14 +2,15 @@
 
 import math
 from collections.abc import Iterator
-from functools import cached_property
+from functools import cached_property, partial
 
 from governor_mechanism.machines.driven_crank import CRANK
-from governor_mechanism.machines.stephenson.machine import ROD_NAMES
+from governor_mechanism.machines.stephenson.machine import LINK, ROD_NAMES
 from governor_mechanism.model.joints import Point
-from governor_mechanism.render.geometry.outlines import make_band, make_bar, make_box, make_rectangle
+from governor_mechanism.render.geometry.attached import Attached, DrawnPart, Flexible, Frame, Moment, axes_along, axes_shifted, fixed
+from governor_mechanism.render.geometry.outlines import make_band, make_bar, make_rectangle
 from governor_mechanism.render.geometry.points import arc_points
-from governor_mechanism.render.geometry.primitives import BoundingBox, Circle, DrawnShape, Lines, Vec2
+from governor_mechanism.render.geometry.primitives import BoundingBox, Circle, DrawnShape, Lines, PoseTuple, Vec2
 from governor_mechanism.render.machines.stephenson.proportions import LinkGearProportions
 from governor_mechanism.types import FloatArray
 
@@ -67,34 +68,66 @@ class GearView:
             (x0, y0), (x1, y1) = self((left + 0.1 * unit, edge)), self((left + (0.1 + _GUIDE_LENGTH) * unit, far))
             yield make_rectangle("frame", x0, x1, min(y0, y1), max(y0, y1))
 
-    def moving_shapes(self, pose: FloatArray) -> Iterator[DrawnShape]:
+    def moving_parts(self) -> Iterator[DrawnPart]:
         """Yield crank, eccentrics, valve spindle, link, rods, hanger and die block."""
-        gear, scale, unit = self._gear, self.scale, self._gear.half_link * self.scale
-        shaft, pin = self((0.0, 0.0)), self(gear.locate(Point(body=CRANK, x=gear.crank), pose))
-        yield make_bar("crank web", shaft, pin, 0.22 * gear.crank * scale)
-        ends = {name: (self(gear.locate(first, pose)), self(gear.locate(last, pose))) for name, (first, last) in gear.rod_ends.items()}
-        yield from (Circle("eccentric", *ends[name][0], _STRAP_RATIO * gear.eccentric * scale) for name in ROD_NAMES[::-1])
-        yield from self._spindle_shapes(pose)
-        yield from self._link_shapes(pose)
-        yield from (make_bar(role, *ends[name], _ROD_WIDTH * unit) for name, role in zip(ROD_NAMES[::-1], ("link", "arm"), strict=True))
-        hanger = [self(gear.locate(end, pose)) for end in gear.hanger_ends]
-        yield make_bar("rod", hanger[0], hanger[1], _HANGER_WIDTH * unit)
-        yield make_box("frame", (*hanger[0], 0.0), (-0.11 * unit, 0.11 * unit, -0.2 * unit, 0.2 * unit))
-        pins = (*(end for name in ROD_NAMES for end in ends[name]), *hanger, pin)
-        yield from (Circle("pivot", *point, _PIN_RADIUS * unit) for point in pins)
-        yield Circle("hub", *shaft, _SHAFT_RADIUS * unit)
+        gear, scale, unit, first = self._gear, self.scale, self._gear.half_link * self.scale, self._gear.first_moment
+        crank_axes = self._body_axes(CRANK)
+        shaft, pin = self((0.0, 0.0)), self._place_of(Point(body=CRANK, x=gear.crank), first)
+        yield gear.attach(crank_axes, [make_bar("crank web", shaft, pin, 0.22 * gear.crank * scale)])
+        for name in ROD_NAMES[::-1]:
+            eccentric = self._place_of(gear.rod_ends[name][0], first)
+            yield gear.attach(crank_axes, [Circle("eccentric", *eccentric, _STRAP_RATIO * gear.eccentric * scale)])
+        yield Flexible(shapes_at=self._spindle_shapes)
+        yield from self._link_parts()
+        rods = {name: axes_along(partial(self._places_of, gear.rod_ends[name])) for name in ROD_NAMES}
+        for name, role in zip(ROD_NAMES[::-1], ("link", "arm"), strict=True):
+            yield gear.attach(rods[name], [make_bar(role, *self._places_of(gear.rod_ends[name], first), _ROD_WIDTH * unit)])
+        hanger, hanger_ends = axes_along(partial(self._places_of, gear.hanger_ends)), self._places_of(gear.hanger_ends, first)
+        yield gear.attach(hanger, [make_bar("rod", *hanger_ends, _HANGER_WIDTH * unit)])
+        lift = axes_shifted(partial(self._place_of, gear.hanger_ends[0]))
+        yield Attached(frame=lift, shapes=(make_rectangle("frame", -0.11 * unit, 0.11 * unit, -0.2 * unit, 0.2 * unit),))
+        pins = [(rods[name], end) for name in ROD_NAMES for end in self._places_of(gear.rod_ends[name], first)]
+        pins += [*((hanger, end) for end in hanger_ends), (crank_axes, pin)]
+        yield from (gear.attach(axes, [Circle("pivot", *point, _PIN_RADIUS * unit)]) for axes, point in pins)
+        yield fixed([Circle("hub", *shaft, _SHAFT_RADIUS * unit)])
 
-    def _spindle_shapes(self, pose: FloatArray) -> Iterator[DrawnShape]:
-        """Yield the valve spindle, from its guide to the die."""
-        die_x, left, half = self._die_x(pose), self._box[0], _SPINDLE_HALF_WIDTH * self._gear.half_link
+    def _body_axes(self, name: str) -> Frame:
+        """Return the axes of a body in the picture."""
+        own = self._gear.body_axes(name)
+
+        def frame(moment: Moment) -> PoseTuple:
+            x, y, angle = own(moment)
+            return *self((x, y)), angle
+
+        return frame
+
+    def _place_of(self, point: Point, moment: Moment) -> Vec2:
+        """Return the place in the picture of a point (m)."""
+        return self(self._gear.locate(point, moment.pose))
+
+    def _places_of(self, points: tuple[Point, Point], moment: Moment) -> tuple[Vec2, Vec2]:
+        """Return the places in the picture of two points (m)."""
+        return self._place_of(points[0], moment), self._place_of(points[1], moment)
+
+    def _spindle_shapes(self, moment: Moment) -> list[DrawnShape]:
+        """Return the valve spindle, from its guide to the die."""
+        die_x, left, half = self._die_x(moment), self._box[0], _SPINDLE_HALF_WIDTH * self._gear.half_link
         (x0, y0), (x1, y1) = self((left, -half)), self((die_x, half))
-        yield make_rectangle("piston rod", x0, x1, y0, y1)
+        return [make_rectangle("piston rod", x0, x1, y0, y1)]
 
-    def _die_x(self, pose: FloatArray) -> float:
-        return -self._gear.centre - self._gear.position(pose).valve_displacement
+    def _die_x(self, moment: Moment) -> float:
+        return -self._gear.centre - self._gear.position_at(moment).valve_displacement
+
+    def _link_parts(self) -> Iterator[Attached]:
+        """Yield the curved link with its slot, and the die block in it."""
+        gear, unit = self._gear, self._gear.half_link * self.scale
+        yield gear.attach(self._body_axes(LINK), self._link_shapes(gear.first_moment.pose))
+        half_length, half_width = _BLOCK_HALF_LENGTH * unit, _BLOCK_HALF_WIDTH * unit
+        block = make_rectangle("block", -half_width, half_width, -half_length, half_length)
+        yield Attached(frame=self._die_axes, shapes=(block, Circle("pivot", 0.0, 0.0, 0.6 * _PIN_RADIUS * unit)))
 
     def _link_shapes(self, pose: FloatArray) -> Iterator[DrawnShape]:
-        """Yield the curved link with its slot, and the die block in it."""
+        """Yield the curved link with its slot at a pose (bodies, 3)."""
         gear, unit = self._gear, self._gear.half_link * self.scale
         centre, angle = gear.locate(gear.arc_centre, pose), gear.link_pose(pose)[2]
         for role, half_length, width in (
@@ -104,8 +137,9 @@ class GearView:
             half_angle = half_length / gear.link_radius
             arc = arc_points(centre, math.pi + angle - half_angle, 2 * half_angle, gear.link_radius, 24)
             yield make_band(role, [self(point) for point in arc], width * unit)
-        die = (self._die_x(pose), 0.0)
-        heading = math.atan2(-centre[1], die[0] - centre[0])  # of the slot's normal at the die
-        half_length, half_width = _BLOCK_HALF_LENGTH * unit, _BLOCK_HALF_WIDTH * unit
-        yield make_box("block", (*self(die), heading), (-half_width, half_width, -half_length, half_length))
-        yield Circle("pivot", *self(die), 0.6 * _PIN_RADIUS * unit)
+
+    def _die_axes(self, moment: Moment) -> PoseTuple:
+        """Return the axes of the die block in the picture; x leads along the slot's normal at the die."""
+        x, y = self._gear.locate(self._gear.arc_centre, moment.pose)
+        die_x = self._die_x(moment)
+        return *self((die_x, 0.0)), math.atan2(-y, die_x - x)

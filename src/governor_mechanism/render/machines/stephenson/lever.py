@@ -1,8 +1,9 @@
 """The reversing lever on its notched quadrant, at the lower left of the drawing."""
 
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 
+from governor_mechanism.render.geometry.attached import Attached, Moment, axes_turned
 from governor_mechanism.render.geometry.outlines import make_band, make_bar
 from governor_mechanism.render.geometry.points import arc_points
 from governor_mechanism.render.geometry.primitives import Circle, DrawnShape, Lines, TextShape, Vec2
@@ -26,10 +27,8 @@ def quadrant_shapes(pivot: Vec2, length: float) -> Iterator[DrawnShape]:
     yield TextShape("scale", pivot[0] + 0.20 * length, pivot[1] + 0.06 * length, "back", 0.40 * length)
 
 
-def lever_shapes(pivot: Vec2, length: float, reverser: float) -> Iterator[DrawnShape]:
+def lever_parts(pivot: Vec2, length: float, reverser_at: Callable[[Moment], float]) -> Iterator[Attached]:
     """Yield the lever at a position from 1, full forward, to -1, full back."""
-    angle = math.pi / 2 + HALF_SWING * reverser
-    tip = pivot[0] + length * math.cos(angle), pivot[1] + length * math.sin(angle)
-    yield make_bar("arm", pivot, tip, 0.07 * length)
-    yield Circle("ball", *tip, 0.055 * length)
-    yield Circle("pivot", *pivot, 0.05 * length)
+    lever_axes = axes_turned(pivot, lambda moment: math.pi / 2 + HALF_SWING * reverser_at(moment))
+    bar, handle = make_bar("arm", (0.0, 0.0), (length, 0.0), 0.07 * length), Circle("ball", length, 0.0, 0.055 * length)
+    yield Attached(frame=lever_axes, shapes=(bar, handle, Circle("pivot", 0.0, 0.0, 0.05 * length)))

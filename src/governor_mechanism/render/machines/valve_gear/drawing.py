@@ -2,20 +2,20 @@
 
 import math
 from collections.abc import Iterator, Sequence
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
 
+from governor_mechanism.render.geometry.attached import Attached, DrawnPart, Flexible, Moment, fixed, shapes_of
 from governor_mechanism.render.geometry.free_space import find_free_corner
 from governor_mechanism.render.geometry.placement import Placement
 from governor_mechanism.render.geometry.primitives import BoundingBox, DrawnShape, Vec2, bounding_box
 from governor_mechanism.render.machines.generic.drawing import GenericDrawing
 from governor_mechanism.render.machines.slide_valve import zeuner_dial
 from governor_mechanism.render.machines.slide_valve.steam_chest import SteamChest
-from governor_mechanism.render.machines.slide_valve.steam_distribution import ValveGearPosition, steam_phase
 from governor_mechanism.render.machines.slide_valve.steam_key import SteamKey, scale_note_shapes
 from governor_mechanism.render.machines.valve_gear.in_place import EngineInPlace
-from governor_mechanism.render.machines.valve_gear.ports import block_shapes, make_chest, port_shapes
+from governor_mechanism.render.machines.valve_gear.ports import block_shapes, make_chest, port_parts
 from governor_mechanism.render.machines.valve_gear.proportions import ValveGearExtents
 from governor_mechanism.types import FloatArray
 
@@ -40,26 +40,28 @@ class ValveGearDrawing(GenericDrawing, ValveGearExtents):
 
     panel_readings = ("valve_displacement", "crank_end_steam", "head_end_steam")
 
-    def background_shapes(self) -> Iterator[DrawnShape]:
+    def fixed_parts(self) -> Iterator[Attached]:
         """Yield the engine and the ground of the gear, the section of the valve, the key and the divided circle."""
-        yield from self._engine.background_shapes()
-        yield from super().background_shapes()
-        yield from self._section_axes.place((*block_shapes(self._section), *self._section.background_shapes()))
-        yield from self._key.background_shapes()
-        yield from self._dial.background_shapes()
-        yield from scale_note_shapes(
-            self._row_place(_NOTE_PLACE, _NOTE_WIDTH), _KEY_SIZE * self._width, {"engine": 1.0, "valve": self._section.scale}
-        )
+        note, scales = self._row_place(_NOTE_PLACE, _NOTE_WIDTH), {"engine": 1.0, "valve": self._section.scale}
+        yield fixed(self._engine.background_shapes())
+        yield from super().fixed_parts()
+        yield fixed(self._section_axes.place((*block_shapes(self._section), *self._section.background_shapes())))
+        yield fixed(self._key.background_shapes())
+        yield fixed(self._dial.background_shapes())
+        yield fixed(scale_note_shapes(note, _KEY_SIZE * self._width, scales))
 
-    def moving_shapes(self, pose: FloatArray, time: float) -> Iterator[DrawnShape]:
+    def moving_parts(self) -> Iterator[DrawnPart]:
         """Yield steam, piston and valve, the gear, the section of the valve, and the diagram of the last turn."""
-        position = self.position(pose, time)
-        yield from self._engine.moving_shapes(position)
-        yield from super().moving_shapes(pose, time)
-        yield from self._section_axes.place(self._section_shapes(position))
-        yield from self._key.moving_shapes(self, position)
-        yield from self._curve_shapes(position)
-        yield from self._dial.crank_shapes(position)
+        yield from self._engine_parts
+        yield from self._section_axes.place_parts(self._section_parts())
+        yield from self._key.moving_parts(self, self.position_at)
+        yield Flexible(shapes_at=self._curve_shapes)
+        yield from self._dial.crank_parts(self.position_at)
+
+    @cached_property
+    def _engine_parts(self) -> tuple[DrawnPart, ...]:
+        """Steam, piston and valve, and the gear."""
+        return *self._engine.moving_parts(), *super().moving_parts()
 
     def named_places(self, poses: FloatArray) -> dict[str, FloatArray]:
         """Return the places (n, 2) m of the bodies, and of valve and piston where the engine has them, at poses (n, bodies, 3)."""
@@ -67,14 +69,16 @@ class ValveGearDrawing(GenericDrawing, ValveGearExtents):
         valve, piston = (np.array([place(one) for one in positions]) for place in (self._engine.valve_place, self._engine.piston_place))
         return super().named_places(poses) | {self.valve_line.point.body: valve, "piston": piston}
 
-    def _section_shapes(self, position: ValveGearPosition) -> Iterator[DrawnShape]:
+    def _section_parts(self) -> Iterator[DrawnPart]:
         """Yield the ports with their steam, and the valve."""
         for side in (1.0, -1.0):
-            yield from port_shapes(self._section, steam_phase(self, position, side), side)
-        yield from self._section.valve_shapes(position.valve_displacement, _ROD_END * self._section.half_length)
+            yield from port_parts(self._section, partial(self.phase_at, side), side)
+        rod_end = _ROD_END * self._section.half_length
+        yield from self._section.valve_parts(lambda moment: self.position_at(moment).valve_displacement, rod_end, rod_moves=False)
 
-    def _curve_shapes(self, position: ValveGearPosition) -> Iterator[DrawnShape]:
+    def _curve_shapes(self, moment: Moment) -> Iterator[DrawnShape]:
         """Yield the displacements of the turn before."""
+        position = self.position_at(moment)
         sense = position.sense
         angles, displacements = zeuner_dial.turn_before(sense * self.crank_angles, self.displacements, sense * position.crank_angle)
         yield from self._dial.curve_shapes(sense * angles, displacements)
@@ -86,10 +90,9 @@ class ValveGearDrawing(GenericDrawing, ValveGearExtents):
     @cached_property
     def _engine_shapes(self) -> Sequence[DrawnShape]:
         """The shapes of the engine with its gear at times of the run."""
-        shapes = [*self._engine.background_shapes(), *super().background_shapes()]
+        shapes = [*self._engine.background_shapes(), *shapes_of(super().fixed_parts(), self.first_moment)]
         for k in range(0, len(self.poses), max(1, len(self.poses) // _N_SAMPLES)):
-            time = float(self.run.times[k])
-            shapes += (*self._engine.moving_shapes(self.position(self.poses[k], time)), *super().moving_shapes(self.poses[k], time))
+            shapes += shapes_of(self._engine_parts, Moment(self.poses[k], float(self.run.times[k])))
         return shapes
 
     @cached_property

@@ -6,17 +6,23 @@ nothing meets cylinder or chest.
 
 import math
 from collections.abc import Iterator
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
 
+from governor_mechanism.render.geometry.attached import Attached, DrawnPart, Moment, axes_shifted
 from governor_mechanism.render.geometry.outlines import make_band, make_rectangle
 from governor_mechanism.render.geometry.placement import Placement
 from governor_mechanism.render.geometry.points import drawn_point_paths
-from governor_mechanism.render.geometry.primitives import DrawnShape, Polygon, Vec2
+from governor_mechanism.render.geometry.primitives import DrawnShape, Vec2
 from governor_mechanism.render.machines.slide_valve import bore
-from governor_mechanism.render.machines.slide_valve.steam_distribution import STEAM_PHASES, ValveGearPosition, steam_phase
-from governor_mechanism.render.machines.valve_gear.ports import BLOCK_DEPTH, block_shapes, make_chest, port_shapes
+from governor_mechanism.render.machines.slide_valve.steam_distribution import (
+    STEAM_PHASES,
+    ValveGearPosition,
+    changing_space_parts,
+    phase_parts,
+)
+from governor_mechanism.render.machines.valve_gear.ports import BLOCK_DEPTH, block_shapes, make_chest, port_parts
 from governor_mechanism.render.machines.valve_gear.proportions import ValveGearExtents
 from governor_mechanism.render.machines.valve_gear.straight_motion import StraightMotion
 
@@ -71,23 +77,30 @@ class EngineInPlace:
         yield from self.bore_axes.place(self._slide_bar_shapes())
         yield from self.chest_axes.place((*block_shapes(chest), *chest.background_shapes()))
 
-    def moving_shapes(self, position: ValveGearPosition) -> Iterator[DrawnShape]:
+    def moving_parts(self) -> Iterator[DrawnPart]:
         """Yield the steam in pipes and cylinder, piston and crosshead, and the valve with its rod."""
-        gear, u, chest, piston = self._gear, self._gear.crank, self.chest, position.piston_position
+        gear, u, chest, (piston_rod, valve_rod) = self._gear, self._gear.crank, self.chest, self._rod_lengths
         for side in (1.0, -1.0):
-            phase = steam_phase(gear, position, side)
-            space = bore.steam_space("", u, 0.0, piston, side).points
+            phase_at = partial(gear.phase_at, side)
             pipe = make_band("", self._pipe(side), self._pipe_width).points
-            for role in STEAM_PHASES:
-                yield Polygon(role, pipe if role == phase else ())
-                yield from self.bore_axes.place([Polygon(role, space if role == phase else ())])
-            yield from self.chest_axes.place(port_shapes(chest, phase, side))
-        crosshead = piston + self._rod_lengths[0]
-        yield from self.bore_axes.place(bore.piston_shapes(u, 0.0, piston, crosshead))
+            spaces = changing_space_parts(STEAM_PHASES, phase_at, partial(self._space_at, side))
+            for pair in zip(phase_parts(phase_at, pipe), self.bore_axes.place_parts(spaces), strict=True):
+                yield from pair
+            yield from self.chest_axes.place_parts(port_parts(chest, phase_at, side))
+        yield from self.bore_axes.place_parts(bore.piston_parts(u, 0.0, self._piston_at, piston_rod, rod_moves=True))
         half, height = _HALF_CROSSHEAD * u, _CROSSHEAD_HALF_HEIGHT * u
-        yield from self.bore_axes.place([make_rectangle("block", crosshead - half, crosshead + half, -height, height)])
-        pin = self._rod_lengths[1] - position.valve_displacement
-        yield from self.chest_axes.place(chest.valve_shapes(position.valve_displacement, pin))
+        crosshead = make_rectangle("block", piston_rod - half, piston_rod + half, -height, height)
+        crosshead_axes = axes_shifted(lambda moment: (self._piston_at(moment), 0.0))
+        yield from self.bore_axes.place_parts([Attached(frame=crosshead_axes, shapes=(crosshead,))])
+        valve = chest.valve_parts(lambda moment: gear.position_at(moment).valve_displacement, valve_rod, rod_moves=True)
+        yield from self.chest_axes.place_parts(valve)
+
+    def _piston_at(self, moment: Moment) -> float:
+        return self._gear.position_at(moment).piston_position
+
+    def _space_at(self, side: float, moment: Moment) -> tuple[Vec2, ...]:
+        """Return the outline of the space between the piston and an end of the bore, in the axes of the bore."""
+        return bore.steam_space("", self._gear.crank, 0.0, self._piston_at(moment), side).points
 
     @property
     def _mid_stroke(self) -> Vec2:

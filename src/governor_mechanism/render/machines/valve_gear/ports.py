@@ -1,11 +1,12 @@
 """The block of the ports below a steam chest, with straight ports, as a valve gear is drawn with at two scales."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 
+from governor_mechanism.render.geometry.attached import Attached, Moment
 from governor_mechanism.render.geometry.outlines import make_hatching, make_rectangle
-from governor_mechanism.render.geometry.primitives import DrawnShape, Polygon
+from governor_mechanism.render.geometry.primitives import DrawnShape
 from governor_mechanism.render.machines.slide_valve.steam_chest import SteamChest
-from governor_mechanism.render.machines.slide_valve.steam_distribution import STEAM_PHASES, SteamDistribution
+from governor_mechanism.render.machines.slide_valve.steam_distribution import SteamDistribution, phase_parts
 
 BLOCK_DEPTH = 0.95
 """Depth of the block, in eccentricities."""
@@ -35,9 +36,9 @@ def block_shapes(chest: SteamChest) -> Iterator[DrawnShape]:
     yield make_hatching("casting hatching", box, chest.hatching_spacing)
 
 
-def port_shapes(chest: SteamChest, phase: str, side: float) -> Iterator[DrawnShape]:
-    """Yield the port of one end in the block, with its steam in a phase."""
+def port_parts(chest: SteamChest, phase_at: Callable[[Moment], str], side: float) -> Iterator[Attached]:
+    """Yield the port of one end in the block, with its steam in the phase of a moment."""
     inner, outer = chest.port_edges
     left, right = sorted((side * inner, side * outer))
     port = make_rectangle("", left, right, chest.face - BLOCK_DEPTH * chest.eccentric, chest.face).points
-    yield from (Polygon(role, port if role == phase else ()) for role in STEAM_PHASES)
+    yield from phase_parts(phase_at, port)

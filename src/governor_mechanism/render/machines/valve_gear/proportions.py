@@ -12,8 +12,9 @@ from governor_mechanism.model.part import Part
 from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.model.valve import Valve
 from governor_mechanism.observables.valve_motion import ValveMotion, crank_driver_of, has_valve_events, valve_motion_of, valve_of
+from governor_mechanism.render.geometry.attached import Moment, once_per_moment
 from governor_mechanism.render.machines.generic.placed_mechanism import MechanismExtents
-from governor_mechanism.render.machines.slide_valve.steam_distribution import ValveGearPosition, sense_of_rotation
+from governor_mechanism.render.machines.slide_valve.steam_distribution import ValveGearPosition, sense_of_rotation, steam_phase
 from governor_mechanism.render.machines.valve_gear.straight_motion import StraightMotion, find_straight_motion
 from governor_mechanism.types import FloatArray
 
@@ -94,6 +95,15 @@ class ValveGearExtents(MechanismExtents, ABC):
         guided = {self.valve_line.point.body, self.piston_line.point.body}
         sliders = (joint for joint in self.part.mechanism.joints if isinstance(joint, Slider))
         return frozenset(slider.name for slider in sliders if slider.first.body == GROUND and slider.second.body in guided)
+
+    @once_per_moment
+    def position_at(self, moment: Moment) -> ValveGearPosition:
+        """Return the position of the valve gear at a moment."""
+        return self.position(*moment)
+
+    def phase_at(self, side: float, moment: Moment) -> str:
+        """Return the phase of the steam at one end at a moment; `side` is 1 at the crank end, -1 at the head end."""
+        return steam_phase(self, self.position_at(moment), side)
 
     def position(self, pose: FloatArray, time: float) -> ValveGearPosition:
         """Return the position of the valve gear at a pose (bodies, 3) and a time (s)."""

@@ -1,0 +1,198 @@
+"""A drawing at several moments: the poses of what moves as a whole, and the points of what changes its form."""
+
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from itertools import chain
+from typing import Any
+
+import numpy as np
+
+from governor_mechanism.render.geometry.attached import Attached, DrawnPart, Flexible, Frame, fixed_axes
+from governor_mechanism.render.geometry.primitives import Circle, DrawnShape, Lines, Polygon, TextShape, Vec2
+from governor_mechanism.types import BoolArray, FloatArray
+
+_STRETCH = 32
+"""Number of moments whose shapes are kept at a time: with millions of points, the garbage collector would search them again and again."""
+
+_KINDS = {Circle: "circle", Polygon: "polygon", Lines: "lines", TextShape: "text"}
+
+Outline = tuple[int, ...]
+"""Number of points of each polyline of a shape: one number for a polygon."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class RecordedShape:
+    """A shape at n moments; lengths in the unit of its drawing.
+
+    Attributes
+    ----------
+    part
+        The part of the drawing to which it belongs.
+    role, kind
+        Role of its style; "circle", "polygon", "lines" or "text".
+    outline
+        Number of points of each polyline.
+    poses
+        Poses (n, 3) of its axes; None for axes that do not move.
+    points
+        Points in its axes; shape (1 or n, points, 2). While the shape is hidden they are those of another moment.
+    visible
+        Whether there is anything to show; shape (n,).
+    radii
+        Radii of a circle; shape (1 or n,); empty for other shapes.
+    text
+        Content of a text.
+    changing
+        Points in the axes at each moment, where their number changes: a tuple of polylines (m, 2) for each moment; else empty.
+    """
+
+    part: DrawnPart
+    role: str
+    kind: str
+    outline: Outline
+    poses: FloatArray | None
+    points: FloatArray
+    visible: BoolArray
+    radii: FloatArray
+    text: str = ""
+    changing: tuple[tuple[FloatArray, ...], ...] = ()
+
+    def placed_points(self) -> FloatArray:
+        """Return the points in the plane; shape (1 or n, points, 2)."""
+        return self.points if self.poses is None else move_points(self.poses, self.points)
+
+    def placed_lines(self) -> Iterator[tuple[FloatArray, ...]]:
+        """Yield the polylines (m, 2) in the plane at each moment, of a shape whose number of points changes."""
+        for k, lines in enumerate(self.changing):
+            yield lines if self.poses is None else tuple(move_points(self.poses[k : k + 1], line)[0] for line in lines)
+
+
+def record_parts(parts: Sequence[DrawnPart], moments: Sequence[Any]) -> list[RecordedShape]:
+    """Return the shapes of the parts of a drawing at moments, back to front, without those that are never there."""
+    poses = _record_frames(dict.fromkeys(part.frame for part in parts if part.frame is not fixed_axes), moments)
+    recorded: list[RecordedShape] = []
+    for part in parts:
+        if isinstance(part, Flexible):
+            recorded += _record_flexible(part, poses.get(part.frame), moments)
+        else:
+            visible = np.array([part.is_shown(moment) for moment in moments])
+            recorded += (_record_attached(part, shape, poses.get(part.frame), visible) for shape in part.shapes)
+    return [shape for shape in recorded if shape.visible.any()]
+
+
+def move_points(poses: FloatArray, points: FloatArray) -> FloatArray:
+    """Return points (points, 2) or (n, points, 2) in axes, at poses (n, 3) of these; shape (n, points, 2)."""
+    c, s = np.cos(poses[:, 2])[:, None], np.sin(poses[:, 2])[:, None]
+    x, y = points[..., 0], points[..., 1]
+    return np.stack([poses[:, :1] + c * x - s * y, poses[:, 1:2] + s * x + c * y], axis=-1)
+
+
+def _record_frames(frames: Iterable[Frame], moments: Sequence[Any]) -> dict[Frame, FloatArray]:
+    """Return the poses (n, 3) of axes at moments; their angles are continuous."""
+    ordered = list(frames)
+    # Moment by moment: axes of one drawing follow from the same positions.
+    rows = np.array([[frame(moment) for frame in ordered] for moment in moments]).reshape(len(moments), len(ordered), 3)
+    rows[..., 2] = np.unwrap(rows[..., 2], axis=0)
+    return {frame: rows[:, k] for k, frame in enumerate(ordered)}
+
+
+def _record_attached(part: Attached, shape: DrawnShape, poses: FloatArray | None, visible: BoolArray) -> RecordedShape:
+    """Return an attached shape over time."""
+    lines = _polylines_of(shape)
+    points = np.array(list(chain.from_iterable(lines)), dtype=float).reshape(1, -1, 2)
+    has_content = points.size > 0 and not (isinstance(shape, Circle) and not shape.radius > 0.0)
+    return RecordedShape(
+        part=part,
+        role=shape.role,
+        kind=_KINDS[type(shape)],
+        outline=tuple(len(line) for line in lines),
+        poses=poses,
+        points=points,
+        visible=visible & has_content,
+        radii=np.array([shape.radius] if isinstance(shape, Circle) else []),
+        text=shape.text if isinstance(shape, TextShape) else "",
+    )
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Stretch:
+    """One shape at some moments: the outline at each, the points (m, 2) of all one after the other, and the radii of a circle."""
+
+    outlines: Sequence[Outline]
+    points: FloatArray
+    radii: FloatArray
+
+
+def _record_flexible(part: Flexible, poses: FloatArray | None, moments: Sequence[Any]) -> Iterator[RecordedShape]:
+    """Yield the shapes of a part that change their form."""
+    stretches = []
+    for start in range(0, len(moments), _STRETCH):
+        columns = zip(*(tuple(part.shapes_at(moment)) for moment in moments[start : start + _STRETCH]), strict=True)
+        stretches.append([_read_stretch(column) for column in columns])
+    for first, column in zip(part.shapes_at(moments[0]), zip(*stretches, strict=True), strict=True):
+        yield _record_column(part, poses, first, column)
+
+
+def _read_stretch(column: Sequence[DrawnShape]) -> _Stretch:
+    """Return one shape at some moments."""
+    polylines = [_polylines_of(shape) for shape in column]
+    points = np.array([point for lines in polylines for line in lines for point in line], dtype=float).reshape(-1, 2)
+    radii = np.array([shape.radius for shape in column if isinstance(shape, Circle)])
+    return _Stretch(outlines=[tuple(len(line) for line in lines) for lines in polylines], points=points, radii=radii)
+
+
+def _record_column(part: Flexible, poses: FloatArray | None, first: DrawnShape, stretches: Sequence[_Stretch]) -> RecordedShape:
+    """Return one shape over time."""
+    outlines = [outline for stretch in stretches for outline in stretch.outlines]
+    points = np.concatenate([stretch.points for stretch in stretches])
+    radii = np.concatenate([stretch.radii for stretch in stretches])
+    counts = np.array([sum(outline) for outline in outlines])
+    starts = np.cumsum(counts) - counts
+    visible = counts > 0 if not len(radii) else radii > 0.0
+    shown = sorted({outline for outline in outlines if sum(outline)})
+    outline = shown[0] if len(shown) == 1 else ()
+    frames: tuple[tuple[FloatArray, ...], ...] = ()
+    placed = np.zeros((len(outlines), 0, 2))
+    if len(shown) > 1:
+        frames = tuple(_split_lines(points[start:], one) for start, one in zip(starts.tolist(), outlines, strict=True))
+    elif shown:
+        rows = starts[_nearest_visible(visible)]
+        placed = points[rows[:, None] + np.arange(sum(outline))]
+    return RecordedShape(
+        part=part,
+        role=first.role,
+        kind=_KINDS[type(first)],
+        outline=outline,
+        poses=poses,
+        points=placed,
+        visible=visible,
+        radii=radii,
+        text=first.text if isinstance(first, TextShape) else "",
+        changing=frames,
+    )
+
+
+def _split_lines(points: FloatArray, outline: Outline) -> tuple[FloatArray, ...]:
+    """Return the polylines (m, 2) of an outline whose points (n, 2) come first, without empty ones."""
+    ends = np.cumsum(outline, dtype=int)
+    return tuple(points[end - length : end] for end, length in zip(ends.tolist(), outline, strict=True) if length)
+
+
+def _polylines_of(shape: DrawnShape) -> Sequence[Sequence[Vec2]]:
+    """Return the polylines of a shape; one point for a circle and a text."""
+    match shape:
+        case Polygon(_, points):
+            return (points,)
+        case Lines(_, lines):
+            return lines
+        case _:
+            return (((shape.x, shape.y),),)
+
+
+def _nearest_visible(visible: BoolArray) -> list[int]:
+    """Return for each moment the last visible one up to it, or the first visible one of all."""
+    rows = np.where(visible, np.arange(len(visible)), -1)
+    rows = np.maximum.accumulate(rows)
+    rows[rows < 0] = int(np.argmax(visible))
+    chosen: list[int] = rows.tolist()
+    return chosen
