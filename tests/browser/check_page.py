@@ -13,7 +13,7 @@ import pytest
 import governor_mechanism as gm
 from browser.chromium import open_browser
 from governor_mechanism.render.page.colours import darken
-from governor_mechanism.render.page.recording import Picture
+from governor_mechanism.render.page.picture import Picture
 from governor_mechanism.render.page.views import show_run
 from governor_mechanism.render.style import PAPER, parse_rgb
 

@@ -20,8 +20,9 @@ from governor_mechanism.render.film.frame_painter import FramePainter
 from governor_mechanism.render.film.moving_parts import CurvePanel
 from governor_mechanism.render.film.overlays import ForceArrows
 from governor_mechanism.render.film.periodic_motion import MIN_FRAMES_PER_TURN
-from governor_mechanism.render.film.svg_tracks import TOLERANCE, find_rigid_motion, key_frames
+from governor_mechanism.render.film.svg_animation import TOLERANCE, key_frames
 from governor_mechanism.render.film.timing import select_timing
+from governor_mechanism.render.geometry.attached import shapes_of
 from governor_mechanism.render.geometry.primitives import Lines
 from governor_mechanism.render.page.forces import find_forces
 from governor_mechanism.render.style import PAPER, ROLE_STYLES, parse_rgb
@@ -112,8 +113,8 @@ def test_force_arrows_are_as_long_as_the_forces(porter):
     data = FrameData(porter, porter.scene.part, (0.0, 4.0), np.linspace(0.0, 4.0, 5))
     arrows, forces = ForceArrows(data, data.drawing.bounds, is_shown=True), find_forces(data)
     speed, mass = data.readings["spindle_speed"].values[2], 5.0
-    shafts = [shape for shape in arrows.shapes_at(2) if isinstance(shape, Lines) and shape.role == "centrifugal force"]
-    heads = [shape for shape in arrows.shapes_at(2) if not isinstance(shape, Lines) and shape.role == "centrifugal force"]
+    shafts = [shape for shape in shapes_of(arrows.parts(), 2) if isinstance(shape, Lines) and shape.role == "centrifugal force"]
+    heads = [shape for shape in shapes_of(arrows.parts(), 2) if not isinstance(shape, Lines) and shape.role == "centrifugal force"]
     lengths = [abs(head.points[0][0] - shaft.lines[0][0][0]) for shaft, head in zip(shafts, heads, strict=True)]
     assert lengths == pytest.approx(2 * [mass * speed**2 * data.poses[2, 0, 0] * arrows.scale], rel=1e-9)
     assert arrows.kinds == list(dict.fromkeys(force.kind for force in forces))
@@ -240,17 +241,30 @@ def test_an_animated_drawing_has_true_time_and_no_scripts(tmp_path, porter):
         assert times[0] == 0.0
 
 
-def test_key_frames_and_rigid_motions_reproduce_a_motion():
-    angle, reach = np.linspace(0.0, 4.0, 60), np.array([[0.0, 0.0], [30.0, 0.0], [30.0, 8.0]])
-    c, s = np.cos(angle), np.sin(angle)
-    turned = np.moveaxis(np.array([[c, -s], [s, c]]), -1, 0)
-    frames = reach @ np.swapaxes(turned, 1, 2) + np.column_stack([100.0 * c, 5.0 * angle])[:, None]
-    motion = find_rigid_motion(frames)
-    np.testing.assert_allclose(motion.angles, np.degrees(angle), atol=1e-9)
-    turned_back = np.exp(1j * np.radians(motion.angles)) * (motion.outline[1] @ [1.0, 1j])
-    np.testing.assert_allclose(motion.centres @ [1.0, 1j] + turned_back, frames[:, 1] @ [1.0, 1j])
-    assert find_rigid_motion(frames * np.linspace(1.0, 1.5, 60)[:, None, None]) is None
-    keys = key_frames(motion.centres)
-    between = np.column_stack([np.interp(np.arange(60), keys, column[keys]) for column in motion.centres.T])
-    assert np.abs(between - motion.centres).max() <= TOLERANCE
+def test_key_frames_reproduce_a_motion():
+    angle = np.linspace(0.0, 4.0, 60)
+    places = np.column_stack([100.0 * np.cos(angle), 5.0 * angle])
+    keys = key_frames(places)
+    between = np.column_stack([np.interp(np.arange(60), keys, column[keys]) for column in places.T])
+    assert np.abs(between - places).max() <= TOLERANCE
     assert len(keys) < 40
+
+
+def test_a_ball_of_an_animated_drawing_is_drawn_once_and_follows_the_run(tmp_path, porter):
+    root = ElementTree.parse(gm.film(porter, tmp_path / "a.svg", stop=1.0, layout="machine")).getroot()
+    name = root.tag.removesuffix("svg")
+    moving = [(group, group.find(f"{name}animateTransform")) for group in root.iter(f"{name}g")]
+    fill = ROLE_STYLES["ball"].fill
+    tracks = [
+        np.array([[float(value) for value in place.split()] for place in move.get("values").split(";")])
+        for group, move in moving
+        if move is not None and move.get("type") == "translate" and any(one.get("fill") == fill for one in group.findall(f"{name}g"))
+    ]
+    assert len(tracks) == 2
+    shown = porter.times <= 1.0
+    angle = porter.readings["arm_angle"][shown]
+    sideways, upward = np.ptp(np.sin(angle)), np.ptp(np.cos(angle))
+    for track in tracks:
+        # Both extents are good to the tolerance of the key frames at either end.
+        width, height = np.ptp(track, axis=0)
+        assert abs(width / sideways - height / upward) < 2 * TOLERANCE * (1 / sideways + 1 / upward)

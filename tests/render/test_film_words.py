@@ -14,6 +14,7 @@ from governor_mechanism.render.film.frame_painter import FramePainter
 from governor_mechanism.render.film.label_placement import LABEL_PITCH, place_labels
 from governor_mechanism.render.film.labels import find_labels
 from governor_mechanism.render.film.plot_heading import MIN_NAME_HEIGHT, PlotHeading
+from governor_mechanism.render.geometry.attached import shapes_of
 from governor_mechanism.render.geometry.primitives import Lines, TextShape, bounding_box
 from render.stub_run import GOVERNOR_DIMENSIONS, fake_run
 
@@ -98,7 +99,7 @@ def test_no_label_line_crosses_the_lift_scale_or_a_word(porter):
     boxes[:, 2:] += np.array([-1e-4, 1e-4])
     boxes[:, 1] += 1e-4
     for k in range(41):
-        (lines,) = (shape for shape in overlay.shapes_at(k) if isinstance(shape, Lines) and shape.role == "label line")
+        (lines,) = (shape for shape in shapes_of(overlay.parts(), k) if isinstance(shape, Lines) and shape.role == "label line")
         starts, ends = np.moveaxis(np.array(lines.lines), 1, 0)
         is_drawn = np.hypot(*(ends - starts).T) > 0.0
         enters, leaves = shares_within(starts[is_drawn, None], ends[is_drawn, None], boxes[None])

@@ -161,7 +161,7 @@ class Brush:
 
     def paint(self, shapes: Sequence[DrawnShape]) -> list[Artist]:
         """Add artists for the shapes, back to front, and return them."""
-        artists = [self._make_artist(group) for group in _group_shapes(shapes)]
+        artists = [self._make_artist(group) for group in group_shapes(shapes)]
         for order, artist in enumerate(artists):
             artist.set_zorder(self._base_zorder + order / 1000)
             self._axes.add_artist(artist)
@@ -185,7 +185,7 @@ class Brush:
 
 def artist_paths(shapes: Sequence[DrawnShape]) -> list[Path | None]:
     """Return the paths (m) of the artists that `Brush.paint` makes for shapes; None for a text."""
-    return [_path_of(group) for group in _group_shapes(shapes)]
+    return [_path_of(group) for group in group_shapes(shapes)]
 
 
 def _path_of(group: Sequence[DrawnShape]) -> Path | None:
@@ -198,7 +198,7 @@ def _path_of(group: Sequence[DrawnShape]) -> Path | None:
             return _outline_path(group)
 
 
-def _group_shapes(shapes: Sequence[DrawnShape]) -> list[list[DrawnShape]]:
+def group_shapes(shapes: Sequence[DrawnShape]) -> list[list[DrawnShape]]:
     """Return the shapes in groups that share an artist."""
 
     def group_key(numbered: tuple[int, DrawnShape]) -> tuple[type, str, int]:

@@ -1,6 +1,6 @@
 """What a film draws over the elevation of one part: rotation, paths, forces, names and an angle, with the space that these need."""
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterator
 from typing import Any
 
 import numpy as np
@@ -12,6 +12,7 @@ from governor_mechanism.render.film.label_placement import LABEL_HEIGHT, LETTER_
 from governor_mechanism.render.film.labels import AngleArc, find_labels
 from governor_mechanism.render.film.layout import PixelView
 from governor_mechanism.render.film.overlays import ForceArrows, box_with_rotation_arrow, rotation_arrow, shows_bodies, trace_shapes
+from governor_mechanism.render.geometry.attached import DrawnPart, Flexible
 from governor_mechanism.render.geometry.primitives import BoundingBox, DrawnShape, Lines, TextShape
 from governor_mechanism.render.style import INK
 
@@ -54,10 +55,13 @@ class ElevationOverlay:
         for label in self._placed:
             add_text(label.name, (view.rect[2] + 6.0 - shift, label.height), LABEL_HEIGHT, color=INK)
 
-    def shapes_at(self, k: int) -> Iterable[DrawnShape]:
-        """Yield the shapes of frame k."""
-        yield from self.arrows.shapes_at(k)
+    def parts(self) -> Iterator[DrawnPart]:
+        """Yield the parts that move, whose moments are the numbers of the frames."""
+        yield from self.arrows.parts()
         if self._angle is not None:
-            yield from self._angle.shapes_at(k)
+            yield Flexible(shapes_at=self._angle.shapes_at)
         if self._placed:
-            yield Lines("label line", tuple(piece for label in self._placed for piece in label.lines[k]))
+            yield Flexible(shapes_at=self._label_lines)
+
+    def _label_lines(self, k: int) -> list[DrawnShape]:
+        return [Lines("label line", tuple(piece for label in self._placed for piece in label.lines[k]))]

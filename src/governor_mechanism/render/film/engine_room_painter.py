@@ -15,7 +15,8 @@ from governor_mechanism.render.film.gif_encoder import RgbaPixels
 from governor_mechanism.render.film.layout import PixelView, shift_rect
 from governor_mechanism.render.film.moving_parts import Curve, CurvePanel, Panel, plot_curves
 from governor_mechanism.render.film.plot_heading import LINE_PITCH, PlotHeading
-from governor_mechanism.render.geometry.primitives import DrawnShape, Vec2, round_step
+from governor_mechanism.render.geometry.attached import at_own_moments
+from governor_mechanism.render.geometry.primitives import Vec2, round_step
 from governor_mechanism.render.machines.engine_room import proportions as room
 from governor_mechanism.render.machines.engine_room.arrangement import CUT_OFF, EngineRoomParts
 from governor_mechanism.render.machines.engine_room.drawing import EngineRoomDrawing
@@ -106,10 +107,7 @@ class EngineRoomPainter(FrameCanvas):
         """Return the panel of the engine room, and write the names of load and supply, and when a belt breaks."""
         view = PixelView(rect=ROOM_RECT, scale=1.0, x=0.5 * room.WIDTH, y=0.5 * room.HEIGHT)
         state_at = self.room.states(self._data.times, self._data.poses)
-
-        def shapes_at(k: int) -> Sequence[DrawnShape]:
-            return tuple(self.room.moving_shapes(state_at(k)))
-
+        states = [state_at(k) for k in range(len(self._data.times))]
         if self.room.has_load:
             loads = np.interp(self._data.times, self._run.times, self.room.load_values)
             x, y = self._place((room.LINE_SHAFT[0] + room.BRAKE_ARM + 18.0, room.LINE_SHAFT[1] + 34.0))
@@ -122,7 +120,8 @@ class EngineRoomPainter(FrameCanvas):
         if self._governed.break_time is not None:
             text = f"belt breaks at {self._governed.break_time:.4g} s"
             self.add_text(text, self._place((room.GOVERNOR_AXIS + 92.0, room.GOVERNOR_BASE + 12.0)), 9.5, color=MUTED)
-        return self._make_shape_panel(view, tuple(self.room.background_shapes()), shapes_at)
+        parts = [at_own_moments(part, states.__getitem__) for part in self.room.moving]
+        return self._make_shape_panel(view, tuple(self.room.background_shapes()), parts)
 
     def _place(self, point: Vec2) -> Vec2:
         """Return the place in the frame of a point of the room."""

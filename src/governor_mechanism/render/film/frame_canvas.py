@@ -22,10 +22,11 @@ from governor_mechanism.render.film.frame_data import FrameData
 from governor_mechanism.render.film.gif_encoder import RgbaPixels
 from governor_mechanism.render.film.layout import PixelView
 from governor_mechanism.render.film.moving_artist import MovingArtist
-from governor_mechanism.render.film.moving_parts import CachedNumber, Panel, SortedPanel
+from governor_mechanism.render.film.moving_parts import CachedNumber, Panel, ShapePanel, SortedPanel
+from governor_mechanism.render.geometry.attached import DrawnPart, Flexible, shapes_of
 from governor_mechanism.render.geometry.primitives import DrawnShape, Vec2
 from governor_mechanism.render.number_format import format_closing_lines
-from governor_mechanism.render.style import INK, MUTED, RULE, SANS_FONT, SERIF_FONT, VERMILLION, Brush, artist_paths
+from governor_mechanism.render.style import INK, MUTED, RULE, SANS_FONT, SERIF_FONT, VERMILLION, Brush, artist_paths, group_shapes
 from governor_mechanism.render.theme import recolour
 from governor_mechanism.types import BoolArray, FloatArray
 
@@ -98,17 +99,12 @@ class FrameCanvas:
             counter.blit(pixels, k)
         return pixels
 
-    def _make_shape_panel(
-        self, view: PixelView, static_shapes: Sequence[DrawnShape], shapes_at: Callable[[int], Sequence[DrawnShape]]
-    ) -> Panel:
-        """Return a panel in metres with static shapes and with the moving shapes `shapes_at(k)` of frame k."""
-        axes = self._add_axes(view.rect)
-        axes.set_axis_off()
-        axes.set(xlim=view.box[:2], ylim=view.box[2:])
-        Brush(axes, self._points_per_pixel).paint(static_shapes)
-        brush = Brush(axes, self._points_per_pixel, base_zorder=3)
-        artists = [MovingArtist(artist) for artist in brush.paint(shapes_at(0))]
-        return Panel(artists, lambda k: artist_paths(shapes_at(k)))
+    def _make_shape_panel(self, view: PixelView, static_shapes: Sequence[DrawnShape], parts: Sequence[DrawnPart]) -> Panel:
+        """Return a panel in metres with static shapes and with the parts of a drawing, whose moments are the numbers of the frames."""
+        brush = self._paint_still(view, static_shapes)
+        first = list(shapes_of(parts, 0))
+        artists, groups = [MovingArtist(artist) for artist in brush.paint(first)], group_shapes(first)
+        return ShapePanel(artists, lambda k: artist_paths(list(shapes_of(parts, k))), parts, groups)
 
     def _make_sorted_panel(
         self,
@@ -118,13 +114,19 @@ class FrameCanvas:
         order_at: Callable[[int], Sequence[int]],
     ) -> Panel:
         """Return a panel in metres with static shapes and with moving shapes, each an artist of its own, drawn in the order of frame k."""
+        brush = self._paint_still(view, static_shapes)
+        groups = [[shape] for shape in shapes_at(0)]
+        artists = [MovingArtist(artist) for group in groups for artist in brush.paint(group)]
+        parts = [Flexible(shapes_at=shapes_at)]
+        return SortedPanel(artists, lambda k: [path for shape in shapes_at(k) for path in artist_paths([shape])], parts, groups, order_at)
+
+    def _paint_still(self, view: PixelView, static_shapes: Sequence[DrawnShape]) -> Brush:
+        """Draw static shapes on new axes, and return the brush for what moves in front of them."""
         axes = self._add_axes(view.rect)
         axes.set_axis_off()
         axes.set(xlim=view.box[:2], ylim=view.box[2:])
         Brush(axes, self._points_per_pixel).paint(static_shapes)
-        brush = Brush(axes, self._points_per_pixel, base_zorder=3)
-        artists = [MovingArtist(artist) for shape in shapes_at(0) for artist in brush.paint([shape])]
-        return SortedPanel(artists, lambda k: [path for shape in shapes_at(k) for path in artist_paths([shape])], order_at)
+        return Brush(axes, self._points_per_pixel, base_zorder=3)
 
     def _add_axes(self, rect: layout.PixelRect) -> Axes:
         """Add axes in a rectangle (pixels of 480)."""

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import cached_property
 
 import numpy as np
 from scipy.interpolate import CubicHermiteSpline
@@ -10,7 +11,7 @@ from governor_mechanism.errors import MechanismError, did_you_mean
 from governor_mechanism.model.part import TURNING_PLANE, Part
 from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.render.figures.page import READING_NOISE_RATIO, axis_limits_for
-from governor_mechanism.render.geometry.attached import Moment
+from governor_mechanism.render.geometry.attached import DrawnPart, Moment, at_own_moments
 from governor_mechanism.render.geometry.primitives import BoundingBox, Vec2, enclose_boxes
 from governor_mechanism.render.machines.registry import drawing_of
 from governor_mechanism.render.magnified_motion import magnify_motion
@@ -77,9 +78,18 @@ class FrameData:
         """Return the poses (n, bodies, 3) at times (n,) s within those of the run."""
         return self.drawing.poses.repeat(len(times), axis=0) if self._motion is None else np.asarray(self._motion(times))
 
+    @cached_property
+    def moments(self) -> Sequence[Moment]:
+        """The moments of the frames, at which shapes are placed."""
+        return [Moment(pose, float(time)) for pose, time in zip(self.poses, self.times, strict=True)]
+
     def moment_at(self, k: int) -> Moment:
-        """Return the moment of frame k, at which shapes are placed."""
-        return Moment(self.poses[k], float(self.times[k]))
+        """Return the moment of frame k."""
+        return self.moments[k]
+
+    def moving_parts(self) -> list[DrawnPart]:
+        """Return what moves of the drawing, as parts whose moments are the numbers of the frames."""
+        return [at_own_moments(part, self.moment_at) for part in self.drawing.moving]
 
     def sampled_values(self, name: str) -> FloatArray:
         """Return the values (s,) of a reading at the sample times."""

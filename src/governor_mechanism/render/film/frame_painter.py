@@ -22,9 +22,10 @@ from governor_mechanism.render.film.frame_data import (
 from governor_mechanism.render.film.layout import PixelView, fit_view, frame_layout, share_scale, shift_rect
 from governor_mechanism.render.film.moving_parts import Curve, Panel, plot_curves
 from governor_mechanism.render.film.outside_view import OutsideView, outside_box
-from governor_mechanism.render.film.overlays import box_with_rotation_arrow, plan_shapes_at, rotation_arrow
+from governor_mechanism.render.film.overlays import box_with_rotation_arrow, plan_parts, rotation_arrow
 from governor_mechanism.render.film.plot_heading import LINE_PITCH, PlotHeading
-from governor_mechanism.render.geometry.primitives import BoundingBox, Circle, DrawnShape, Lines, Vec2, enclose_boxes, round_step
+from governor_mechanism.render.geometry.attached import Flexible
+from governor_mechanism.render.geometry.primitives import BoundingBox, Circle, Lines, Vec2, enclose_boxes, round_step
 from governor_mechanism.render.number_format import display_unit_of, format_film_speed, format_name, format_numbers
 from governor_mechanism.render.style import GREEN, MUTED, ROLE_STYLES, SERIES_COLOURS, SERIF_FONT, VERMILLION
 from governor_mechanism.types import FloatArray
@@ -131,15 +132,13 @@ class FramePainter(FrameCanvas):
         self.view = view
         overlay.place_labels(view, self.add_text, self._shift)
         self._add_scale_bars(frame_data, view, shift, above, overlay)
-        drawing, poses = frame_data.drawing, frame_data.poses
+        drawing = frame_data.drawing
         path = None if self._options.traces else drawing.traced_path(frame_data.poses_at(frame_data.sample_times))
-        ends = drawing.traced_path(poses)
-
-        def shapes_at(k: int) -> Sequence[DrawnShape]:
-            trace = () if path is None or ends is None else (self._traced_path(frame_data, path, ends, k),)
-            return (*trace, *drawing.moving_shapes(poses[k], float(frame_data.times[k])), *overlay.shapes_at(k))
-
-        return self._make_shape_panel(view, (*overlay.static_shapes, *drawing.static_shapes), shapes_at)
+        ends = drawing.traced_path(frame_data.poses)
+        parts = [*frame_data.moving_parts(), *overlay.parts()]
+        if path is not None and ends is not None:
+            parts.insert(0, Flexible(shapes_at=lambda k: [self._traced_path(frame_data, path, ends, k)]))
+        return self._make_shape_panel(view, (*overlay.static_shapes, *drawing.static_shapes), parts)
 
     def _outside_box(self, index: int) -> BoundingBox:
         """Return the box (m) around part `index` seen from outside, in all runs that share its scale."""
@@ -173,13 +172,10 @@ class FramePainter(FrameCanvas):
         half_width = 1.12 * ring_radius
         view = fit_view((-half_width, half_width, -half_width, half_width), shift_rect(rect, self._shift))
 
-        def shapes_at(k: int) -> Sequence[DrawnShape]:
-            return tuple(plan_shapes_at(frame_data, k, ring_radius))
-
         is_below_plots = self._places.readings is not None and rect[0] >= self._places.readings[0]
         position = (rect[2] + 6.0, rect[3] - 6.0) if is_below_plots else ((rect[0] + rect[2]) / 2, rect[1] - 8.0)
         self.add_text("plan view", position, 10.5, color=MUTED, ha="left" if is_below_plots else "center")
-        return self._make_shape_panel(view, (Circle("ring", 0.0, 0.0, ring_radius),), shapes_at)
+        return self._make_shape_panel(view, (Circle("ring", 0.0, 0.0, ring_radius),), plan_parts(frame_data, ring_radius))
 
     def _make_reading_plots(self) -> list[Panel]:
         """Return the plots of the shown readings, and write their names and numbers."""

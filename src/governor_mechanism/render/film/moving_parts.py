@@ -19,7 +19,8 @@ from governor_mechanism.render.figures.page import format_plain_ticks
 from governor_mechanism.render.film.frame_data import FrameData
 from governor_mechanism.render.film.gif_encoder import RgbaPixels
 from governor_mechanism.render.film.moving_artist import MovingArtist
-from governor_mechanism.render.geometry.primitives import Vec2
+from governor_mechanism.render.geometry.attached import DrawnPart
+from governor_mechanism.render.geometry.primitives import DrawnShape, Vec2
 from governor_mechanism.render.range_bands import PlotSize, RangeBand, count_turns, find_range_band
 from governor_mechanism.render.style import MUTED, PAPER, RULE, parse_rgb
 from governor_mechanism.types import FloatArray
@@ -44,7 +45,15 @@ class Panel:
 
 
 @dataclass(frozen=True)
-class SortedPanel(Panel):
+class ShapePanel(Panel):
+    """A panel of a drawing with some parts, whose moments are the numbers of the frames; `groups` are the shapes of its artists."""
+
+    parts: Sequence[DrawnPart]
+    groups: Sequence[Sequence[DrawnShape]]
+
+
+@dataclass(frozen=True)
+class SortedPanel(ShapePanel):
     """A panel whose artists are drawn in another order at every frame, the furthest first."""
 
     order_at: Callable[[int], Sequence[int]]

@@ -1,11 +1,13 @@
 """What a film draws over a machine: the sense of rotation, and on demand paths and forces. Shapes in metres, without colours."""
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator
+from functools import partial
 
 import numpy as np
 
 from governor_mechanism.render.film.frame_data import FrameData
+from governor_mechanism.render.geometry.attached import DrawnPart, Flexible, axes_shifted, axes_turned
 from governor_mechanism.render.geometry.outlines import make_arrow
 from governor_mechanism.render.geometry.points import arc_points, point_path
 from governor_mechanism.render.geometry.primitives import BoundingBox, DrawnShape, Lines, TextShape, Vec2
@@ -45,19 +47,27 @@ def box_with_rotation_arrow(box: BoundingBox) -> BoundingBox:
     return left, right, bottom, top + 1.7 * _ARROW_SIZE * (top - bottom)
 
 
-def plan_shapes_at(data: FrameData, k: int, ring_radius: float) -> Iterator[DrawnShape]:
-    """Yield the plan view of frame k, with an arrow of rotation on its ring in front of the hand.
+def plan_parts(data: FrameData, ring_radius: float) -> list[DrawnPart]:
+    """Return the plan view, as parts whose moments are the numbers of the frames, with an arrow of rotation on its ring.
 
-    The arrow is as long as the rotation since the last frame if that is longer: a speed too high for the frame rate shows as a closed ring.
+    The arrow is in front of the hand, and as long as the rotation since the last frame if that is longer: a speed too high for the frame
+    rate shows as a closed ring.
     """
-    angle = float(data.spindle_angle[k])
-    step = angle - float(data.spindle_angle[max(k - 1, 0)])
-    sweep, *shapes = data.drawing.dial_shapes(data.poses[k], angle, step, ring_radius)
-    sense = math.copysign(1.0, float(data.spindle_angle[-1] - data.spindle_angle[0]))
-    is_turning = bool(np.ptp(data.spindle_angle) > 0.0)
-    length = min(max(abs(step), _PLAN_ARROW), 2 * math.pi) if is_turning else 0.0
-    yield from make_arrow("sweep", arc_points((0.0, 0.0), angle - sense * length, sense * length, ring_radius, 32), 0.24 * ring_radius)
-    yield from (shape for shape in shapes if shape is not sweep)
+    angles = data.spindle_angle
+    sense = math.copysign(1.0, float(angles[-1] - angles[0]))
+    is_turning = bool(np.ptp(angles) > 0.0)
+
+    def arrow(k: int) -> Iterable[DrawnShape]:
+        step = float(angles[k]) - float(angles[max(k - 1, 0)])
+        length = min(max(abs(step), _PLAN_ARROW), 2 * math.pi) if is_turning else 0.0
+        return make_arrow("sweep", arc_points((0.0, 0.0), -sense * length, sense * length, ring_radius, 32), 0.24 * ring_radius)
+
+    def plane(k: int) -> Iterable[DrawnShape]:
+        _, *shapes = data.drawing.dial_shapes(data.poses[k], 0.0, 0.0, ring_radius)
+        return shapes
+
+    frame = axes_turned((0.0, 0.0), lambda k: float(angles[k]))
+    return [Flexible(shapes_at=arrow, frame=frame), Flexible(shapes_at=plane, frame=frame)]
 
 
 def trace_shapes(data: FrameData) -> list[DrawnShape]:
@@ -97,11 +107,15 @@ class ForceArrows:
         (x0, y0), (x1, y1) = tips.min(axis=0).tolist(), tips.max(axis=0).tolist()
         return min(box[0], x0), max(box[1], x1), min(box[2], y0), max(box[3], y1)
 
-    def shapes_at(self, k: int) -> Iterator[DrawnShape]:
-        """Yield the arrows of frame k."""
+    def parts(self) -> Iterator[DrawnPart]:
+        """Yield the arrows, whose moments are the numbers of the frames."""
         for force, start in zip(self._forces, self._starts, strict=True):
-            tip: FloatArray = start[k] + self.scale * force.components[k]
-            yield from make_arrow(f"{force.kind} force", (_as_point(start[k]), _as_point(tip)), self._head)
+            frame = axes_shifted(partial(_point_of, start))
+            yield Flexible(shapes_at=partial(self._arrow, force), frame=frame)
+
+    def _arrow(self, force: DrawnForce, k: int) -> Iterable[DrawnShape]:
+        """Return the arrow of a force at frame k, from the origin."""
+        return make_arrow(f"{force.kind} force", ((0.0, 0.0), _point_of(self.scale * force.components, k)), self._head)
 
 
 def _magnitude(force: DrawnForce) -> float:
@@ -109,5 +123,7 @@ def _magnitude(force: DrawnForce) -> float:
     return float(np.hypot(*force.components.T).max(initial=0.0))
 
 
-def _as_point(row: Sequence[float] | FloatArray) -> Vec2:
-    return float(row[0]), float(row[1])
+def _point_of(path: FloatArray, k: int) -> Vec2:
+    """Return the point of a path (n, 2) at frame k."""
+    x, y = path[k].tolist()
+    return x, y

@@ -5,9 +5,10 @@ One file without scripts, which browsers also play as an image of a page (SMIL).
 
 import re
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from html import escape
 from io import StringIO
-from itertools import groupby
+from itertools import accumulate, groupby
 from pathlib import Path as FilePath
 from typing import Any
 
@@ -15,17 +16,19 @@ import numpy as np
 from matplotlib import rc_context
 from matplotlib.colors import to_hex
 from matplotlib.lines import Line2D
-from matplotlib.path import Path
 from matplotlib.text import Text
 
 from governor_mechanism.model.results.film_options import FilmOptionError
 from governor_mechanism.render.film.frame_canvas import FRAME_DPI, FrameCanvas
-from governor_mechanism.render.film.moving_parts import CachedNumber, CurvePanel
-from governor_mechanism.render.film.svg_tracks import TOLERANCE, describe_path, find_rigid_motion, key_frames, split_path
-from governor_mechanism.types import FloatArray
+from governor_mechanism.render.film.moving_parts import CachedNumber, CurvePanel, ShapePanel
+from governor_mechanism.render.geometry.primitives import Lines, Vec2
+from governor_mechanism.render.geometry.recording import RecordedShape, record_parts
+from governor_mechanism.types import BoolArray, FloatArray
 
 MAX_FILE_SIZE = 2_000_000
 """Largest file, bytes: a larger one plays haltingly, and a GIF is smaller."""
+TOLERANCE = 0.3
+"""Largest distance of an outline from its place, in points: below a third of a pixel."""
 NUMBERS_PER_SECOND = 5.0
 """Changes of a number, 1/s: faster ones cannot be read."""
 _POINTS_PER_PIXEL = 72.0 / FRAME_DPI
@@ -94,11 +97,8 @@ class _Writer:
             if isinstance(panel, CurvePanel):
                 yield from self._curves(panel, f"passed{number}")
                 continue
-            frames = [panel.paths_at(k) for k in range(self._n_frames)]
-            for position, moving in enumerate(panel.artists):
-                paths = [frame[position] for frame in frames]
-                if not isinstance(moving.artist, Text):
-                    yield from self._outlines(moving.artist, [path for path in paths if path is not None])
+            if isinstance(panel, ShapePanel):
+                yield from self._drawing(panel)
         for counter in self._canvas.counters:
             yield from self._number(counter)
 
@@ -107,54 +107,85 @@ class _Writer:
         pixels = artist.get_transform().transform(vertices) if len(vertices) else np.empty((0, 2))
         return np.column_stack([pixels[:, 0] * _POINTS_PER_PIXEL, self._height - pixels[:, 1] * _POINTS_PER_PIXEL])
 
-    def _outlines(self, artist: Any, paths: Sequence[Path]) -> Iterator[str]:
-        """Yield the outlines of an artist, in one group with its colours."""
-        parts = [list(split_path(path)) for path in paths]
-        counts = {tuple(len(np.asarray(one.vertices)) for one in part) for part in parts}
-        yield f"<g {_style(artist)}>"
-        if len(counts) == 1:
-            for k in range(len(parts[0])):
-                frames = np.array([self._place(artist, np.asarray(part[k].vertices)) for part in parts])
-                yield self._moving(frames, parts[0][k].codes)
-        else:
-            yield self._changing([[(self._place(artist, np.asarray(one.vertices)), one.codes) for one in part] for part in parts])
-        yield "</g>"
+    def _drawing(self, panel: ShapePanel) -> Iterator[str]:
+        """Yield the shapes of a drawing; what moves as a whole is a group that moves and turns."""
+        artists = [moving.artist for moving in panel.artists]
+        styles = {(group[0].role, isinstance(group[0], Lines)): artist for group, artist in zip(panel.groups, artists, strict=True)}
+        drawn = next((artist for artist in artists if not isinstance(artist, Text)), None)
+        if drawn is None:
+            return
+        (x, y), (unit_x, _) = self._place(drawn, np.array([[0.0, 0.0], [1.0, 0.0]])).tolist()
+        scale = unit_x - x
+        recorded = (_with_axes(shape, TOLERANCE / scale) for shape in record_parts(panel.parts, range(self._n_frames)))
+        for _, group in groupby(recorded, key=lambda shape: id(shape.poses)):
+            shapes = list(group)
+            poses = shapes[0].poses
+            if poses is None:
+                yield "".join(self._styled(shapes, styles, (x, y), scale))
+                continue
+            reach = scale * max(float(np.hypot(shape.points[..., 0], shape.points[..., 1]).max(initial=0.0)) for shape in shapes)
+            places = np.column_stack([x + scale * poses[:, 0], y - scale * poses[:, 1]])
+            yield self._moving(places, -poses[:, 2], reach, "".join(self._styled(shapes, styles, (0.0, 0.0), scale)))
 
-    def _moving(self, frames: FloatArray, codes: Any) -> str:
-        """Return an outline with points (f, n, 2)."""
-        data = describe_path(frames[0], codes)
-        if float(np.abs(frames - frames[0]).max()) <= TOLERANCE:
-            return f'<path d="{data}"/>'
-        rigid = find_rigid_motion(frames)
-        if rigid is None:
-            keys = key_frames(frames.reshape(len(frames), -1))
-            values = ";".join(describe_path(frames[k], codes) for k in keys)
-            return f'<path d="{data}"><animate attributeName="d" values="{values}" {self._times(keys)}/></path>'
-        radius = float(np.hypot(*rigid.outline.T).max())
-        turned = np.radians(rigid.angles)[:, None] * radius
-        has_turned = bool(np.ptp(turned) > TOLERANCE)
-        keys = key_frames(np.column_stack([rigid.centres, turned]))
-        shape = f'<path d="{describe_path(rigid.outline, codes)}">{self._turn(rigid.angles, keys) if has_turned else ""}</path>'
-        x, y = rigid.centres[0].tolist()
-        places = ";".join(f"{a:.1f} {b:.1f}" for a, b in rigid.centres[keys].tolist())
-        move = f'<animateTransform attributeName="transform" type="translate" values="{places}" {self._times(keys)}/>'
-        return f'<g transform="translate({x:.1f} {y:.1f})">{move}{shape}</g>'
+    def _styled(self, shapes: Sequence[RecordedShape], styles: dict[tuple[str, bool], Any], origin: Vec2, scale: float) -> Iterator[str]:
+        """Yield shapes in axes with an origin and a scale, in points; neighbours of one style share it."""
+        for (role, is_line), group in groupby(shapes, key=lambda shape: (shape.role, shape.kind == "lines")):
+            outlines = "".join(self._outline(shape, origin, scale) for shape in group if shape.kind != "text")
+            yield f"<g {_style(styles[role, is_line])}>{outlines}</g>" if outlines else ""
 
-    def _turn(self, angles: FloatArray, keys: list[int]) -> str:
-        values = ";".join(f"{angle:.1f}" for angle in angles[keys].tolist())
-        return f'<animateTransform attributeName="transform" type="rotate" values="{values}" {self._times(keys)}/>'
+    def _outline(self, shape: RecordedShape, origin: Vec2, scale: float) -> str:
+        """Return a shape in axes with an origin and a scale, in points."""
+        if shape.changing:
+            straighten = _straighten if shape.kind == "lines" else np.asarray
+            scaled = ([straighten(_scaled(line, origin, scale)) for line in lines] for lines in shape.changing)
+            return self._changing([" ".join(map(_describe_path, lines)) for lines in scaled])
+        points = _scaled(shape.points, origin, scale)
+        visibility = "" if shape.visible.all() else self._visibility(shape.visible)
+        if shape.kind == "circle":
+            x, y = points[0, 0].tolist()
+            circle = f'cx="{x:.1f}" cy="{y:.1f}" r="{scale * float(shape.radii.max()):.2f}"'
+            return f"<circle {circle}>{visibility}</circle>" if visibility else f"<circle {circle}/>"
+        data = _describe_shape(points[0], shape)
+        if float(np.abs(points - points[0]).max()) > TOLERANCE:
+            keys = key_frames(points.reshape(len(points), -1))
+            values = ";".join(_describe_shape(points[k], shape) for k in keys)
+            visibility += f'<animate attributeName="d" values="{values}" {self._times(keys)}/>'
+        return f'<path d="{data}">{visibility}</path>' if visibility else f'<path d="{data}"/>'
 
-    def _changing(self, frames: Sequence[Sequence[tuple[FloatArray, Any]]]) -> str:
+    def _moving(self, places: FloatArray, angles: FloatArray, reach: float, elements: str) -> str:
+        """Return elements in axes with places (f, 2), in points, and clockwise angles (f,), rad; they reach so far from the origin."""
+        degrees = np.degrees(angles)
+        if reach * float(np.ptp(angles)) > TOLERANCE:
+            keys = key_frames(reach * angles[:, None])
+            values = ";".join(f"{angle:.1f}" for angle in degrees[keys].tolist())
+            turn = f'<animateTransform attributeName="transform" type="rotate" values="{values}" {self._times(keys)}/>'
+            elements = f"<g>{turn}{elements}</g>"
+        elif abs(float(angles[0])) * reach > TOLERANCE:
+            elements = f'<g transform="rotate({degrees[0]:.1f})">{elements}</g>'
+        move, (x, y) = "", places[0].tolist()
+        if float(np.abs(places - places[0]).max()) > TOLERANCE:
+            keys = key_frames(places)
+            values = ";".join(f"{a:.1f} {b:.1f}" for a, b in places[keys].tolist())
+            move = f'<animateTransform attributeName="transform" type="translate" values="{values}" {self._times(keys)}/>'
+        return f'<g transform="translate({x:.1f} {y:.1f})">{move}{elements}</g>'
+
+    def _changing(self, texts: Sequence[str]) -> str:
         """Return outlines whose number of points changes from frame to frame: one after the other."""
-        texts = [
-            " ".join(describe_path(_straighten(points) if codes is None else points, codes) for points, codes in one) for one in frames
-        ]
         groups = [next(group) for _, group in groupby(range(len(texts)), key=texts.__getitem__)]
-        # Each is shown from half a step before its frame on.
-        times = ";".join(f"{max((k - 0.5) / (len(texts) - 1), 0.0):.4f}".rstrip("0").rstrip(".") for k in groups)
         values = ";".join(texts[k] or "M0 0" for k in groups)
-        animation = f'<animate attributeName="d" calcMode="discrete" values="{values}" keyTimes="{times}" {self._timing}/>'
+        animation = f'<animate attributeName="d" calcMode="discrete" values="{values}" {self._discrete_times(groups)}/>'
         return f'<path d="{texts[0]}">{animation}</path>'
+
+    def _visibility(self, visible: BoolArray) -> str:
+        """Return the animation of what is visible (f,) in some frames only."""
+        groups = [next(group) for _, group in groupby(range(len(visible)), key=visible.__getitem__)]
+        values = ";".join("visible" if visible[k] else "hidden" for k in groups)
+        return f'<animate attributeName="visibility" calcMode="discrete" values="{values}" {self._discrete_times(groups)}/>'
+
+    def _discrete_times(self, frames: Sequence[int]) -> str:
+        """Return the attributes that show each of some frames from half a step before it on."""
+        times = ";".join(f"{max((k - 0.5) / (self._n_frames - 1), 0.0):.4f}".rstrip("0").rstrip(".") for k in frames)
+        return f'keyTimes="{times}" {self._timing}'
 
     def _curves(self, panel: CurvePanel, name: str) -> Iterator[str]:
         """Yield curves that are revealed from left to right, and their dots."""
@@ -165,7 +196,7 @@ class _Writer:
         yield f'<clipPath id="{name}"><rect {box} width="0">{reveal}</rect></clipPath>'
         for position, points in enumerate(panel.curves):
             curve, dot = (moving.artist for moving in panel.artists[2 * position : 2 * position + 2])
-            data = describe_path(_straighten(self._place(curve, points)), None)
+            data = _describe_path(_straighten(self._place(curve, points)))
             yield f'<path clip-path="url(#{name})" {_style(curve)} d="{data}"/>'
             ends = [panel.paths_at(k)[2 * position + 1] for k in range(self._n_frames)]
             if all(end is not None and len(np.asarray(end.vertices)) for end in ends):
@@ -210,6 +241,51 @@ class _Writer:
         """Return the attributes that say when the values of key frames hold."""
         times = ";".join(f"{k / (self._n_frames - 1):.4f}".rstrip("0").rstrip(".") for k in keys)
         return f'keyTimes="{times}" {self._timing}'
+
+
+def _with_axes(shape: RecordedShape, tolerance: float) -> RecordedShape:
+    """Return a shape with axes of its own if it is a circle whose place in its axes changes by more than a tolerance (m)."""
+    if shape.kind != "circle" or not float(np.abs(shape.points - shape.points[:1]).max(initial=0.0)) > tolerance:
+        return shape
+    return replace(shape, poses=np.pad(shape.placed_points()[:, 0], ((0, 0), (0, 1))), points=np.zeros((1, 1, 2)))
+
+
+def _scaled(points: FloatArray, origin: Vec2, scale: float) -> FloatArray:
+    """Return points (..., 2) of a drawing in axes with an origin and a scale, in points, y down."""
+    scaled: FloatArray = origin + points * (scale, -scale)
+    return scaled
+
+
+def _describe_shape(points: FloatArray, shape: RecordedShape) -> str:
+    """Return an outline (n, 2) as the data of an SVG path."""
+    if shape.kind == "polygon":
+        return _describe_path(points) + "Z"
+    ends = accumulate(shape.outline)
+    return " ".join(_describe_path(points[end - length : end]) for end, length in zip(ends, shape.outline, strict=True) if length)
+
+
+def _describe_path(points: FloatArray) -> str:
+    """Return a line (n, 2) as the data of an SVG path, with one decimal."""
+    places = [f"{x:g} {y:g}" for x, y in (np.round(points, 1) + 0.0).tolist()]
+    return f"M{places[0]}L{' '.join(places[1:])}" if len(places) > 1 else f"M{places[0]}" if places else ""
+
+
+def key_frames(track: FloatArray) -> list[int]:
+    """Return the frames between which a track (f, m), in points, is straight within the tolerance."""
+    kept, pending = {0, len(track) - 1}, [(0, len(track) - 1)]
+    while pending:
+        first, last = pending.pop()
+        if last - first < 2:
+            continue
+        share = (np.arange(first + 1, last) - first)[:, None] / (last - first)
+        straight = track[first] + share * (track[last] - track[first])
+        distances = np.abs(track[first + 1 : last] - straight).max(axis=1)
+        worst = int(distances.argmax())
+        if distances[worst] > TOLERANCE:
+            middle = first + 1 + worst
+            kept.add(middle)
+            pending += [(first, middle), (middle, last)]
+    return sorted(kept)
 
 
 def _straighten(points: FloatArray) -> FloatArray:

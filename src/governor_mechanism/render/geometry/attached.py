@@ -5,7 +5,7 @@ A drawing is made once. What shows it places the shapes at the poses of their ax
 
 import math
 from collections.abc import Callable, Hashable, Iterable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import wraps
 from typing import Any, NamedTuple, TypeVar
 
@@ -192,3 +192,25 @@ def shapes_of(parts: Iterable[DrawnPart], moment: Any) -> Iterator[DrawnShape]:
         for shape in part.shapes_at(moment) if isinstance(part, Flexible) else part.shapes:
             placed = shape if axes == (0.0, 0.0, 0.0) else place_shape(axes, shape)
             yield placed if is_shown else hide_shape(placed)
+
+
+def at_own_moments(part: DrawnPart, own_moment: Callable[[Any], Any]) -> DrawnPart:
+    """Return a part of a drawing that has moments of its own as one of a larger drawing; `own_moment` is that at a moment of the latter."""
+    frame = part.frame if part.frame is fixed_axes else _OwnAxes(part.frame, own_moment)
+    if isinstance(part, Flexible):
+        shapes_at = part.shapes_at
+        return replace(part, frame=frame, shapes_at=lambda moment: shapes_at(own_moment(moment)))
+    shown = part.shown
+    return replace(part, frame=frame, shown=None if shown is None else lambda moment: shown(own_moment(moment)))
+
+
+@dataclass(frozen=True)
+class _OwnAxes:
+    """Axes of a drawing with moments of its own; equal for equal axes."""
+
+    frame: Frame
+    own_moment: Callable[[Any], Any]
+
+    def __call__(self, moment: Any) -> PoseTuple:
+        """Return their pose at a moment of the larger drawing."""
+        return self.frame(self.own_moment(moment))

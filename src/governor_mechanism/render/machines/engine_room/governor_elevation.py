@@ -7,10 +7,10 @@ from typing import Any
 
 import numpy as np
 
-from governor_mechanism.render.geometry.attached import DrawnPart, Flexible, Frame, Moment
+from governor_mechanism.render.geometry.attached import DrawnPart, Flexible, Moment, at_own_moments
 from governor_mechanism.render.geometry.free_space import select_extreme_rows
 from governor_mechanism.render.geometry.placement import Placement
-from governor_mechanism.render.geometry.primitives import BoundingBox, DrawnShape, PoseTuple, TextShape, bounding_box, enclose_boxes
+from governor_mechanism.render.geometry.primitives import BoundingBox, DrawnShape, TextShape, bounding_box, enclose_boxes
 from governor_mechanism.render.machines.engine_room import proportions as room
 from governor_mechanism.render.machines.governor_parts import GovernorDrawing
 from governor_mechanism.render.machines.machine_drawing import MachineDrawing
@@ -73,7 +73,7 @@ class GovernorElevation:
 
     def moving_parts(self, governor_at: Callable[[Any], Moment]) -> Iterator[DrawnPart]:
         """Yield the governor; `governor_at` is its own moment at a moment of the room."""
-        yield from self.placement.place_parts(_seen_from(part, governor_at) for part in _parts_of_room(self._drawing.moving))
+        yield from self.placement.place_parts(at_own_moments(part, governor_at) for part in _parts_of_room(self._drawing.moving))
 
     @cached_property
     def _bounds(self) -> BoundingBox:
@@ -106,28 +106,6 @@ class _ShapesOfRoom:
     def __call__(self, moment: Any) -> list[DrawnShape]:
         """Return them at a moment."""
         return _without_scale(self.part.shapes_at(moment))
-
-
-def _seen_from(part: DrawnPart, own_moment: Callable[[Any], Moment]) -> DrawnPart:
-    """Return a part of a machine as one of a room, at whose moments the machine has moments of its own."""
-    if isinstance(part, Flexible):
-        shapes_at = part.shapes_at
-        return replace(part, frame=_FrameOfRoom(part.frame, own_moment), shapes_at=lambda moment: shapes_at(own_moment(moment)))
-    shown = part.shown
-    is_shown = None if shown is None else lambda moment: shown(own_moment(moment))
-    return replace(part, frame=_FrameOfRoom(part.frame, own_moment), shown=is_shown)
-
-
-@dataclass(frozen=True)
-class _FrameOfRoom:
-    """Axes of a machine at moments of a room; equal for equal axes."""
-
-    frame: Frame
-    own_moment: Callable[[Any], Moment]
-
-    def __call__(self, moment: Any) -> PoseTuple:
-        """Return their pose."""
-        return self.frame(self.own_moment(moment))
 
 
 def _without_scale(shapes: Iterable[DrawnShape]) -> list[DrawnShape]:
