@@ -22,9 +22,9 @@ from governor_mechanism.render.film.overlays import ForceArrows
 from governor_mechanism.render.film.periodic_motion import MIN_FRAMES_PER_TURN
 from governor_mechanism.render.film.svg_animation import TOLERANCE, key_frames
 from governor_mechanism.render.film.timing import select_timing
+from governor_mechanism.render.forces import find_forces
 from governor_mechanism.render.geometry.attached import shapes_of
 from governor_mechanism.render.geometry.primitives import Lines
-from governor_mechanism.render.page.forces import find_forces
 from governor_mechanism.render.style import PAPER, ROLE_STYLES, parse_rgb
 from governor_mechanism.render.theme import themed_colour
 from render.decoding import decode_film, pixel_of

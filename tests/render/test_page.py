@@ -19,11 +19,11 @@ import governor_mechanism as gm
 from governor_mechanism.effects.clearance import Clearance
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.model.results.pictures import Film
+from governor_mechanism.render.forces import find_forces
 from governor_mechanism.render.geometry.attached import Attached, Flexible, axes_turned, fixed_axes
 from governor_mechanism.render.geometry.primitives import Circle, Lines, Polygon
 from governor_mechanism.render.geometry.recording import move_points, record_parts
 from governor_mechanism.render.page.colours import colour_rules, darken, role_rules, series_rules
-from governor_mechanism.render.page.forces import find_forces
 from governor_mechanism.render.page.packing import pack_numbers
 from governor_mechanism.render.page.page_data import ANGLE_QUANTUM, RELATIVE_QUANTUM, collect_data
 from governor_mechanism.render.page.part_names import MACHINE_NAMES, PART_NAMES, SAME_AS

@@ -7,13 +7,13 @@ from functools import partial
 import numpy as np
 
 from governor_mechanism.render.film.frame_data import FrameData
+from governor_mechanism.render.forces import DrawnForce, find_forces
 from governor_mechanism.render.geometry.attached import DrawnPart, Flexible, axes_shifted, axes_turned
 from governor_mechanism.render.geometry.outlines import make_arrow
 from governor_mechanism.render.geometry.points import arc_points, point_path
 from governor_mechanism.render.geometry.primitives import BoundingBox, DrawnShape, Lines, TextShape, Vec2
 from governor_mechanism.render.machines.generic.drawing import GenericDrawing
 from governor_mechanism.render.machines.governor_parts import GovernorDrawing
-from governor_mechanism.render.page.forces import DrawnForce, find_forces
 from governor_mechanism.types import FloatArray
 
 _ARROW_SIZE = 0.055

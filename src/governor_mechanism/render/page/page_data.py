@@ -10,10 +10,10 @@ from typing import Any
 import numpy as np
 
 from governor_mechanism.model.joints import Point
+from governor_mechanism.render.forces import DrawnForce, find_forces
 from governor_mechanism.render.geometry.primitives import round_step
 from governor_mechanism.render.geometry.recording import RecordedShape, record_parts
 from governor_mechanism.render.geometry.thickness import SEEN_AS, find_half_thickness
-from governor_mechanism.render.page.forces import DrawnForce, find_forces
 from governor_mechanism.render.page.packing import pack_numbers
 from governor_mechanism.render.page.part_names import name_part
 from governor_mechanism.render.page.picture import PICTURE_SIZE, Picture

@@ -1,10 +1,13 @@
-"""Forces on the bodies of a part over time: weight, centrifugal force, and those of springs and dashpots. All in N."""
+"""Forces on the bodies of a part over time, from the laws of the engines: weight, centrifugal force, springs and dashpots. All in N."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
 
+from governor_mechanism.mechanics.dynamics.forces.force_elements import element_law
+from governor_mechanism.mechanics.dynamics.forces.force_laws import centrifugal_force, weight
+from governor_mechanism.mechanics.dynamics.forces.output_forces import pad_coefficients
 from governor_mechanism.model.effect import OutputForce
 from governor_mechanism.model.force_elements import Damper, Spring
 from governor_mechanism.model.joints import GROUND, Point
@@ -64,7 +67,7 @@ def _magnitude(force: DrawnForce) -> float:
 
 def _weights(drawing: MachineDrawing) -> Iterator[DrawnForce]:
     for body in drawing.part.mechanism.bodies:
-        components = np.tile([0.0, -body.mass * drawing.part.gravity], (len(drawing.poses), 1))
+        components = np.tile([0.0, weight(body.mass, drawing.part.gravity)], (len(drawing.poses), 1))
         yield DrawnForce(kind="weight", name=f"weight of {body.name}", point=Point(body=body.name), components=components)
 
 
@@ -74,7 +77,7 @@ def _centrifugal_forces(drawing: MachineDrawing) -> Iterator[DrawnForce]:
     if not (part.turns and part.has_centrifugal and "spindle_speed" in readings):
         return
     for index, body in enumerate(part.mechanism.bodies):
-        force = body.mass * readings["spindle_speed"] ** 2 * drawing.poses[:, index, 0]
+        force = centrifugal_force(body.mass, drawing.poses[:, index, 0], readings["spindle_speed"] ** 2)
         components = np.column_stack([force, np.zeros(len(force))])
         yield DrawnForce(kind="centrifugal", name=f"centrifugal force on {body.name}", point=Point(body=body.name), components=components)
 
@@ -88,10 +91,9 @@ def _element_forces(drawing: MachineDrawing) -> Iterator[DrawnForce]:
         (first, first_velocity), (second, second_velocity) = (_follow(drawing, point) for point in (element.first, element.second))
         length = np.hypot(*(second - first).T)
         direction = (second - first) / np.maximum(length, 1e-12)[:, None]
-        if isinstance(element, Spring):
-            kind, pull = "spring", element.stiffness * (length - element.free_length)
-        else:
-            kind, pull = "damping", element.damping * np.sum(direction * (second_velocity - first_velocity), axis=1)
+        law, coefficients = element_law(element)
+        pull = -law.force(pad_coefficients(coefficients), length, np.sum(direction * (second_velocity - first_velocity), axis=1))
+        kind = "spring" if isinstance(element, Spring) else "damping"
         for point, sign in ((element.first, 1.0), (element.second, -1.0)):
             if point.body != GROUND:
                 components = sign * pull[:, None] * direction
