@@ -1,6 +1,6 @@
 """Shapes that a drawing keeps: attached to what moves, in axes of their own, and a few that change their form.
 
-A drawing is made once. What shows it places the shapes at the poses of their axes; only a spring, a belt or steam is drawn anew.
+A drawing is made once. What shows it places the shapes at the poses of their axes; only a spring, a belt or steam is drawn at every moment.
 """
 
 import math
