@@ -1,6 +1,7 @@
-"""Shapes that a drawing keeps: attached to what moves, in axes of their own, and a few that change their form.
+"""Shapes that a drawing keeps: attached to what moves, in its axes, and a few that change their form.
 
-A drawing is made once. What shows it places the shapes at the poses of their axes; only a spring, a belt or steam is drawn at every moment.
+A drawing is made once. What shows it places the shapes at the poses of their axes; only a spring, a belt or
+steam is drawn at every moment.
 """
 
 import math
@@ -42,7 +43,8 @@ class Attached:
     shapes
         Shapes in these axes, back to front, m.
     turns
-        Whether they turn with the spindle, in a plane that turns; what is round or fixed to the frame looks the same from all sides.
+        Whether they turn with the spindle, in a plane that turns; what is round or fixed to the frame looks the
+        same from all sides.
     section_only
         Whether only a section shows them, and not the view from outside.
     shown
@@ -79,7 +81,7 @@ DrawnPart = Attached | Flexible
 
 
 def bar_between(role: str, ends_at: Callable[[Any], tuple[Vec2, Vec2]], width: float, *, length: float | None = None) -> DrawnPart:
-    """Return a bar of a width (m) between two moving points, of a constant length (m) or, if it is None, of one that changes."""
+    """Return a bar of a width (m) between two moving points, whose distance is a `length` (m), or changes if that is None."""
     if length is None:
         return Flexible(shapes_at=lambda moment: [make_bar(role, *ends_at(moment), width)])
     return Attached(frame=axes_along(ends_at), shapes=(make_bar(role, (0.0, 0.0), (length, 0.0), width),))
@@ -127,7 +129,7 @@ def axes_shifted(place_at: Callable[[Any], Vec2]) -> Frame:
 
 
 def once_per_moment(method: Callable[[Any, Any], R]) -> Callable[[Any, Any], R]:
-    """Return a method of a moment that keeps its last result: many axes of one drawing follow from the same positions."""
+    """Return a method of a moment that keeps its last result: many axes follow from the same positions."""
     name = f"_last_{method.__name__}"
 
     @wraps(method)
@@ -195,7 +197,7 @@ def shapes_of(parts: Iterable[DrawnPart], moment: Any) -> Iterator[DrawnShape]:
 
 
 def at_own_moments(part: DrawnPart, own_moment: Callable[[Any], Any]) -> DrawnPart:
-    """Return a part of a drawing that has moments of its own as one of a larger drawing; `own_moment` is that at a moment of the latter."""
+    """Return a part of a drawing as one of a larger drawing; `own_moment` is its moment at one of the larger drawing."""
     frame = part.frame if part.frame is fixed_axes else _OwnAxes(part.frame, own_moment)
     if isinstance(part, Flexible):
         shapes_at = part.shapes_at

@@ -12,7 +12,7 @@ from governor_mechanism.render.geometry.primitives import Circle, DrawnShape, Li
 from governor_mechanism.types import BoolArray, FloatArray
 
 _STRETCH = 32
-"""Number of moments whose shapes are kept at a time: with millions of points, the garbage collector would search them again and again."""
+"""Number of moments whose shapes are kept at a time: the garbage collector searches millions of points again and again."""
 
 _KINDS = {Circle: "circle", Polygon: "polygon", Lines: "lines", TextShape: "text"}
 
@@ -43,7 +43,7 @@ class RecordedShape:
     text
         Content of a text.
     changing
-        Points in the axes at each moment, where their number changes: a tuple of polylines (m, 2) for each moment; else empty.
+        Where the number of points changes, those in the axes at each moment, a tuple of polylines (m, 2); else empty.
     """
 
     part: DrawnPart
@@ -116,7 +116,7 @@ def _record_attached(part: Attached, shape: DrawnShape, poses: FloatArray | None
 
 @dataclass(frozen=True, kw_only=True)
 class _Stretch:
-    """One shape at some moments: the outline at each, the points (m, 2) of all one after the other, and the radii of a circle."""
+    """One shape at some moments: outlines, the points (m, 2) of all one after the other, and radii of a circle."""
 
     outlines: Sequence[Outline]
     points: FloatArray

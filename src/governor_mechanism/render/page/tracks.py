@@ -1,4 +1,4 @@
-"""How the shapes of a page move: with a track, which is a rigid motion, by a few modes of deformation, or sample by sample.
+"""How the shapes of a page move: with a track (a rigid motion), by a few modes of deformation, or sample by sample.
 
 A page draws an outline once and then moves it.
 """
@@ -12,7 +12,7 @@ from governor_mechanism.render.page.picture import Picture
 from governor_mechanism.types import FloatArray
 
 TOLERANCE = 0.6
-"""Largest deviation of a described position from the recorded one (units of the picture): about that of rounding to a unit."""
+"""Largest deviation of a described position from the recorded one, units of the picture: about that of rounding."""
 MAX_MODES = 10
 """Largest number of modes of a deforming shape: beyond, its points are written as they are."""
 
@@ -35,7 +35,7 @@ class Track:
 
 @dataclass(frozen=True, kw_only=True)
 class Mode:
-    """A deformation: displacements (points, 2) for an amplitude of 1, and the amplitude (samples,) in units of the picture."""
+    """A deformation: displacements (points, 2) for an amplitude of 1, and the amplitude (samples,), units of the picture."""
 
     displacements: FloatArray
     amplitudes: FloatArray
