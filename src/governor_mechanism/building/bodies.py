@@ -14,99 +14,50 @@ class BodyBuilder(DocumentTables):
     """Methods that add bodies and points of the ground."""
 
     def rod(
-        self, name: str, *, length: Quantity, mass: Quantity, angle: Quantity | None = None, at: Sequence[Quantity] | None = None
+        self,
+        name: str,
+        *,
+        length: Quantity,  # length, m or text with a unit
+        mass: Quantity,  # mass, kg or text with a unit; 0 for a massless lever
+        # angle in the first configuration, rad or text with a unit; None if it follows from the joints
+        angle: Quantity | None = None,
+        # position [x, y] of the start there; None if it follows from the joints
+        at: Sequence[Quantity] | None = None,
     ) -> BuiltRod:
-        """Add a slender uniform rod along the x axis of the body, with the points `start` and `end`.
-
-        Parameters
-        ----------
-        name
-            Name of the body.
-        length
-            Length, m or text with a unit.
-        mass
-            Mass, kg or text with a unit; 0 for a massless lever.
-        angle
-            Angle in the first configuration, rad or text with a unit; None if it follows from the joints.
-        at
-            Position [x, y] of the start there; None if it follows from the joints.
-
-        Returns
-        -------
-        BuiltRod
-            The rod.
-        """
+        """Add a slender uniform rod along the x axis of the body, with the points `start` and `end`."""
         return BuiltRod(name, *self._add_body("rod", name, mass, angle, at, rod={"length": length}))
 
     def disc(
         self,
         name: str,
         *,
-        radius: Quantity,
-        mass: Quantity,
+        radius: Quantity,  # radius, m or text with a unit
+        mass: Quantity,  # mass, kg or text with a unit
+        # thickness, m or text with a unit; it matters in a turning plane alone
         thickness: Quantity | None = None,
+        # angle in the first configuration, rad or text with a unit; None if it follows from the joints
         angle: Quantity | None = None,
+        # position [x, y] of the origin there; None if it follows from the joints
         at: Sequence[Quantity] | None = None,
     ) -> BuiltBody:
-        """Add a uniform disc in the plane with its origin at its centre.
-
-        Parameters
-        ----------
-        name
-            Name of the body.
-        radius
-            Radius, m or text with a unit.
-        mass
-            Mass, kg or text with a unit.
-        thickness
-            Thickness, m or text with a unit; it matters in a turning plane alone.
-        angle
-            Angle in the first configuration, rad or text with a unit; None if it follows from the joints.
-        at
-            Position [x, y] of the origin there; None if it follows from the joints.
-
-        Returns
-        -------
-        BuiltBody
-            The disc.
-        """
+        """Add a uniform disc in the plane with its origin at its centre."""
         return BuiltBody(name, *self._add_body("disc", name, mass, angle, at, disc={"radius": radius, **given_values(thickness=thickness)}))
 
     def plate(
         self,
         name: str,
         *,
-        width: Quantity,
+        width: Quantity,  # size along x, m or text with a unit
         height: Quantity,
-        mass: Quantity,
+        mass: Quantity,  # mass, kg or text with a unit
+        # thickness, m or text with a unit; it matters in a turning plane alone
         thickness: Quantity | None = None,
+        # angle in the first configuration, rad or text with a unit; None if it follows from the joints
         angle: Quantity | None = None,
+        # position [x, y] of the origin there; None if it follows from the joints
         at: Sequence[Quantity] | None = None,
     ) -> BuiltBody:
-        """Add a uniform rectangular plate in the plane with its origin at its centre.
-
-        Parameters
-        ----------
-        name
-            Name of the body.
-        width
-            Size along x, m or text with a unit.
-        height
-            Size along y.
-        mass
-            Mass, kg or text with a unit.
-        thickness
-            Thickness, m or text with a unit; it matters in a turning plane alone.
-        angle
-            Angle in the first configuration, rad or text with a unit; None if it follows from the joints.
-        at
-            Position [x, y] of the origin there; None if it follows from the joints.
-
-        Returns
-        -------
-        BuiltBody
-            The plate.
-        """
+        """Add a uniform rectangular plate in the plane with its origin at its centre."""
         plate = {"width": width, "height": height, **given_values(thickness=thickness)}
         return BuiltBody(name, *self._add_body("plate", name, mass, angle, at, plate=plate))
 
@@ -114,99 +65,52 @@ class BodyBuilder(DocumentTables):
         self,
         name: str,
         *,
-        mass: Quantity,
-        inertia: Quantity | None = None,
+        mass: Quantity,  # mass, kg or text with a unit
+        inertia: Quantity | None = None,  # moment of inertia about the mass centre, kg m2 or text with a unit
+        # second moments xx, yy, xy and zz in place of `inertia`, as needed in a turning plane
         moments: Mapping[str, Quantity] | None = None,
+        # position [x, y] of the mass centre in the axes of the body; None for the origin
         centre: Sequence[Quantity] | None = None,
+        # angle in the first configuration, rad or text with a unit; None if it follows from the joints
         angle: Quantity | None = None,
+        # position [x, y] of the origin there; None if it follows from the joints
         at: Sequence[Quantity] | None = None,
     ) -> BuiltBody:
-        """Add a rigid body of any shape.
-
-        Parameters
-        ----------
-        name
-            Name of the body.
-        mass
-            Mass, kg or text with a unit.
-        inertia
-            Moment of inertia about the mass centre, kg m2 or text with a unit.
-        moments
-            Second moments xx, yy, xy and zz in place of `inertia`, as needed in a turning plane.
-        centre
-            Position [x, y] of the mass centre in the axes of the body; None for the origin.
-        angle
-            Angle in the first configuration, rad or text with a unit; None if it follows from the joints.
-        at
-            Position [x, y] of the origin there; None if it follows from the joints.
-
-        Returns
-        -------
-        BuiltBody
-            The body.
-        """
+        """Add a rigid body of any shape."""
         shape = given_values(inertia=inertia, moments=moments, centre=plain_list(centre))
         return BuiltBody(name, *self._add_body("body", name, mass, angle, at, **shape))
 
-    def point_mass(self, name: str, *, mass: Quantity, at: Sequence[Quantity] | None = None) -> BuiltBody:
-        """Add a mass in a point.
-
-        Parameters
-        ----------
-        name
-            Name of the body.
-        mass
-            Mass, kg or text with a unit.
-        at
-            Position [x, y] in the first configuration; None if it follows from the joints.
-
-        Returns
-        -------
-        BuiltBody
-            The point mass.
-        """
+    def point_mass(
+        self,
+        name: str,
+        *,
+        mass: Quantity,  # mass, kg or text with a unit
+        # position [x, y] in the first configuration; None if it follows from the joints
+        at: Sequence[Quantity] | None = None,
+    ) -> BuiltBody:
+        """Add a mass in a point."""
         return BuiltBody(name, *self._add_body("point_mass", name, mass, None, at, point=True))
 
-    def block(self, name: str, *, mass: Quantity, at: Sequence[Quantity] | None = None) -> BuiltBody:
-        """Add a body that never rotates, as a crosshead in its guide or a sleeve.
-
-        Parameters
-        ----------
-        name
-            Name of the body.
-        mass
-            Mass, kg or text with a unit.
-        at
-            Position [x, y] in the first configuration; None if it follows from the joints.
-
-        Returns
-        -------
-        BuiltBody
-            The block.
-        """
+    def block(
+        self,
+        name: str,
+        *,
+        mass: Quantity,  # mass, kg or text with a unit
+        # position [x, y] in the first configuration; None if it follows from the joints
+        at: Sequence[Quantity] | None = None,
+    ) -> BuiltBody:
+        """Add a body that never rotates, as a crosshead in its guide or a sleeve."""
         return BuiltBody(name, *self._add_body("block", name, mass, None, at, turns=False))
 
-    def ground(self, x: Program, y: Program, name: str = "") -> BuiltPoint:
+    def ground(
+        self,
+        x: Program,  # coordinate x, m or text with a unit; or a motion, as [[time, value], ...]
+        y: Program,
+        name: str = "",  # name of the point; "A", "B" and so on if empty
+    ) -> BuiltPoint:
         """Add a point of the ground.
 
-        Parameters
-        ----------
-        x
-            Coordinate x, m or text with a unit; or a motion, as [[time, value], ...].
-        y
-            Coordinate y.
-        name
-            Name of the point; "A", "B" and so on if empty.
-
-        Returns
-        -------
-        BuiltPoint
-            The point.
-
-        Raises
-        ------
-        MechanismError
-            If there is a point of this name, or a coordinate is wrong.
+        Raises MechanismError if there is a point of this name, or a coordinate is wrong.
         """
         from governor_mechanism.building.call_checks import check_name
 

@@ -34,27 +34,17 @@ N_DECIMALS: Final = 14
 """Decimals of found positions (m) and angles (rad): a hundred times the rounding of numbers near 1."""
 
 
-def place_bodies(document: Mapping[str, Any]) -> dict[str, Any]:
+def place_bodies(
+    document: Mapping[str, Any],  # keys and tables of a scene file with a custom machine
+) -> dict[str, Any]:
     """Return a document in which each body has a position and an angle with which the joints close.
 
     Given angles are kept in their order, as many as the mechanism has degrees of freedom; further ones tell which configuration is meant.
     Without these it is the one whose mass centres lie highest, and of several the one farthest right. Where the joints leave a motion, the
     bodies that were added first take an angle near 0.
 
-    Parameters
-    ----------
-    document
-        Keys and tables of a scene file with a custom machine.
-
-    Returns
-    -------
-    dict
-        The document with the poses.
-
-    Raises
-    ------
-    MechanismError
-        If the document has mistakes, or no configuration is found; the message names a joint that stays open, its gap and direction.
+    Raises MechanismError if the document has mistakes, or no configuration is found; the message names a
+    joint that stays open, its gap and direction.
     """
     tables = document.get("body", [])
     collector = ProblemCollector()

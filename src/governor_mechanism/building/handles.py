@@ -76,27 +76,17 @@ class BuiltBody:
         """Names of its points."""
         return (*self.shape_points, *self.table.get("points", ()), *OWN_POINTS)
 
-    def point(self, x: Quantity, y: Quantity = 0.0, name: str = "") -> BuiltPoint:
+    def point(
+        self,
+        # coordinate x in the axes of the body, m or text with a unit. A rod lies along x from its start
+        x: Quantity,
+        y: Quantity = 0.0,
+        name: str = "",  # name of the point in the document; none if empty
+    ) -> BuiltPoint:
         """Return a point of the body.
 
-        Parameters
-        ----------
-        x
-            Coordinate x in the axes of the body, m or text with a unit. A rod lies along x from its start.
-        y
-            Coordinate y.
-        name
-            Name of the point in the document; none if empty.
-
-        Returns
-        -------
-        BuiltPoint
-            The point.
-
-        Raises
-        ------
-        MechanismError
-            If a coordinate is no length, the name is none, or the body has a point of this name.
+        Raises MechanismError if a coordinate is no length, the name is none, or the body has a point of this
+        name.
         """
         from governor_mechanism.building.call_checks import check_name, check_point
 
@@ -112,22 +102,16 @@ class BuiltBody:
         self.table["points"] = points
         return BuiltPoint(self.name, f"{self.name}.{name}")
 
-    def add_mass(self, mass: Quantity, at: BuiltPoint | Sequence[Quantity], radius: Quantity | None = None) -> None:
+    def add_mass(
+        self,
+        mass: Quantity,  # mass, kg or text with a unit
+        at: BuiltPoint | Sequence[Quantity],  # position [x, y] in the axes of the body, or a point of `point`
+        # radius of a solid ball, m or text with a unit; None for a mass in a point
+        radius: Quantity | None = None,
+    ) -> None:
         """Add a mass that is fixed to the body.
 
-        Parameters
-        ----------
-        mass
-            Mass, kg or text with a unit.
-        at
-            Position [x, y] in the axes of the body, or a point of `point`.
-        radius
-            Radius of a solid ball, m or text with a unit; None for a mass in a point.
-
-        Raises
-        ------
-        MechanismError
-            If the position is none of this body, or a quantity is wrong.
+        Raises MechanismError if the position is none of this body, or a quantity is wrong.
         """
         from governor_mechanism.building.call_checks import check_mass
 

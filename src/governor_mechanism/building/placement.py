@@ -25,24 +25,17 @@ from governor_mechanism.types import FloatArray
 _Pose = tuple[float, float, float]
 
 
-def chain_bodies(sketch: MechanismSketch, angles: Mapping[str, float], placed: Collection[str], offsets: FloatArray) -> FloatArray:
+def chain_bodies(
+    sketch: MechanismSketch,
+    angles: Mapping[str, float],  # angles of the bodies that rotate, rad
+    placed: Collection[str],
+    # for each body, its position along a slot or its direction from the centre of an arc or link, from -1 to
+    # 1; shape (bodies,)
+    offsets: FloatArray,
+) -> FloatArray:
     """Return guessed poses of the mass centres.
 
-    Parameters
-    ----------
-    sketch
-        The mechanism; bodies in `placed` stay where they are.
-    angles
-        Angles of the bodies that rotate, rad.
-    placed
-        Names of the bodies whose positions are given.
-    offsets
-        For each body, its position along a slot or its direction from the centre of an arc or link, from -1 to 1; shape (bodies,).
-
-    Returns
-    -------
-    FloatArray
-        Poses, m and rad; shape (bodies, 3). A loop of joints is open at one of them.
+    Result: poses, m and rad; shape (bodies, 3). A loop of joints is open at one of them.
     """
     scale = sketch.length_scale
     poses: dict[str, _Pose] = {GROUND: (0.0, 0.0, 0.0)}

@@ -18,25 +18,14 @@ CLOSED_JOINT_WEIGHT: Final = 1e3
 """Weight of a joint that is to close, relative to one that may open: what it leaves open is less than a thousandth of the gap."""
 
 
-def explain_unclosed_joint(solver: PositionSolver, guesses: Sequence[FloatArray], held: Sequence[str], possible: FloatArray | None) -> str:
-    """Return a sentence on the joint that stays open where all joints together are nearest to closing.
-
-    Parameters
-    ----------
-    solver
-        Solver of the mechanism.
-    guesses
-        Guessed poses; shape (bodies, 3) each.
-    held
-        Names of the bodies that keep the angles of the guesses.
-    possible
-        Poses (bodies, 3) in which the joints close at other angles of these bodies; None if there are none.
-
-    Returns
-    -------
-    str
-        The sentence.
-    """
+def explain_unclosed_joint(
+    solver: PositionSolver,
+    guesses: Sequence[FloatArray],  # guessed poses; shape (bodies, 3) each
+    held: Sequence[str],  # names of the bodies that keep the angles of the guesses
+    # poses (bodies, 3) in which the joints close at other angles of these bodies; None if there are none
+    possible: FloatArray | None,
+) -> str:
+    """Return a sentence on the joint that stays open where all joints together are nearest to closing."""
     indices = [solver.mechanism.body_index(name) for name in held]
     evenly = [minimise_gaps(solver, guess, indices) for guess in guesses[:N_SEARCHES]]
     nearest = min(evenly, key=lambda poses: _sum_of_squares(solver, poses))
@@ -63,24 +52,15 @@ def explain_unclosed_joint(solver: PositionSolver, guesses: Sequence[FloatArray]
     return f"{text}: {' and '.join(places)}; {cure}"
 
 
-def minimise_gaps(solver: PositionSolver, guess: FloatArray, held: Sequence[int], opened: int | None = None) -> FloatArray:
+def minimise_gaps(
+    solver: PositionSolver,
+    guess: FloatArray,  # poses; shape (bodies, 3)
+    held: Sequence[int],
+    opened: int | None = None,  # number of the joint that may open; None for any joint
+) -> FloatArray:
     """Return the poses near a guess with the least sum of squared gaps.
 
-    Parameters
-    ----------
-    solver
-        Solver of the mechanism.
-    guess
-        Poses; shape (bodies, 3).
-    held
-        Numbers of the bodies that keep their angles.
-    opened
-        Number of the joint that may open; None for any joint.
-
-    Returns
-    -------
-    FloatArray
-        Poses; shape (bodies, 3).
+    Result: poses; shape (bodies, 3).
     """
     from scipy.optimize import least_squares  # slow to import, and few mechanisms need it
 

@@ -27,27 +27,17 @@ Changes = Annotated[
 ]
 
 
-def load_changed(scene: str, changes: Sequence[str] | None, **values: Any) -> Scene:
+def load_changed(
+    scene: str,
+    changes: Sequence[str] | None,  # texts "KEY=VALUE" with dotted keys; an empty value leaves the key out
+    **values: Any,
+) -> Scene:
     """Load a scene and put other values at some of its keys.
 
     Further arguments are values at keys that have options of their own, with "__" for the dot, as `run__duration`; None for no change.
 
-    Parameters
-    ----------
-    scene
-        Path or name of the scene.
-    changes
-        Texts "KEY=VALUE" with dotted keys; an empty value leaves the key out.
-
-    Returns
-    -------
-    Scene
-        The scene. It keeps the name of its file.
-
-    Raises
-    ------
-    MechanismError
-        If a text is no assignment, a key is given twice, or the changed scene has mistakes.
+    Result: the scene. It keeps the name of its file. Raises MechanismError if a text is no assignment, a key
+    is given twice, or the changed scene has mistakes.
     """
     assigned = parse_changes(changes or ())
     assigned |= {name.replace("__", "."): value for name, value in values.items() if value is not None}
@@ -55,23 +45,14 @@ def load_changed(scene: str, changes: Sequence[str] | None, **values: Any) -> Sc
     return dataclasses.replace(loaded.replace(assigned), source=loaded.source) if assigned else loaded
 
 
-def parse_changes(changes: Sequence[str]) -> dict[str, Any]:
+def parse_changes(
+    # texts "KEY=VALUE". A value is written as in a scene file; text needs no quotation marks
+    changes: Sequence[str],
+) -> dict[str, Any]:
     """Return the values of assignments by key.
 
-    Parameters
-    ----------
-    changes
-        Texts "KEY=VALUE". A value is written as in a scene file; text needs no quotation marks.
-
-    Returns
-    -------
-    dict
-        Values by dotted key; None for an empty one.
-
-    Raises
-    ------
-    MechanismError
-        If a text is no assignment, or a key is given twice.
+    Result: values by dotted key; None for an empty one. Raises MechanismError if a text is no assignment, or
+    a key is given twice.
     """
     from governor_mechanism.errors import MechanismError
 
@@ -89,15 +70,7 @@ def parse_changes(changes: Sequence[str]) -> dict[str, Any]:
 def parse_value(text: str) -> Any:
     """Return a value as a scene file has it, or the text itself where that is no value of TOML, as 320mm.
 
-    Parameters
-    ----------
-    text
-        One value.
-
-    Returns
-    -------
-    Any
-        Number, text, true or false, list or table.
+    Result: number, text, true or false, list or table.
     """
     try:
         document: Mapping[str, Any] = tomllib.loads(f"value = {text}")

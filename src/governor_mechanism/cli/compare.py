@@ -98,22 +98,7 @@ def compare(
 def split_changes(changes: Sequence[str], n_scenes: int) -> list[list[str]]:
     """Return the assignments KEY=VALUE for each scene: "2:KEY=VALUE" is for the second alone, and one without a number for all.
 
-    Parameters
-    ----------
-    changes
-        Texts of the option --set.
-    n_scenes
-        Number of scenes.
-
-    Returns
-    -------
-    list of list of str
-        Assignments by scene.
-
-    Raises
-    ------
-    MechanismError
-        If there is no scene of a number.
+    Raises MechanismError if there is no scene of a number.
     """
     of_each: list[list[str]] = [[] for _ in range(n_scenes)]
     for change in changes:

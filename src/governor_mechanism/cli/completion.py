@@ -19,18 +19,7 @@ TEMPLATES = (
 
 
 def complete_scene(incomplete: str) -> list[str]:
-    """Return the shipped scenes, and the scene files and folders of the file system, that begin with what is typed.
-
-    Parameters
-    ----------
-    incomplete
-        What is typed so far.
-
-    Returns
-    -------
-    list of str
-        The words.
-    """
+    """Return the shipped scenes, and the scene files and folders of the file system, that begin with what is typed."""
     from governor_mechanism.scenes.library import shipped_scenes
 
     names = [name for name in shipped_scenes() if name.startswith(incomplete)]

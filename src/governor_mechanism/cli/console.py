@@ -76,19 +76,15 @@ class CommandResult:
     ok: bool = True
 
 
-def guarded_command(command: Callable[..., CommandResult]) -> Callable[..., None]:
+def guarded_command(
+    # function that returns its result. An option `as_json` selects how it is printed. A parameter of the type
+    # FigureFiles stands for the options of folder, formats and theme, and one of the type FilmOptions for
+    # those of films
+    command: Callable[..., CommandResult],
+) -> Callable[..., None]:
     """Print the result of a command; turn its failures into one message each and an exit status.
 
-    Parameters
-    ----------
-    command
-        Function that returns its result. An option `as_json` selects how it is printed. A parameter of the type FigureFiles stands for the
-        options of folder, formats and theme, and one of the type FilmOptions for those of films.
-
-    Returns
-    -------
-    Callable[..., None]
-        The command with the same signature; it ends with `CommandExit`.
+    Result: the command with the same signature; it ends with `CommandExit`.
     """
 
     @functools.wraps(command)

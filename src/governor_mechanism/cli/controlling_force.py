@@ -47,40 +47,16 @@ def report_controlling_force(
     scene: Scene,
     equilibria: Sequence[Equilibrium],
     *,
-    working_range: str | None,
-    speed_change: float | None,
-    resistance: float | None,
+    working_range: str | None,  # working range as "READING=LOW:HIGH"; None for the stops or the travel
+    speed_change: float | None,  # relative change of speed for effort and power; None for 1 %
+    resistance: float | None,  # resistance at the sleeve, N or N m; None for none
     against: str,
-    is_wanted: bool,
+    is_wanted: bool,  # whether the user gave an option that needs a controlling force
 ) -> ControllingForceReport:
     """Return the controlling force of a scene of one part.
 
-    Parameters
-    ----------
-    scene
-        The scene.
-    equilibria
-        Its equilibria; an astatic one counts in its middle.
-    working_range
-        Working range as "READING=LOW:HIGH"; None for the stops or the travel.
-    speed_change
-        Relative change of speed for effort and power; None for 1 %.
-    resistance
-        Resistance at the sleeve, N or N m; None for none.
-    against
-        Name of the reading of the sleeve.
-    is_wanted
-        Whether the user gave an option that needs a controlling force.
-
-    Returns
-    -------
-    ControllingForceReport
-        The controlling force. A scene without one, as that of a mechanism without balls, gets the reason instead.
-
-    Raises
-    ------
-    MechanismError
-        If a controlling force is wanted and there is none, or an option is wrong.
+    Result: the controlling force. A scene without one, as that of a mechanism without balls, gets the reason
+    instead. Raises MechanismError if a controlling force is wanted and there is none, or an option is wrong.
     """
     options: dict[str, Any] = {
         "between": None if working_range is None else parse_range(working_range),

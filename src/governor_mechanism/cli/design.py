@@ -115,20 +115,7 @@ def _replace_inputs(defaults: Any, assignments: Sequence[str], options: Mapping[
 def parse_input_options(words: Sequence[str]) -> dict[str, str]:
     """Return the values of options that are no options of the command, by the names of inputs: "--ball-mass 5kg" or "--ball_mass=5kg".
 
-    Parameters
-    ----------
-    words
-        What is left of the command line.
-
-    Returns
-    -------
-    dict[str, str]
-        Values by name.
-
-    Raises
-    ------
-    MechanismError
-        If an option has no value or is given twice, or a word belongs to no option.
+    Raises MechanismError if an option has no value or is given twice, or a word belongs to no option.
     """
     from governor_mechanism.errors import MechanismError, did_you_mean
 

@@ -29,20 +29,7 @@ COMMAND_WORDS: Final[Mapping[str, str]] = {
 def parse_film_size(text: str) -> int:
     """Return the height of a film in pixels, written as 720, or as 720x720 for a square film.
 
-    Parameters
-    ----------
-    text
-        The text of the option.
-
-    Returns
-    -------
-    int
-        Height in pixels.
-
-    Raises
-    ------
-    MechanismError
-        If it is no number, or the width differs from the height.
+    Raises MechanismError if it is no number, or the width differs from the height.
     """
     width, cross, height = text.lower().partition("x")
     if not all(word.strip().isdecimal() for word in ((width, height) if cross else (width,))):
@@ -93,15 +80,7 @@ FILM_PARAMETERS: Final = tuple(_declare_options())
 def in_command_words() -> Iterator[None]:
     """State mistakes in options of films with the names that these have on the command line: a context, or a decorator.
 
-    Yields
-    ------
-    None
-        Nothing.
-
-    Raises
-    ------
-    MechanismError
-        The mistake.
+    Result: nothing. Raises MechanismError the mistake.
     """
     try:
         yield
@@ -110,23 +89,14 @@ def in_command_words() -> Iterator[None]:
 
 
 @in_command_words()
-def gather_film_options(given: Mapping[str, Any]) -> FilmOptions:
+def gather_film_options(
+    # values of the parameters of the command by name; also `film`, its format, `no_film` and `theme`
+    given: Mapping[str, Any],
+) -> FilmOptions:
     """Return the options of the film of a command, in the colours of its figures if these are dark.
 
-    Parameters
-    ----------
-    given
-        Values of the parameters of the command by name; also `film`, its format, `no_film` and `theme`.
-
-    Returns
-    -------
-    FilmOptions
-        The options. A page follows the theme of the reader's screen.
-
-    Raises
-    ------
-    MechanismError
-        If an option is not valid, or there is no film that would take it.
+    Result: the options. A page follows the theme of the reader's screen. Raises MechanismError if an option
+    is not valid, or there is no film that would take it.
     """
     names = [one.name for one in FILM_PARAMETERS]
     if given["no_film"]:
@@ -141,23 +111,15 @@ def gather_film_options(given: Mapping[str, Any]) -> FilmOptions:
 
 
 @in_command_words()
-def check_film(scenes: Sequence[Scene], options: FilmOptions, file_format: str) -> None:
+def check_film(
+    scenes: Sequence[Scene],
+    options: FilmOptions,
+    file_format: str,  # ending of the name of the file, without its dot
+) -> None:
     """Check before a simulation what its film will not take, so that no run is lost.
 
-    Parameters
-    ----------
-    scenes
-        The scenes whose runs the film shows.
-    options
-        The options.
-    file_format
-        Ending of the name of the file, without its dot.
-
-    Raises
-    ------
-    MechanismError
-        If there is no such reading or part, a time is outside of the runs, the scenes or the format do not take an option, or ffmpeg is
-        missing.
+    Raises MechanismError if there is no such reading or part, a time is outside of the runs, the scenes or
+    the format do not take an option, or ffmpeg is missing.
     """
     from governor_mechanism.render.film.options import VIDEO_SUFFIXES, require_suitable_options, require_video_writer
     from governor_mechanism.render.film.timing import select_slow_down, select_time_span

@@ -27,20 +27,7 @@ _PLURALS = {"rest on a stop": "rests on stops", "departure from a stop": "depart
 
 
 def summarise_in_lines(result: Trajectory, files: Sequence[Path]) -> list[str]:
-    """Return a run in four lines: what ran, how it ended, what happened, and what was written.
-
-    Parameters
-    ----------
-    result
-        The run.
-    files
-        Files that were written.
-
-    Returns
-    -------
-    list of str
-        The lines.
-    """
+    """Return a run in four lines: what ran, how it ended, what happened, and what was written."""
     cost, estimate = result.cost, result.error_estimate
     end_time = result.times[-1] if len(result.times) else 0.0
     accuracy = (

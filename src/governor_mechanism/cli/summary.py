@@ -174,27 +174,14 @@ def _format_stability(scene: Scene, equilibrium: Equilibrium) -> str:
     return f"{stability}; {stiffness}; {qualifier}{sensitivity_clause}"
 
 
-def report_linearisation(scene: Scene, spindle_speed: float | None, limit: str | None) -> CommandResult:
+def report_linearisation(
+    scene: Scene,
+    spindle_speed: float | None,  # speed of the spindle, rad/s; that of the scene if None
+    limit: str | None,  # key and range as "KEY=LOW:HIGH" for a limit of stability, or None
+) -> CommandResult:
     """Return what `equilibria --linearise` and `--limit` print.
 
-    Parameters
-    ----------
-    scene
-        The scene.
-    spindle_speed
-        Speed of the spindle, rad/s; that of the scene if None.
-    limit
-        Key and range as "KEY=LOW:HIGH" for a limit of stability, or None.
-
-    Returns
-    -------
-    CommandResult
-        Lines for the terminal, and the same in SI.
-
-    Raises
-    ------
-    MechanismError
-        If nothing can be linearised.
+    Result: lines for the terminal, and the same in SI. Raises MechanismError if nothing can be linearised.
     """
     if limit is not None:
         key, low, high = _parse_limit(limit)

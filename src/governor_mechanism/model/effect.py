@@ -112,43 +112,30 @@ class ForceLaw(ABC):
 
     @staticmethod
     @abstractmethod
-    def force(coefficients: Any, value: Any, rate: Any) -> Any:
+    def force(
+        coefficients: Any,
+        value: Any,  # value of the reading, m or rad
+        # its rate, m/s or rad/s; 0 for a law with a potential. For a force element with an argument, the
+        # value of that output instead
+        rate: Any,
+    ) -> Any:
         """Return the force along the reading, N or N m.
 
         The law is compiled for the engines and also called with arrays. It uses nothing but its arguments.
 
-        Parameters
-        ----------
-        coefficients
-            Coefficients of the effect, see `coefficients`.
-        value
-            Value of the reading, m or rad.
-        rate
-            Its rate, m/s or rad/s; 0 for a law with a potential. For a force element with an argument, the value of that output instead.
-
-        Returns
-        -------
-        Any
-            Force, N, or moment, N m, positive toward larger values.
+        Result: force, N, or moment, N m, positive toward larger values.
         """
 
     @staticmethod
-    def potential(coefficients: Any, value: Any) -> tuple[Any, Any, Any]:
+    def potential(
+        coefficients: Any,
+        value: Any,  # value of the reading above `slack_below`, m or rad
+    ) -> tuple[Any, Any, Any]:
         """Return the potential energy (J) and its first and second derivative by the reading; zeros for a law that dissipates.
 
         It is compiled and called with arrays, as `force` is.
 
-        Parameters
-        ----------
-        coefficients
-            Coefficients of the effect, see `coefficients`.
-        value
-            Value of the reading above `slack_below`, m or rad.
-
-        Returns
-        -------
-        tuple[Any, Any, Any]
-            Energy and derivatives; the first is the negative force.
+        Result: energy and derivatives; the first is the negative force.
         """
         return 0.0 * value, 0.0 * value, 0.0 * value
 
@@ -172,19 +159,13 @@ class OutputForce(OutputEffect, ForceLaw):
         """Value of the reading below which the effect exerts no force, m or rad; the force is zero there."""
         return -math.inf
 
-    def evaluate(self, value: Any, rate: Any) -> Any:
+    def evaluate(
+        self,
+        value: Any,  # value of the reading, m or rad
+        rate: Any,  # its rate, m/s or rad/s
+    ) -> Any:
         """Return the force at values and rates of the reading, N or N m; 0 where the effect is slack.
 
-        Parameters
-        ----------
-        value
-            Value of the reading, m or rad.
-        rate
-            Its rate, m/s or rad/s.
-
-        Returns
-        -------
-        Any
-            Force, N, or moment, N m, positive toward larger values.
+        Result: force, N, or moment, N m, positive toward larger values.
         """
         return self.force(self.coefficients, value, rate) * (value >= self.slack_below)

@@ -35,15 +35,7 @@ class AngleRate:
 def find_speeds(system: CoupledSystem) -> dict[str, AngleRate]:
     """Return the speeds of shafts and spindles of a system by name, but for those that are given.
 
-    Parameters
-    ----------
-    system
-        The coupled mechanism.
-
-    Returns
-    -------
-    dict[str, AngleRate]
-        What each speed is the rate of.
+    Result: what each speed is the rate of.
     """
     mechanism = system.mechanism
     speeds = {one.name: AngleRate(angle=one.reading) for one in mechanism.derived_readings if isinstance(one, ShaftSpeed)}
@@ -57,17 +49,7 @@ def find_speeds(system: CoupledSystem) -> dict[str, AngleRate]:
 def check_crossings(system: CoupledSystem, crossings: Sequence[NamedCrossing]) -> None:
     """Raise MechanismError for a crossing of what is no reading, or of a speed that is given.
 
-    Parameters
-    ----------
-    system
-        The coupled mechanism.
-    crossings
-        Named crossings.
-
-    Raises
-    ------
-    MechanismError
-        With a sentence for each such crossing.
+    Raises MechanismError with a sentence for each such crossing.
     """
     speeds, readings = find_speeds(system), [reading.name for reading in system.mechanism.readings]
     outputs = [*readings, *(output.name for output in system.mechanism.internal_outputs), *speeds]

@@ -8,15 +8,7 @@ from governor_mechanism.units.constants import RPM
 def speed_curve_html(curve: SpeedCurve) -> str:
     """Return a speed curve as HTML.
 
-    Parameters
-    ----------
-    curve
-        The curve.
-
-    Returns
-    -------
-    str
-        Travel, equilibrium speeds with a small curve, the stable share, folds and poles.
+    Result: travel, equilibrium speeds with a small curve, the stable share, folds and poles.
     """
     has_equilibrium = curve.has_equilibrium
     rows = [("travel", "", f"{curve.coordinate_name} {curve.coordinate[0]:.6g} to {curve.coordinate[-1]:.6g} (SI)")]

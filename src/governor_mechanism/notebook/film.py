@@ -10,26 +10,15 @@ from governor_mechanism.render.film.writer import write_film
 from governor_mechanism.types import Progress
 
 
-def film_run(run: Trajectory, path: str | os.PathLike[str], *, progress: Progress | None = None, **options: Unpack[FilmKeywords]) -> Film:
+def film_run(
+    run: Trajectory,
+    path: str | os.PathLike[str],  # path of the file: .gif or .mp4, or .html for an interactive page
+    *,
+    progress: Progress | None = None,  # called with the number of frames done and in total
+    **options: Unpack[FilmKeywords],
+) -> Film:
     """Write a run as a film and return its file, which a notebook shows.
 
-    Parameters
-    ----------
-    run
-        The run.
-    path
-        Path of the file: .gif or .mp4, or .html for an interactive page.
-    progress
-        Called with the number of frames done and in total.
-
-    Returns
-    -------
-    Film
-        The file.
-
-    Raises
-    ------
-    MechanismError
-        As `write_film`.
+    Raises MechanismError as `write_film`.
     """
     return Film(write_film(run, path, FilmOptions(**options), progress=progress))

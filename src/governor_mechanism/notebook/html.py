@@ -11,61 +11,31 @@ CURVE_WIDTH, CURVE_HEIGHT, CURVE_MARGIN = 120, 24, 2
 """Size and margin of a small curve, pixels."""
 
 
-def format_html_table(header: Sequence[str], rows: Iterable[Sequence[str]], *, n_text_columns: int = 1) -> str:
-    """Return a table.
-
-    Parameters
-    ----------
-    header
-        Headings of the columns; none if empty.
-    rows
-        Cells, as text; a cell that begins with "<svg" is a picture.
-    n_text_columns
-        Number of first columns that are aligned to the left; the others hold numbers.
-
-    Returns
-    -------
-    str
-        HTML.
-    """
+def format_html_table(
+    header: Sequence[str],
+    rows: Iterable[Sequence[str]],  # cells, as text; a cell that begins with "<svg" is a picture
+    *,
+    n_text_columns: int = 1,  # number of first columns that are aligned to the left; the others hold numbers
+) -> str:
+    """Return a table."""
     head = f"<thead><tr>{_format_cells('th', header, n_text_columns)}</tr></thead>" if header else ""
     body = "".join(f"<tr>{_format_cells('td', row, n_text_columns)}</tr>" for row in rows)
     return f"<table>{head}<tbody>{body}</tbody></table>"
 
 
 def format_paragraph(text: str, *, is_bold: bool = False) -> str:
-    """Return a line of text.
-
-    Parameters
-    ----------
-    text
-        The text.
-    is_bold
-        Whether it is bold, as a title.
-
-    Returns
-    -------
-    str
-        HTML.
-    """
+    """Return a line of text."""
     content = f"<b>{escape(text)}</b>" if is_bold else escape(text)
     return f'<div style="text-align:left">{content}</div>'
 
 
-def draw_small_curve(values: FloatArray, noise: float) -> str:
+def draw_small_curve(
+    values: FloatArray,  # values; shape (n,). Those that are not finite are left out
+    noise: float,
+) -> str:
     """Return a curve over equal steps without axes.
 
-    Parameters
-    ----------
-    values
-        Values; shape (n,). Those that are not finite are left out.
-    noise
-        Range below which the values are drawn as constant.
-
-    Returns
-    -------
-    str
-        A picture as SVG; empty without two finite values.
+    Result: a picture as SVG; empty without two finite values.
     """
     finite = np.flatnonzero(np.isfinite(values))
     if len(finite) < 2:

@@ -20,15 +20,7 @@ CONSTANT_RATIO = 1e-9
 def result_html(result: Any) -> str:
     """Return the fields of a result as HTML.
 
-    Parameters
-    ----------
-    result
-        Instance of a dataclass.
-
-    Returns
-    -------
-    str
-        A table of names, small curves of arrays over one axis, and values or their range.
+    Result: a table of names, small curves of arrays over one axis, and values or their range.
     """
     title = f"{type(result).__name__} (SI units)"
     rows = [row for field in dataclasses.fields(result) if field.repr for row in _field_rows(field.name, getattr(result, field.name))]
@@ -36,18 +28,7 @@ def result_html(result: Any) -> str:
 
 
 def printed_html(result: object) -> str:
-    """Return the text that a result prints as HTML, with its columns aligned.
-
-    Parameters
-    ----------
-    result
-        A result that prints as text.
-
-    Returns
-    -------
-    str
-        HTML.
-    """
+    """Return the text that a result prints as HTML, with its columns aligned."""
     return format_as_html(str(result))
 
 

@@ -17,15 +17,7 @@ ROUNDING_RATIO = 1e-14
 def run_html(run: Trajectory) -> str:
     """Return a run as HTML.
 
-    Parameters
-    ----------
-    run
-        The run.
-
-    Returns
-    -------
-    str
-        Title, outcome, accuracy and cost; a table of the readings with small curves; the events.
+    Result: title, outcome, accuracy and cost; a table of the readings with small curves; the events.
     """
     cost = run.cost
     span = f"{len(run.times)} times from {run.times[0]:g} to {run.times[-1]:g} s" if len(run.times) else "no reported time"

@@ -11,15 +11,7 @@ from governor_mechanism.scenes.description import describe_scene
 def scene_html(scene: Scene) -> str:
     """Return a scene as HTML.
 
-    Parameters
-    ----------
-    scene
-        The scene.
-
-    Returns
-    -------
-    str
-        Title; of each part its machine, dimensions and effects; couplings and readings.
+    Result: title; of each part its machine, dimensions and effects; couplings and readings.
     """
     description = describe_scene(scene)
     lines = [format_paragraph(scene.title, is_bold=True)]

@@ -51,18 +51,5 @@ class FigureFiles:
             raise MechanismError(f"a figure's theme must be one of {', '.join(Theme)}; got {format_value(self.theme)}")
 
     def save(self, figure: Figure, stem: str) -> list[Path]:
-        """Write a figure in all formats.
-
-        Parameters
-        ----------
-        figure
-            The figure.
-        stem
-            Name of the files without their endings.
-
-        Returns
-        -------
-        list[Path]
-            The files.
-        """
+        """Write a figure in all formats."""
         return [figure.save(self.folder / f"{stem}.{one}", self.theme) for one in dict.fromkeys(self.formats)]

@@ -29,15 +29,8 @@ _FACTOR_ACCURACY = 1e-3
 def require_one_coordinate(scene: Scene) -> None:
     """Check that one coordinate determines all positions of a scene; call it before long work.
 
-    Parameters
-    ----------
-    scene
-        The scene.
-
-    Raises
-    ------
-    MechanismError
-        If it has several parts, or not exactly one degree of freedom beside a spindle of given speed.
+    Raises MechanismError if it has several parts, or not exactly one degree of freedom beside a spindle of
+    given speed.
     """
     if len(scene.parts) > 1:
         names = ", ".join(part.name for part in scene.parts)
@@ -56,26 +49,15 @@ def require_one_coordinate(scene: Scene) -> None:
         raise FilmOptionError(template, reason=reason)
 
 
-def magnify_motion(run: Trajectory, factor: float) -> Trajectory:
+def magnify_motion(
+    run: Trajectory,
+    factor: float,  # magnification, at least 1. The mean is that over time
+) -> Trajectory:
     """Return a run with the positions that its coordinate has at its mean + factor * (coordinate - mean).
 
-    Parameters
-    ----------
-    run
-        The run.
-    factor
-        Magnification, at least 1. The mean is that over time.
-
-    Returns
-    -------
-    Trajectory
-        The run with poses, velocities and positional readings of the magnified motion, for drawings.
-
-    Raises
-    ------
-    MechanismError
-        If not exactly one coordinate determines the positions, or the magnified motion leaves the range of the mechanism or passes a
-        stop; the message states the largest possible factor.
+    Result: the run with poses, velocities and positional readings of the magnified motion, for drawings.
+    Raises MechanismError if not exactly one coordinate determines the positions, or the magnified motion
+    leaves the range of the mechanism or passes a stop; the message states the largest possible factor.
     """
     require_one_coordinate(run.scene)
     name = run.scene.part.mechanism.coordinate

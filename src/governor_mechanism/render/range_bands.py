@@ -60,7 +60,13 @@ class RangeBand:
     is_of_turns: bool
 
 
-def find_range_band(times: FloatArray, values: FloatArray, size: PlotSize, turns: FloatArray | None = None) -> RangeBand | None:
+def find_range_band(
+    times: FloatArray,  # times, s; shape (n,)
+    values: FloatArray,  # values of the curve; shape (n,)
+    size: PlotSize,
+    # turns of a shaft since any moment, rising; shape (n,). None counts the oscillations of the curve
+    turns: FloatArray | None = None,
+) -> RangeBand | None:
     """Return the band and the mean of a curve whose oscillations are too narrow for a plot, or None for any other curve.
 
     A cycle is a turn of a shaft, or where no shaft turns in step with the curve, the curve from one of its minima to the next; a curve
@@ -69,22 +75,6 @@ def find_range_band(times: FloatArray, values: FloatArray, size: PlotSize, turns
     half after, divided by its duration. Within half a cycle of both ends there is none: it would need values that the run does not have. A
     jump of the mean becomes a slope over the cycle about it, without overshoot. Where a cycle has few samples, band and mean vary with
     where these lie.
-
-    Parameters
-    ----------
-    times
-        Times, s; shape (n,).
-    values
-        Values of the curve; shape (n,).
-    size
-        The plot over all of these times.
-    turns
-        Turns of a shaft since any moment, rising; shape (n,). None counts the oscillations of the curve.
-
-    Returns
-    -------
-    RangeBand or None
-        The band.
     """
     duration = float(np.ptp(times)) if len(times) else 0.0
     if duration <= 0.0 or not np.isfinite(values).all():
@@ -103,26 +93,17 @@ def find_range_band(times: FloatArray, values: FloatArray, size: PlotSize, turns
     return None if cycles is None else make_range_band(times, values, cycles, n_columns, is_of_turns=False)
 
 
-def make_range_band(times: FloatArray, values: FloatArray, cycles: FloatArray, n_columns: int, *, is_of_turns: bool = True) -> RangeBand:
+def make_range_band(
+    times: FloatArray,  # times, s; shape (n,)
+    values: FloatArray,  # values of the curve; shape (n,)
+    cycles: FloatArray,  # cycles since any moment, rising; shape (n,)
+    n_columns: int,  # number of columns of a plot over the times: the band has a point at each end of one
+    *,
+    is_of_turns: bool = True,
+) -> RangeBand:
     """Return the band and the mean of a curve whatever its oscillations.
 
-    Parameters
-    ----------
-    times
-        Times, s; shape (n,).
-    values
-        Values of the curve; shape (n,).
-    cycles
-        Cycles since any moment, rising; shape (n,).
-    n_columns
-        Number of columns of a plot over the times: the band has a point at each end of one.
-    is_of_turns
-        Whether a cycle is a turn of a shaft.
-
-    Returns
-    -------
-    RangeBand
-        The band and the mean as those of `find_range_band`.
+    Result: the band and the mean as those of `find_range_band`.
     """
     points = np.linspace(times[0], times[-1], max(n_columns, 1) + 1)
     middles = np.interp(points, times, cycles)
@@ -145,35 +126,17 @@ def make_range_band(times: FloatArray, values: FloatArray, cycles: FloatArray, n
 
 
 def name_cycles(bands: Sequence[RangeBand]) -> str:
-    """Return what the cycle of bands is: "a turn", "an oscillation", or either.
-
-    Parameters
-    ----------
-    bands
-        At least one band.
-
-    Returns
-    -------
-    str
-        The name.
-    """
+    """Return what the cycle of bands is: "a turn", "an oscillation", or either."""
     kinds = {band.is_of_turns for band in bands}
     return " or ".join(name for name, is_of_turns in (("a turn", True), ("an oscillation", False)) if is_of_turns in kinds)
 
 
-def count_turns(run: Trajectory) -> FloatArray | None:
-    """Return the turns (n,) of the shaft whose turn is the cycle of a run, or None if no shaft turns steadily.
-
-    Parameters
-    ----------
-    run
-        The run. Of a governed engine the shaft is that of the engine, else the first angle of more than two turns.
-
-    Returns
-    -------
-    FloatArray or None
-        Turns, strictly rising.
-    """
+def count_turns(
+    # the run. Of a governed engine the shaft is that of the engine, else the first angle of more than two
+    # turns
+    run: Trajectory,
+) -> FloatArray | None:
+    """Return the turns (n,) of the shaft whose turn is the cycle of a run, or None if no shaft turns steadily."""
     governed = find_governed_engine(run.scene)
     names = [governed.crank_angle] if governed else [name for name in run.readings if run.units.get(name) == "rad"]
     for name in names:

@@ -14,29 +14,18 @@ POINTS_BETWEEN_SAMPLES = 7
 """Number of points that are put between two samples."""
 
 
-def refine_curve(times: FloatArray, values: FloatArray, rates: FloatArray, size: PlotSize) -> tuple[FloatArray, FloatArray]:
+def refine_curve(
+    times: FloatArray,  # times of the samples, s; shape (n,)
+    values: FloatArray,  # values; shape (n,)
+    rates: FloatArray,  # their rates, 1/s; shape (n,)
+    size: PlotSize,
+) -> tuple[FloatArray, FloatArray]:
     """Return a curve with further points where straight lines between its samples would be seen as corners.
 
     The points lie on the cubic with the values and rates of both samples. None are put where rates and values do not belong together, as
     at an impact.
 
-    Parameters
-    ----------
-    times
-        Times of the samples, s; shape (n,).
-    values
-        Values; shape (n,).
-    rates
-        Their rates, 1/s; shape (n,).
-    size
-        The plot over all of these times.
-
-    Returns
-    -------
-    times : FloatArray
-        Times with those of the further points, s; shape (m,).
-    values : FloatArray
-        Values there; shape (m,).
+    Results: times, times with those of the further points, s; shape (m,); values, values there; shape (m,).
     """
     steps = np.diff(times)
     low, high = size.limits

@@ -28,18 +28,8 @@ Colour = Any
 def themed_colour(colour: Colour, theme: Theme) -> Colour:
     """Return the colour in a theme that stands for one of the light theme, with the same opacity.
 
-    Parameters
-    ----------
-    colour
-        A colour of the light theme.
-    theme
-        The theme.
-
-    Returns
-    -------
-    Colour
-        Red, green, blue and opacity, 0 to 1. On a dark ground, a colour outside the table of the drawings has the inverse lightness.
-        Without a ground, the paper is invisible.
+    Result: red, green, blue and opacity, 0 to 1. On a dark ground, a colour outside the table of the drawings
+    has the inverse lightness. Without a ground, the paper is invisible.
     """
     red, green, blue, opacity = to_rgba(colour)
     name = to_hex((red, green, blue))
@@ -58,17 +48,7 @@ def _inverse_lightness(red: float, green: float, blue: float) -> tuple[float, fl
 def themed(figure: Figure, theme: Theme) -> Iterator[None]:
     """Give a figure the colours of a theme while the body of the with statement runs.
 
-    Parameters
-    ----------
-    figure
-        A figure in the colours of the light theme.
-    theme
-        The theme.
-
-    Yields
-    ------
-    None
-        While the figure has these colours.
+    Result: while the figure has these colours.
     """
     changes = recolour(figure, theme)
     try:
@@ -85,17 +65,7 @@ Change = tuple[Callable[[Any], object], Any, Any]
 def recolour(figure: Figure, theme: Theme) -> list[Change]:
     """Give a figure the colours of a theme.
 
-    Parameters
-    ----------
-    figure
-        A figure in the colours of the light theme.
-    theme
-        The theme.
-
-    Returns
-    -------
-    list of Change
-        What was changed.
+    Result: what was changed.
     """
     if theme is Theme.LIGHT:
         return []

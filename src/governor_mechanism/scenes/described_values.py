@@ -60,42 +60,26 @@ class DescribedValue:
         return values | ({"meaning": self.meaning} if self.meaning else {})
 
 
-def format_number(value: float, unit: str) -> str:
+def format_number(
+    value: float,
+    unit: str,  # SI unit
+) -> str:
     """Return a number with a customary unit, as scene files write it.
 
-    Parameters
-    ----------
-    value
-        Value, SI.
-    unit
-        SI unit.
-
-    Returns
-    -------
-    str
-        Text such as "300 mm"; "none" for an infinite one.
+    Result: text such as "300 mm"; "none" for an infinite one.
     """
     return "none" if math.isinf(value) else format_quantity(value, NEAT_UNITS.get(unit, unit))
 
 
-def describe_value(name: str, value: Any, unit: str, meaning: str = "") -> DescribedValue:
+def describe_value(
+    name: str,
+    value: Any,  # a number in SI, None, a flag, a word, a function or a motion
+    unit: str,  # SI unit of the number or of the values of the function
+    meaning: str = "",
+) -> DescribedValue:
     """Return a value of a description with its name.
 
-    Parameters
-    ----------
-    name
-        Name, as in a scene file.
-    value
-        A number in SI, None, a flag, a word, a function or a motion.
-    unit
-        SI unit of the number or of the values of the function.
-    meaning
-        What it is.
-
-    Returns
-    -------
-    DescribedValue
-        The value; that of a function is a text.
+    Result: the value; that of a function is a text.
     """
     if isinstance(value, InputFunction):
         is_plain = value.is_constant
@@ -108,20 +92,13 @@ def describe_value(name: str, value: Any, unit: str, meaning: str = "") -> Descr
     return DescribedValue(name=name, value=None if is_left_out else value, unit="" if isinstance(value, str) else unit, meaning=meaning)
 
 
-def describe_input(function: InputFunction, unit: str) -> str:
+def describe_input(
+    function: InputFunction,  # value over time, with the functions of readings that are added and multiplied
+    unit: str,  # SI unit of the value
+) -> str:
     """Return an input in words.
 
-    Parameters
-    ----------
-    function
-        Value over time, with the functions of readings that are added and multiplied.
-    unit
-        SI unit of the value.
-
-    Returns
-    -------
-    str
-        Text such as "300 N m at 0 s, 150 N m at 6 s, times a table of governor.sleeve_lift".
+    Result: text such as "300 N m at 0 s, 150 N m at 6 s, times a table of governor.sleeve_lift".
     """
     has_zero = len(function.times) == 1 and not function.values[0] and bool(function.functions or function.harmonics)
     terms = [] if has_zero else [_describe_points(function.times, function.values, unit)]

@@ -32,18 +32,12 @@ from governor_mechanism.units.fields import class_words, fields_of
 from governor_mechanism.units.quantities import parse_quantity
 
 
-def describe_scene(scene: Scene) -> SceneDescription:
+def describe_scene(
+    scene: Scene,  # the scene. One that cannot start is described too; `problem` says why
+) -> SceneDescription:
     """Describe a scene: dimensions with units, effects, readings, degrees of freedom, loads, couplings, events, and its engines.
 
-    Parameters
-    ----------
-    scene
-        The scene. One that cannot start is described too; `problem` says why.
-
-    Returns
-    -------
-    SceneDescription
-        The description; it prints as text, and `as_json` returns plain values.
+    Result: the description; it prints as text, and `as_json` returns plain values.
     """
     start_values, degrees_of_freedom, problem = _start_of(scene)
     settings = scene.run

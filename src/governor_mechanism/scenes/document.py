@@ -36,22 +36,7 @@ GOVERNOR_PART_NAME = "governor"
 def parse_document(document: Mapping[str, Any], source: str) -> Scene:
     """Return the scene of a document of one part or of several.
 
-    Parameters
-    ----------
-    document
-        Keys and tables.
-    source
-        Path or name of the scene file.
-
-    Returns
-    -------
-    Scene
-        The scene.
-
-    Raises
-    ------
-    MechanismError
-        With all mistakes.
+    Raises MechanismError with all mistakes.
     """
     collector = ProblemCollector()
     is_single = "part" not in document and "coupling" not in document

@@ -33,10 +33,7 @@ _COMMON_KEYS: Final = ("title", "run", "events")
 def scene_schema() -> dict[str, Any]:
     """Return the JSON Schema (draft 7) of scene files.
 
-    Returns
-    -------
-    dict
-        The schema: with `part` or `coupling` that of several parts, otherwise by the machine.
+    Result: the schema: with `part` or `coupling` that of several parts, otherwise by the machine.
     """
     names = [*MACHINES, CUSTOM_MACHINE]
     definitions: dict[str, Any] = {f"dimensions_{name}": dimensions_table(MACHINES[name]).schema() for name in MACHINES}

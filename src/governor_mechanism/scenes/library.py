@@ -32,28 +32,14 @@ def models_folder() -> Path:
 
 
 def shipped_scenes() -> dict[str, Path]:
-    """Return the paths of the shipped scenes by name, sorted.
-
-    Returns
-    -------
-    dict
-        Path by name.
-    """
+    """Return the paths of the shipped scenes by name, sorted."""
     return {path.stem: path for path in sorted(models_folder().glob("*.toml"))}
 
 
 def read_scene_title(path: Path) -> str:
     """Return the title of a scene file without parsing the rest.
 
-    Parameters
-    ----------
-    path
-        Path of the file.
-
-    Returns
-    -------
-    str
-        The title, or the stem of the path without one.
+    Result: the title, or the stem of the path without one.
     """
     return str(tomllib.loads(path.read_text(encoding="utf-8")).get("title", path.stem))
 
@@ -85,18 +71,7 @@ class SceneContents:
 
 
 def read_scene_contents(path: Path) -> SceneContents:
-    """Return what a scene file says at a glance, without checking it.
-
-    Parameters
-    ----------
-    path
-        Path of the file.
-
-    Returns
-    -------
-    SceneContents
-        Title, machines, dimensions and effects.
-    """
+    """Return what a scene file says at a glance, without checking it."""
     document: dict[str, Any] = tomllib.loads(path.read_text(encoding="utf-8"))
     parts = {f"{name}.": part for name, part in document["part"].items()} if "part" in document else {"": document}
     effects = {f"{prefix}{key}": value for prefix, part in parts.items() for key, value in part.get("effects", {}).items()}
@@ -109,13 +84,7 @@ def read_scene_contents(path: Path) -> SceneContents:
 
 
 def list_contents() -> dict[str, SceneContents]:
-    """Return what the shipped scenes say at a glance, by name.
-
-    Returns
-    -------
-    dict
-        Contents by name, sorted.
-    """
+    """Return what the shipped scenes say at a glance, by name (sorted)."""
     return {name: read_scene_contents(path) for name, path in shipped_scenes().items()}
 
 
@@ -125,23 +94,12 @@ def _read_once(path: Path, modified: int, size: int) -> Scene:
     return read_scene_file(path)
 
 
-def load_scene(scene: str | Path) -> Scene:
+def load_scene(
+    scene: str | Path,  # a path, or the name of a shipped scene. Text with a dot or a separator is a path
+) -> Scene:
     """Return the scene of a file or the shipped scene of a name.
 
-    Parameters
-    ----------
-    scene
-        A path, or the name of a shipped scene. Text with a dot or a separator is a path.
-
-    Returns
-    -------
-    Scene
-        The scene.
-
-    Raises
-    ------
-    MechanismError
-        If the name is unknown, or the file cannot be read or has mistakes.
+    Raises MechanismError if the name is unknown, or the file cannot be read or has mistakes.
     """
     if not isinstance(scene, str | Path):
         raise MechanismError(f"a scene is a path or the name of a shipped scene, or what load returns; found {format_value(scene)}")

@@ -42,34 +42,12 @@ FUNCTION_KEYS: Final = ("table", "gain", "harmonics")
 
 
 def harmonic_table(kind: str) -> Table:
-    """Return the table of a harmonic amplitude * sin(2 pi * frequency * t + phase) of the time.
-
-    Parameters
-    ----------
-    kind
-        Kind of quantity of the amplitude.
-
-    Returns
-    -------
-    Table
-        The table.
-    """
+    """Return the table of a harmonic amplitude * sin(2 pi * frequency * t + phase) of the time."""
     return _harmonic_table(Harmonic, kind, 'frequency = "2 Hz"')
 
 
 def angle_harmonic_table(kind: str) -> Table:
-    """Return the table of a harmonic amplitude * sin(order * angle + phase) of an angle.
-
-    Parameters
-    ----------
-    kind
-        Kind of quantity of the amplitude.
-
-    Returns
-    -------
-    Table
-        The table.
-    """
+    """Return the table of a harmonic amplitude * sin(order * angle + phase) of an angle."""
     return _harmonic_table(AngleHarmonic, kind, "order = 2")
 
 
@@ -178,31 +156,16 @@ LOAD_TYPES: Final[Mapping[str, quantities.ValueType]] = {
 """How values are written, loads too."""
 
 
-def parse_load(value: Any, kind: str, name: str, sign: str = "any", reason: str = "") -> InputFunction:
+def parse_load(
+    value: Any,
+    kind: str,
+    name: str,
+    sign: str = "any",  # key of quantities.SIGNS, for a load that depends on time alone
+    reason: str = "",  # reason for the sign, at the end of the requirement
+) -> InputFunction:
     """Return a load: a quantity, a list of [time, quantity], harmonics, a function of a reading, or a list of these, which is their sum.
 
-    Parameters
-    ----------
-    value
-        Value as read from TOML.
-    kind
-        Kind of the load: "torque" or "force".
-    name
-        Name of the load in messages.
-    sign
-        Key of quantities.SIGNS, for a load that depends on time alone.
-    reason
-        Reason for the sign, at the end of the requirement.
-
-    Returns
-    -------
-    InputFunction
-        The load.
-
-    Raises
-    ------
-    MechanismError
-        With the problems of the value.
+    Raises MechanismError with the problems of the value.
     """
     load = _parse_terms(value, kind, name)
     has_sign, requirement = quantities.SIGNS[sign]

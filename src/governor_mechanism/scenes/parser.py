@@ -26,25 +26,14 @@ MAX_SCENE_FILE_SIZE = 1_000_000
 """Largest scene file, bytes; a scene is a page of text, and a larger file is not a scene."""
 
 
-def read_scene_file(path: str | Path, *, known_names: Iterable[str] = ()) -> Scene:
+def read_scene_file(
+    path: str | Path,
+    *,
+    known_names: Iterable[str] = (),  # names of scenes to suggest if there is no such file
+) -> Scene:
     """Return the scene of a TOML file.
 
-    Parameters
-    ----------
-    path
-        Path of the file.
-    known_names
-        Names of scenes to suggest if there is no such file.
-
-    Returns
-    -------
-    Scene
-        The scene.
-
-    Raises
-    ------
-    MechanismError
-        With a sentence for each mistake in the file, or why it cannot be read.
+    Raises MechanismError with a sentence for each mistake in the file, or why it cannot be read.
     """
     source = str(path)
     with _named(source):
@@ -52,25 +41,13 @@ def read_scene_file(path: str | Path, *, known_names: Iterable[str] = ()) -> Sce
     return parse_scene_document(document, source)
 
 
-def parse_scene_document(document: Mapping[str, Any], source: str = "") -> Scene:
+def parse_scene_document(
+    document: Mapping[str, Any],  # keys and tables; numbers without a unit are SI
+    source: str = "",  # start of every message, usually the path of the file
+) -> Scene:
     """Return the scene of a document as read from TOML.
 
-    Parameters
-    ----------
-    document
-        Keys and tables; numbers without a unit are SI.
-    source
-        Start of every message, usually the path of the file.
-
-    Returns
-    -------
-    Scene
-        The scene, with a copy of the document.
-
-    Raises
-    ------
-    MechanismError
-        With all mistakes as `problems`.
+    Result: the scene, with a copy of the document. Raises MechanismError with all mistakes as `problems`.
     """
     with _named(source):
         if not isinstance(document, Mapping):

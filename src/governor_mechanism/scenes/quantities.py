@@ -37,35 +37,20 @@ Columns = tuple[tuple[float, ...], tuple[float, ...]]
 _Parsed = TypeVar("_Parsed")
 
 
-def parse_si(value: object, kind: str, key: str = KEY, *, sign: str = "any", bounded: bool = False, hint: str = "") -> float:
+def parse_si(
+    value: object,  # number in SI, or text with a unit
+    kind: str,
+    key: str = KEY,
+    *,
+    sign: str = "any",
+    bounded: bool = False,  # whether the magnitude must be that of something that can be built
+    hint: str = "",
+) -> float:
     """Return a quantity in SI.
 
     A bare number far above anything that is built is refused, because a unit would show what is meant.
 
-    Parameters
-    ----------
-    value
-        Number in SI, or text with a unit.
-    kind
-        Key of QUANTITY_KINDS.
-    key
-        Key path in messages.
-    sign
-        Key of SIGNS.
-    bounded
-        Whether the magnitude must be that of something that can be built.
-    hint
-        End of the message about a wrong sign.
-
-    Returns
-    -------
-    float
-        The value in SI.
-
-    Raises
-    ------
-    MechanismError
-        With the problem of the value.
+    Raises MechanismError with the problem of the value.
     """
     try:
         number = read_quantity(value, kind, key)
@@ -183,17 +168,7 @@ NUMBER_OR_TEXT: Final[JsonSchema] = {"type": ["number", "string"]}
 def quantity_schema(kind: str, sign: str = "any") -> dict[str, Any]:
     """Return the JSON Schema of a quantity.
 
-    Parameters
-    ----------
-    kind
-        Key of QUANTITY_KINDS.
-    sign
-        Key of SIGNS; it holds for bare numbers.
-
-    Returns
-    -------
-    dict
-        The schema: a number in SI, or text with a unit.
+    Result: the schema: a number in SI, or text with a unit.
     """
     limit = {"positive": {"exclusiveMinimum": 0}, "not negative": {"minimum": 0}}.get(sign, {})
     return {**NUMBER_OR_TEXT, "pattern": NUMBER_PATTERN, **limit, "description": QUANTITY_KINDS[kind].hint}

@@ -173,15 +173,7 @@ def parse_spindle(values: Mapping[str, Any], is_coupled: bool) -> Spindle | Free
 def dimensions_table(machine: type[Machine]) -> Table:
     """Return the table [dimensions] of a machine, from the declared fields of its class.
 
-    Parameters
-    ----------
-    machine
-        Class of the machine.
-
-    Returns
-    -------
-    Table
-        Table with one key per dimension.
+    Result: table with one key per dimension.
     """
     fields = {}
     for name, declared in fields_of(machine).items():

@@ -80,22 +80,7 @@ class Table:
     def read(self, values: object, context: Any = None) -> dict[str, Any]:
         """Return the values of the keys that are given, by argument and in the order of the declarations.
 
-        Parameters
-        ----------
-        values
-            The table as read from TOML.
-        context
-            What the readers of values need besides.
-
-        Returns
-        -------
-        dict[str, Any]
-            The values.
-
-        Raises
-        ------
-        MechanismError
-            With a `Problem` for each mistake.
+        Raises MechanismError with a `Problem` for each mistake.
         """
         if not isinstance(values, Mapping):
             raise wrong_value(values, "must be a table", f"; write {self.example}" if self.example else "")

@@ -60,20 +60,7 @@ _HEADER: Final = """\
 def scene_template(machine: str) -> str:
     """Return a scene file to begin with.
 
-    Parameters
-    ----------
-    machine
-        One of TEMPLATE_NAMES.
-
-    Returns
-    -------
-    str
-        Text of the file, with comments.
-
-    Raises
-    ------
-    MechanismError
-        If there is no machine of that name.
+    Result: text of the file, with comments. Raises MechanismError if there is no machine of that name.
     """
     by_word = {name.replace("-", "_"): name for name in TEMPLATE_NAMES}
     name = by_word.get(machine.replace("-", "_"))

@@ -172,30 +172,15 @@ class EffectsStudy(PrintedResult):
 
 
 def run_effects_study(
-    scene: Scene, engine: str = "auto", accuracy: float | None = None, progress: Callable[[int, int], None] | None = None
+    scene: Scene,
+    engine: str = "auto",
+    accuracy: float | None = None,  # accuracy of the runs; None: that of the scene
+    # called with the number of finished runs and the number of all
+    progress: Callable[[int, int], None] | None = None,
 ) -> EffectsStudy:
     """Run a scene with each effect switched in turn, all by one engine at one accuracy.
 
-    Parameters
-    ----------
-    scene
-        The scene.
-    engine
-        Name of an engine, or "auto".
-    accuracy
-        Accuracy of the runs; None: that of the scene.
-    progress
-        Called with the number of finished runs and the number of all.
-
-    Returns
-    -------
-    EffectsStudy
-        Changes and costs of the effects.
-
-    Raises
-    ------
-    MechanismError
-        If the scene itself cannot be run.
+    Result: changes and costs of the effects. Raises MechanismError if the scene itself cannot be run.
     """
     chosen, _ = select_engine(scene.run.engine if engine == "auto" else engine, scene, accuracy)
     requested_accuracy = scene.run.accuracy if accuracy is None else accuracy

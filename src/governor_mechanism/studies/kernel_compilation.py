@@ -109,10 +109,7 @@ class KernelCompilation:
 def compile_all_kernels() -> KernelCompilation:
     """Compile the kernels that are not in the cache yet.
 
-    Returns
-    -------
-    KernelCompilation
-        What was compiled, and where.
+    Result: what was compiled, and where.
     """
     folder = kernel_cache_folder()
     return KernelCompilation(tuple(_compile_for(name, calculate, folder) for name, calculate in _KERNEL_USES.items()), folder)

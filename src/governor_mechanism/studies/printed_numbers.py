@@ -67,14 +67,6 @@ PRINTED_COLUMNS = (
 def select_deviations(numbers: Iterable[PrintedNumber]) -> tuple[PrintedNumber, ...]:
     """Return the numbers that have a cause to deviate, in their order.
 
-    Parameters
-    ----------
-    numbers
-        Printed numbers.
-
-    Returns
-    -------
-    tuple of PrintedNumber
-        Those that do not agree with the recomputed ones.
+    Result: those that do not agree with the recomputed ones.
     """
     return tuple(number for number in numbers if number.cause)

@@ -21,21 +21,14 @@ Motions = Mapping[str, tuple[FloatArray, FloatArray]]
 """Values and rates (n,) of readings; a reading without a rate has an empty array."""
 
 
-def compare_runs(run: Trajectory, reference: Trajectory) -> tuple[Mapping[str, float], float | None]:
+def compare_runs(
+    run: Trajectory,
+    reference: Trajectory,  # a run of the same scene at the same times
+) -> tuple[Mapping[str, float], float | None]:
     """Return the errors of a run against a reference run at the times that both reach.
 
-    Parameters
-    ----------
-    run
-        A run.
-    reference
-        A run of the same scene at the same times.
-
-    Returns
-    -------
-    tuple[Mapping[str, float], float | None]
-        Largest error of each reading and rate away from events, in units of its scale, and the error of the event times, s; None for a
-        scene without contacts.
+    Result: largest error of each reading and rate away from events, in units of its scale, and the error of
+    the event times, s; None for a scene without contacts.
     """
     n_shared = min(len(reference.times), len(run.times))
     times, is_compared, event_time_error = run.times[:n_shared], np.ones(n_shared, dtype=np.bool_), None
@@ -48,22 +41,14 @@ def compare_runs(run: Trajectory, reference: Trajectory) -> tuple[Mapping[str, f
     return compare_motions(run, motions, is_compared), event_time_error
 
 
-def compare_motions(run: Trajectory, motions: Motions, is_compared: BoolArray) -> Mapping[str, float]:
+def compare_motions(
+    run: Trajectory,
+    motions: Motions,  # known values and rates of readings at the times of the run, or at more
+    is_compared: BoolArray,  # which of the first m times are compared; shape (m,)
+) -> Mapping[str, float]:
     """Return the errors of a run against known motions, in units of the scales.
 
-    Parameters
-    ----------
-    run
-        A run.
-    motions
-        Known values and rates of readings at the times of the run, or at more.
-    is_compared
-        Which of the first m times are compared; shape (m,).
-
-    Returns
-    -------
-    Mapping[str, float]
-        Largest error of each reading and rate.
+    Result: largest error of each reading and rate.
     """
     indices, scales = np.flatnonzero(is_compared), run.scales
 

@@ -154,25 +154,13 @@ def _rows(gear: ValveGear) -> list[tuple[str, ...]]:
     return rows
 
 
-def compare_valve_gears(scenes: Sequence[Scene], count: int = DEFAULT_COUNT) -> ValveGears:
+def compare_valve_gears(
+    scenes: Sequence[Scene],  # scenes of one part, from files, whose valves name their reverser
+    count: int = DEFAULT_COUNT,
+) -> ValveGears:
     """Return leads, cut-offs and travel of valve gears over the range of what reverses them.
 
-    Parameters
-    ----------
-    scenes
-        Scenes of one part, from files, whose valves name their reverser.
-    count
-        Number of positions; at least 2.
-
-    Returns
-    -------
-    ValveGears
-        The gears in the order of the scenes.
-
-    Raises
-    ------
-    MechanismError
-        If a valve has no reverser, or if a gear cannot be assembled.
+    Raises MechanismError if a valve has no reverser, or if a gear cannot be assembled.
     """
     return ValveGears(gears=tuple(_follow_gear(scene, count) for scene in scenes))
 

@@ -156,20 +156,12 @@ class ValveTiming(PrintedResult):
         return plain_record(self, "rows", events=[row.as_json() for row in self.rows])
 
 
-def tabulate_valve_timing(scene: Scene) -> ValveTiming:
+def tabulate_valve_timing(
+    scene: Scene,  # a scene of one part whose mechanism has a valve
+) -> ValveTiming:
     """Return the valve events of a scene, to about 1e-13 rad.
 
     It raises MechanismError for a scene without a valve or a crank that turns fully.
-
-    Parameters
-    ----------
-    scene
-        A scene of one part whose mechanism has a valve.
-
-    Returns
-    -------
-    ValveTiming
-        Events, leads, openings and travel.
     """
     motion, timings = valve_motion_of(scene), find_port_timings(scene)
     angles = {name: angle for timing in timings for name, angle in timing.events.items()}

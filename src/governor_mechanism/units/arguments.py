@@ -71,10 +71,7 @@ def check_arguments(**requirements: Requirement) -> Callable[[Callable[_Paramete
 
     What each argument must be, in words and as a predicate, is given by its name.
 
-    Returns
-    -------
-    Callable
-        The decorator; the function that it returns raises MechanismError.
+    Result: the decorator; the function that it returns raises MechanismError.
     """
 
     def decorate(function: Callable[_Parameters, _Result]) -> Callable[_Parameters, _Result]:

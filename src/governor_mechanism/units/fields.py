@@ -107,38 +107,29 @@ def declare(form: str, *kinds: str, default: Any = REQUIRED, examples: str | tup
     return Declaration(form=form, kinds=kinds, default=default, examples=shown, **properties)
 
 
-def entry(form: str, *kinds: str, default: Any = REQUIRED, **properties: Any) -> Any:
+def entry(
+    form: str,  # how a scene file writes the value, as "flag", "choice", "label" or "load"
+    *kinds: str,
+    default: Any = REQUIRED,  # default of the field; without one it must be given
+    **properties: Any,
+) -> Any:
     """Declare a dataclass field whose value is no plain quantity.
 
-    Parameters
-    ----------
-    form
-        How a scene file writes the value, as "flag", "choice", "label" or "load".
-    default
-        Default of the field; without one it must be given.
-
-    Returns
-    -------
-    Any
-        The field; kinds of quantity and other arguments are those of `declare`.
+    Result: the field; kinds of quantity and other arguments are those of `declare`.
     """
     own_default = MISSING if default is REQUIRED else default
     declared = declare(form, *kinds, default=default, **properties)
     return dataclasses.field(default=own_default, metadata={"declared": declared})
 
 
-def quantity(*kinds: str, default: Any = REQUIRED, **properties: Any) -> Any:
+def quantity(
+    *kinds: str,
+    default: Any = REQUIRED,  # default of the field; without one it must be given
+    **properties: Any,
+) -> Any:
     """Declare a dataclass field that is a quantity in SI.
 
-    Parameters
-    ----------
-    default
-        Default of the field; without one it must be given.
-
-    Returns
-    -------
-    Any
-        The field; kinds of quantity and other arguments are those of `declare`.
+    Result: the field; kinds of quantity and other arguments are those of `declare`.
     """
     return entry("quantity", *kinds, default=default, **properties)
 
@@ -153,15 +144,7 @@ optional_size = partial(quantity, sign="not negative", built=True, default=0.0)
 def fields_of(owner: Any) -> dict[str, Declaration]:
     """Return what the fields of a dataclass declare, by name and in their order.
 
-    Parameters
-    ----------
-    owner
-        The dataclass.
-
-    Returns
-    -------
-    dict[str, Declaration]
-        The declarations; fields without one are left out.
+    Result: the declarations; fields without one are left out.
     """
     return _fields_of(owner)
 

@@ -22,21 +22,11 @@ _SIZES: Final = {
 _SPECIFICATION: Final = re.compile(r"([^ /]*)(?:([ /])(.*))?")
 
 
-def in_unit(value: Any, unit: str) -> Any:
-    """Return a quantity, or an array of quantities, in a unit of the papers or the workshop.
-
-    Parameters
-    ----------
-    value
-        The quantity, SI.
-    unit
-        The unit, such as "mm" or "kgf"; "" for SI.
-
-    Returns
-    -------
-    Any
-        The number.
-    """
+def in_unit(
+    value: Any,  # the quantity, SI
+    unit: str,  # the unit, such as "mm" or "kgf"; "" for SI
+) -> Any:
+    """Return a quantity, or an array of quantities, in a unit of the papers or the workshop."""
     if not unit:
         return value
     return value * _NUMBER_IN_SI[unit] if unit in _NUMBER_IN_SI else value / _SIZES[unit]
@@ -69,20 +59,6 @@ def fill_places(text: str, record: object, places: Places | None = None, /, **va
     """Return a text with its places filled; a line with a place whose value is None is left out.
 
     `values` are the values of places that are no attributes of the record.
-
-    Parameters
-    ----------
-    text
-        The text.
-    record
-        Its attributes are the values of the places.
-    places
-        Format of the places.
-
-    Returns
-    -------
-    str
-        The text.
     """
     lines = list[str]()
     for line in text.splitlines():

@@ -147,30 +147,17 @@ _PER_SECOND = re.compile(r"(?:(?:/|per|p)\s*s(?:ec\w*)?|s\^?-1)$")
 _CHARACTER_REPLACEMENTS = str.maketrans({"−": "-", "⁻": "-", "¹": "1", "²": "2", "³": "3", "·": "*", "⋅": "*", "×": "*"})
 
 
-def parse_quantity(value: object, kind: str, what: str) -> float:
+def parse_quantity(
+    value: object,  # a number in SI, or text of a number and a unit
+    kind: str,
+    what: str,
+) -> float:
     """Return a quantity in SI.
 
     In angular speeds, rev, r and U per time are turns, 1/min means turns per minute, and 1/s means rad/s. A frequency counts
     cycles: one of 2 pi rad/s, or of one turn per second, is 1 Hz.
 
-    Parameters
-    ----------
-    value
-        A number in SI, or text of a number and a unit.
-    kind
-        Key of QUANTITY_KINDS.
-    what
-        Name of the quantity for messages.
-
-    Returns
-    -------
-    float
-        Value in SI.
-
-    Raises
-    ------
-    MechanismError
-        If the value is not a quantity of this kind within its largest magnitude.
+    Raises MechanismError if the value is not a quantity of this kind within its largest magnitude.
     """
     number = read_quantity(value, kind, what)
     require_plausible(number, kind, what, format_value(value))
@@ -204,27 +191,15 @@ def read_quantity(value: object, kind: str, what: str) -> float:
     return number
 
 
-def convert_texts(values: Any, kind: str, what: str) -> Any:
+def convert_texts(
+    values: Any,  # numbers in SI and texts with a unit: one, or a list, tuple or array
+    kind: str,
+    what: str,
+) -> Any:
     """Return a quantity, or a list of quantities, with the texts in SI; what is no text stays as it is, for others to check.
 
-    Parameters
-    ----------
-    values
-        Numbers in SI and texts with a unit: one, or a list, tuple or array.
-    kind
-        Key of QUANTITY_KINDS.
-    what
-        Name of the quantity for messages.
-
-    Returns
-    -------
-    Any
-        The values, a list where there were texts in a sequence.
-
-    Raises
-    ------
-    MechanismError
-        If a text is no finite quantity of this kind.
+    Result: the values, a list where there were texts in a sequence. Raises MechanismError if a text is no
+    finite quantity of this kind.
     """
     if isinstance(values, str):
         return parse_quantity(values, kind, what)
@@ -235,18 +210,7 @@ def convert_texts(values: Any, kind: str, what: str) -> Any:
 
 
 def number_or_text(text: str) -> float | str:
-    """Return the number of a text without a unit, which is in SI as in a scene file, or any other text without blanks at its ends.
-
-    Parameters
-    ----------
-    text
-        A text of the command line.
-
-    Returns
-    -------
-    float or str
-        The number or the text.
-    """
+    """Return the number of a text without a unit, which is in SI as in a scene file, or any other text without blanks at its ends."""
     try:
         return float(text)
     except ValueError:
@@ -254,18 +218,7 @@ def number_or_text(text: str) -> float | str:
 
 
 def format_value(value: object) -> str:
-    """Return a value as a scene file would write it, shortened, for messages.
-
-    Parameters
-    ----------
-    value
-        Value that was found.
-
-    Returns
-    -------
-    str
-        Its text.
-    """
+    """Return a value as a scene file would write it, shortened, for messages."""
     if isinstance(value, str):
         return json.dumps(value if len(value) <= 60 else value[:57] + "...", ensure_ascii=False)
     return _ValueFormat().repr(value)
@@ -427,15 +380,7 @@ DISPLAY_UNITS = {"rad": (180 / math.pi, "deg"), "m": (1e3, "mm"), "rad/s": (30 /
 def format_reading_name(name: str) -> str:
     """Return the name of a reading in running text.
 
-    Parameters
-    ----------
-    name
-        Name, as "arm_angle" or "governor.arm_angle".
-
-    Returns
-    -------
-    str
-        The words of the name; a name with that of its part stays as it is written in scene files.
+    Result: the words of the name; a name with that of its part stays as it is written in scene files.
     """
     return name if "." in name else name.replace("_", " ")
 
@@ -445,22 +390,11 @@ def in_mm(metres: float) -> str:
     return f"{metres * 1e3:.6g} mm"
 
 
-def format_quantity(value: float, unit: str, digits: str = ".6g") -> str:
-    """Return a value as text with a customary unit.
-
-    Parameters
-    ----------
-    value
-        Value, SI.
-    unit
-        SI unit.
-    digits
-        Format specification of the number.
-
-    Returns
-    -------
-    str
-        Text such as "61 rpm".
-    """
+def format_quantity(
+    value: float,
+    unit: str,  # SI unit
+    digits: str = ".6g",
+) -> str:
+    """Return a value as text with a customary unit."""
     factor, name = DISPLAY_UNITS.get(unit, (1.0, unit))
     return f"{value * factor + 0.0:{digits}} {name}".rstrip()  # adding zero turns -0 into 0

@@ -7,22 +7,15 @@ COLUMN_GAP = 2
 """Spaces between two columns of a text table."""
 
 
-def format_table(headers: Sequence[str], rows: Iterable[Sequence[str]], justify: str = "l") -> str:
+def format_table(
+    headers: Sequence[str],  # column headings; empty for a table without a heading line
+    rows: Iterable[Sequence[str]],  # cells of each row, as many as there are columns
+    # one letter per column, "l", "c" or "r"; the last letter also holds for all columns after it
+    justify: str = "l",
+) -> str:
     """Return a table as plain text without rules or colour, as wide as its cells need.
 
-    Parameters
-    ----------
-    headers
-        Column headings; empty for a table without a heading line.
-    rows
-        Cells of each row, as many as there are columns.
-    justify
-        One letter per column, "l", "c" or "r"; the last letter also holds for all columns after it.
-
-    Returns
-    -------
-    str
-        Lines without trailing spaces, joined by newlines.
+    Result: lines without trailing spaces, joined by newlines.
     """
     from rich.console import Console  # imported late: the command line starts without it
     from rich.table import Table

@@ -120,22 +120,7 @@ def couple_parts(parts: Sequence[Part], couplings: Sequence[Coupling]) -> Couple
 
     Names of bodies, readings and so on get the name of their part in front if there are several parts.
 
-    Parameters
-    ----------
-    parts
-        Parts of the scene.
-    couplings
-        Couplings between them.
-
-    Returns
-    -------
-    CoupledSystem
-        The coupled mechanism and what acts on it.
-
-    Raises
-    ------
-    MechanismError
-        If a coupling names an unknown reading or load, or couplings contradict one another.
+    Raises MechanismError if a coupling names an unknown reading or load, or couplings contradict one another.
     """
     prefixes = {f"{part.name}." if len(parts) > 1 else "": part for part in parts}
     follows = _follows_by_spindle(prefixes, couplings)
@@ -166,41 +151,13 @@ def couple_parts(parts: Sequence[Part], couplings: Sequence[Coupling]) -> Couple
 
 
 def with_prefix(description: Any, prefix: str, prefixes: Iterable[str]) -> Any:
-    """Return a description with a prefix before the names of bodies, readings and elements, unless they begin with one of `prefixes`.
-
-    Parameters
-    ----------
-    description
-        A dataclass, a tuple or a value.
-    prefix
-        What to put in front of names.
-    prefixes
-        Prefixes that a name may already have.
-
-    Returns
-    -------
-    Any
-        The renamed copy.
-    """
+    """Return a description with a prefix before the names of bodies, readings and elements, unless they begin with one of `prefixes`."""
     kept = tuple(prefixes)
     return rename(description, lambda name: name if name == GROUND or name.startswith(kept) else prefix + name) if prefix else description
 
 
 def rename(description: Any, new_name: Callable[[str], str]) -> Any:
-    """Return a description with new names of bodies, readings and elements.
-
-    Parameters
-    ----------
-    description
-        A dataclass, a tuple or a value.
-    new_name
-        Function of a name that returns the new one.
-
-    Returns
-    -------
-    Any
-        The renamed copy.
-    """
+    """Return a description with new names of bodies, readings and elements."""
     if isinstance(description, tuple):
         return tuple(rename(item, new_name) for item in description)
     if not is_dataclass(description) or isinstance(description, type):
@@ -296,24 +253,7 @@ def _with_load(mechanism: Mechanism, load: LoadCoupling) -> Mechanism:
 def rotating_body(mechanism: Mechanism, coupling: str, name: str) -> str:
     """Return the body whose angle is a reading; raise MechanismError if it is not the angle of one body.
 
-    Parameters
-    ----------
-    mechanism
-        Mechanism with its readings.
-    coupling
-        Name of the coupling, for the message.
-    name
-        Name of the reading.
-
-    Returns
-    -------
-    str
-        Name of the body.
-
-    Raises
-    ------
-    MechanismError
-        If the reading is unknown or not the angle of a body relative to the ground.
+    Raises MechanismError if the reading is unknown or not the angle of a body relative to the ground.
     """
     angles = {one.name: one.body for one in mechanism.readings if isinstance(one, BodyAngle) and one.reference_body == GROUND}
     if name not in angles:

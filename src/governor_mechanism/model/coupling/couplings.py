@@ -135,22 +135,7 @@ class ControlCoupling(Coupling):
     def apply(self, mechanism: Mechanism, effects: tuple[OutputEffect, ...]) -> tuple[Mechanism, tuple[OutputEffect, ...]]:
         """Return a mechanism and effects in which the load that the control names follows its reading.
 
-        Parameters
-        ----------
-        mechanism
-            Mechanism with its force elements.
-        effects
-            Effects along readings.
-
-        Returns
-        -------
-        tuple[Mechanism, tuple[OutputEffect, ...]]
-            Both with the changed load.
-
-        Raises
-        ------
-        MechanismError
-            If there is no load of that name, or it is of another quantity.
+        Raises MechanismError if there is no load of that name, or it is of another quantity.
         """
         what = f"coupling {self.name!r} {'scales' if self.scales else 'sets'} {self.target!r}"
         if fixed := next((one for one in mechanism.fixed_loads if one.name == self.target), None):
@@ -218,22 +203,14 @@ def _loads(mechanism: Mechanism, effects: Sequence[OutputEffect]) -> Iterator[tu
         yield from ((name if len(names) == 1 else f"{name}.{one}", owner, one) for one in names)
 
 
-def check_gears(gears: Sequence[GearCoupling], spindle_angles: Sequence[str], mechanism: Mechanism) -> None:
+def check_gears(
+    gears: Sequence[GearCoupling],
+    spindle_angles: Sequence[str],
+    mechanism: Mechanism,  # mechanism whose readings are the coordinates that a gear can couple
+) -> None:
     """Raise MechanismError for a gear on a spindle that is no coordinate, and for gears in a closed loop.
 
-    Parameters
-    ----------
-    gears
-        The gears.
-    spindle_angles
-        Names of the angles of all spindles.
-    mechanism
-        Mechanism whose readings are the coordinates that a gear can couple.
-
-    Raises
-    ------
-    MechanismError
-        If a gear is impossible or superfluous.
+    Raises MechanismError if a gear is impossible or superfluous.
     """
     readings = {reading.name for reading in mechanism.readings}
     trains: dict[str, tuple[str, float]] = {}  # the first angle of the train of each angle, and the ratio of the angle to it
@@ -255,22 +232,8 @@ def check_gears(gears: Sequence[GearCoupling], spindle_angles: Sequence[str], me
 def find_load_sources(mechanism: Mechanism, effects: tuple[OutputEffect, ...]) -> tuple[Mechanism, tuple[OutputEffect, ...]]:
     """Return a mechanism and effects in which each function of a reading knows the reading whose value or rate it takes.
 
-    Parameters
-    ----------
-    mechanism
-        Mechanism with its force elements and readings.
-    effects
-        Effects along readings.
-
-    Returns
-    -------
-    tuple[Mechanism, tuple[OutputEffect, ...]]
-        Both with the sources of their loads.
-
-    Raises
-    ------
-    MechanismError
-        With a sentence for each function of an unknown reading, a reaction, a force, or a speed that is given.
+    Result: both with the sources of their loads. Raises MechanismError with a sentence for each function of
+    an unknown reading, a reaction, a force, or a speed that is given.
     """
     speeds = {one.name: one.reading for one in mechanism.derived_readings if isinstance(one, ShaftSpeed)}
     angles = [one.name for one in mechanism.readings if one.name.rpartition(".")[2] == "spindle_angle"]

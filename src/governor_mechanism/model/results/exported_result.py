@@ -14,45 +14,23 @@ class ExportedResult:
     def as_json(self) -> Mapping[str, Any]:
         """Return all numbers in the types of JSON, in SI; those that are not finite are None.
 
-        Returns
-        -------
-        Mapping[str, Any]
-            Numbers by name; complex numbers as pairs of real and imaginary part.
+        Result: numbers by name; complex numbers as pairs of real and imaginary part.
         """
         from governor_mechanism.files.exported_values import record_result
 
         return record_result(self)
 
     def to_dataframe(self) -> DataFrame:
-        """Return a table of pandas: the arrays as columns, or in one row all numbers, as "exact.rate" for the rate in "exact".
+        """Return a table of pandas: the arrays as columns, or in one row all numbers, as "exact.rate" for the rate in "exact" (SI).
 
-        Returns
-        -------
-        pandas.DataFrame
-            The table, SI.
-
-        Raises
-        ------
-        MechanismError
-            If pandas is not installed.
+        Raises MechanismError if pandas is not installed.
         """
         from governor_mechanism.files.exported_values import tabulate_record
 
         return tabulate_record(self)
 
     def save_json(self, path: str | os.PathLike[str]) -> Path:
-        """Write all numbers as a JSON file.
-
-        Parameters
-        ----------
-        path
-            Path of the file.
-
-        Returns
-        -------
-        Path
-            The path.
-        """
+        """Write all numbers as a JSON file."""
         from governor_mechanism.files.exported_values import save_record
 
         return save_record(self, path)
@@ -60,20 +38,7 @@ class ExportedResult:
     def save_csv(self, path: str | os.PathLike[str]) -> Path:
         """Write the table of `to_dataframe` as a CSV file.
 
-        Parameters
-        ----------
-        path
-            Path of the file.
-
-        Returns
-        -------
-        Path
-            The path.
-
-        Raises
-        ------
-        MechanismError
-            If pandas is not installed.
+        Raises MechanismError if pandas is not installed.
         """
         from governor_mechanism.files.exported_values import save_columns
 

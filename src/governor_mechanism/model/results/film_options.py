@@ -63,34 +63,12 @@ class FilmOptionError(MechanismError):
         super().__init__(template.format_map({**PYTHON_WORDS, **values}))
 
     def in_words(self, words: Mapping[str, str]) -> MechanismError:
-        """Return the mistake in other words.
-
-        Parameters
-        ----------
-        words
-            Words by their names in `PYTHON_WORDS`; others stay.
-
-        Returns
-        -------
-        MechanismError
-            The mistake.
-        """
+        """Return the mistake in other words."""
         return MechanismError(self._template.format_map({**PYTHON_WORDS, **words, **self._values}))
 
 
 def list_options(names: Sequence[str]) -> str:
-    """Return a template that lists options: "{labels} and {forces}".
-
-    Parameters
-    ----------
-    names
-        Names of options.
-
-    Returns
-    -------
-    str
-        The template.
-    """
+    """Return a template that lists options: "{labels} and {forces}"."""
     return " and ".join(f"{{{name}}}" for name in names)
 
 
@@ -345,18 +323,7 @@ DEFAULT_OPTIONS: Final = FilmOptions()
 
 
 def show_film_options(function: _Function) -> _Function:
-    """Show the options of films in the signature of a function that takes them as `**options`, and after the parameters of its docstring.
-
-    Parameters
-    ----------
-    function
-        The function; it is changed.
-
-    Returns
-    -------
-    Callable
-        The function.
-    """
+    """Show the options of films in the signature of a function that takes them as `**options`, and after the parameters of its docstring."""
     *own, _ = inspect.signature(function).parameters.values()
     types = FilmKeywords.__annotations__
     defaults = {one.name: one.default.value if isinstance(one.default, StrEnum) else one.default for one in fields(FilmOptions)}

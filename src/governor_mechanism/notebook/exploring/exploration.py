@@ -224,25 +224,15 @@ class Exploration:
             self._panel.refresh()
 
 
-def explore_scene(scene: Scene, keys: Sequence[str]) -> Exploration:
+def explore_scene(
+    scene: Scene,
+    # keys or names of dimensions, also with a range; the first dimensions of the machine if empty
+    keys: Sequence[str],
+) -> Exploration:
     """Return a view of a scene with a slider for each key.
 
-    Parameters
-    ----------
-    scene
-        Scene with a document.
-    keys
-        Keys or names of dimensions, also with a range; the first dimensions of the machine if empty.
-
-    Returns
-    -------
-    Exploration
-        The view.
-
-    Raises
-    ------
-    MechanismError
-        If ipywidgets is not installed, a key is wrong, or the scene has neither a speed curve nor one degree of freedom.
+    Raises MechanismError if ipywidgets is not installed, a key is wrong, or the scene has neither a speed
+    curve nor one degree of freedom.
     """
     require_widgets()
     return Exploration(scene, *keys)

@@ -158,25 +158,14 @@ class GovernorView:
         return f" ({', '.join(texts)})" if texts and not equilibrium.astatic else ""
 
 
-def make_governor_view(scene: Scene, key: str) -> GovernorView:
+def make_governor_view(
+    scene: Scene,
+    key: str,  # key of its spindle speed in the document; empty if the speed is not a number there
+) -> GovernorView:
     """Return the view of a governor.
 
-    Parameters
-    ----------
-    scene
-        Scene with one part that turns with a spindle.
-    key
-        Key of its spindle speed in the document; empty if the speed is not a number there.
-
-    Returns
-    -------
-    GovernorView
-        The view; the slider of the speed begins at that of the scene.
-
-    Raises
-    ------
-    MechanismError
-        If it has no speed curve.
+    Result: the view; the slider of the speed begins at that of the scene. Raises MechanismError if it has no
+    speed curve.
     """
     view = _analyse(scene)
     start = abs(SpindleSpeedFunction(view.scene.spindle).start_speed)

@@ -139,20 +139,8 @@ class MotionView:
 def make_motion_view(scene: Scene) -> MotionView:
     """Return the view of a mechanism over its leading coordinate; if that does not describe a driven motion, over time.
 
-    Parameters
-    ----------
-    scene
-        Scene of one part.
-
-    Returns
-    -------
-    MotionView
-        The view; its slider begins at the start of the scene.
-
-    Raises
-    ------
-    MechanismError
-        If the mechanism has more than one degree of freedom, or cannot be assembled.
+    Result: the view; its slider begins at the start of the scene. Raises MechanismError if the mechanism has
+    more than one degree of freedom, or cannot be assembled.
     """
     alone = _without_free_spindle(scene)
     mechanism = alone.part.mechanism

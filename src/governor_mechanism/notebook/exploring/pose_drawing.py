@@ -57,23 +57,14 @@ class PoseDrawing:
         """The box (m) that contains the mechanism at all poses."""
         return self._drawing.bounds
 
-    def draw(self, pose: FloatArray, box: BoundingBox, *, is_faded: bool = False) -> str:
-        """Return a picture of the mechanism.
-
-        Parameters
-        ----------
-        pose
-            Pose of all bodies; shape (bodies, 3).
-        box
-            What the picture shows, m.
-        is_faded
-            Whether it is pale, since it shows an earlier state.
-
-        Returns
-        -------
-        str
-            An element <svg>.
-        """
+    def draw(
+        self,
+        pose: FloatArray,  # pose of all bodies; shape (bodies, 3)
+        box: BoundingBox,  # what the picture shows, m
+        *,
+        is_faded: bool = False,  # whether it is pale, since it shows an earlier state
+    ) -> str:
+        """Return a picture of the mechanism."""
         view = fit_view(box, _SHAPES_RECT)
         # The poses of the drawing are a curve without time, so that the time at which it stands is any.
         moving = draw_shapes(self._drawing.moving_shapes(pose, 0.0), view)

@@ -98,29 +98,20 @@ class Slider:
         return f"{value * factor:.12g} {unit}" if unit else value
 
 
-def find_sliders(document: Mapping[str, Any], part: Part, requests: Sequence[str], probe: Probe) -> list[Slider]:
+def find_sliders(
+    document: Mapping[str, Any],
+    part: Part,  # the part that is shown, whose dimensions have short names
+    # keys or names of dimensions, also with a range, as "arm=200 mm:400 mm"; empty for the first dimensions
+    # of the machine
+    requests: Sequence[str],
+    # function of a key and a value of the document; it raises MechanismError if the geometry does not admit
+    # it
+    probe: Probe,
+) -> list[Slider]:
     """Return the sliders of requested keys, or of the dimensions that matter most.
 
-    Parameters
-    ----------
-    document
-        Document of the scene.
-    part
-        The part that is shown, whose dimensions have short names.
-    requests
-        Keys or names of dimensions, also with a range, as "arm=200 mm:400 mm"; empty for the first dimensions of the machine.
-    probe
-        Function of a key and a value of the document; it raises MechanismError if the geometry does not admit it.
-
-    Returns
-    -------
-    list of Slider
-        The sliders. Their ranges are shrunk to what the geometry admits.
-
-    Raises
-    ------
-    MechanismError
-        If a key is unknown or takes no number, or a range is wrong.
+    Result: the sliders. Their ranges are shrunk to what the geometry admits. Raises MechanismError if a key
+    is unknown or takes no number, or a range is wrong.
     """
     prefix = f"part.{part.name}." if "part" in document else ""
     own: Mapping[str, Any] = document.get("part", {}).get(part.name, {}) if prefix else document

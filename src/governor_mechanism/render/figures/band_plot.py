@@ -19,22 +19,14 @@ LINE_WIDTH = 1.3
 """Width of a curve over time, points."""
 
 
-def draw_range_band(panel: Panel, band: RangeBand, colour: str, line_style: Any = "-", line_width: float = LINE_WIDTH) -> None:
-    """Draw a band and its mean.
-
-    Parameters
-    ----------
-    panel
-        The panel.
-    band
-        The band, in the unit of the panel.
-    colour
-        Colour of the mean, and with BAND_OPACITY that of the band.
-    line_style
-        Dashes of the mean.
-    line_width
-        Width of the mean, points.
-    """
+def draw_range_band(
+    panel: Panel,
+    band: RangeBand,
+    colour: str,  # colour of the mean, and with BAND_OPACITY that of the band
+    line_style: Any = "-",
+    line_width: float = LINE_WIDTH,
+) -> None:
+    """Draw a band and its mean."""
     panel.fill_between(band.times, band.low, band.high, color=colour, alpha=BAND_OPACITY, linewidth=0)
     panel.plot(band.mean_times, band.means, color=colour, linestyle=line_style, linewidth=line_width)
 

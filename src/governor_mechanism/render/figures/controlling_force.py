@@ -42,19 +42,7 @@ _MIN_SPEED_LINES = 4
 def controlling_force_figure(scene: Scene, curve: ControllingForce, equilibria: Sequence[Equilibrium] = ()) -> Page:
     """Draw the controlling force of one ball: stable solid, unstable dashed, with speed lines, working range and friction.
 
-    Parameters
-    ----------
-    scene
-        Scene of the governor.
-    curve
-        Its controlling force over the travel.
-    equilibria
-        Equilibria to mark.
-
-    Returns
-    -------
-    Page
-        The figure; `save` writes it.
+    Result: the figure; `save` writes it.
     """
     title = textwrap.shorten(scene.title, _MAX_TITLE_LETTERS, placeholder=" …")
     page = Page(7.6, 5.6, title, _subtitle(curve), subtitle_y=0.888)

@@ -21,15 +21,7 @@ _TIME_NOISE_RATIO = 0.1
 def effect_ablation_figure(study: EffectsStudy) -> Page:
     """Draw the largest change of any reading by each effect, the requested accuracy, and the time of each effect.
 
-    Parameters
-    ----------
-    study
-        Result of an effect study.
-
-    Returns
-    -------
-    Page
-        The figure; `save` writes it.
+    Result: the figure; `save` writes it.
     """
     rows_height = _ROW_HEIGHT * max(len(study.rows), 1)
     height = _HEADER_HEIGHT + rows_height

@@ -37,17 +37,7 @@ _MIN_VALUE_RATIO = 2.0
 def hard_case_figure(report: HardCasesReport, case: HardCase) -> Page:
     """Draw true errors and error estimates of a hard case.
 
-    Parameters
-    ----------
-    report
-        Result of a study of hard cases.
-    case
-        One of its cases.
-
-    Returns
-    -------
-    Page
-        The figure; `save` writes it.
+    Result: the figure; `save` writes it.
     """
     rows = report.rows_of(case)
     engines = [name for name in _ENGINE_STYLES if any(row.engine == name for row in rows)]

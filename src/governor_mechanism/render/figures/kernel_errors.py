@@ -33,15 +33,7 @@ _MIN_SHOWN_ERROR = 1e-17
 def kernel_errors_figure(report: KernelReport) -> Page:
     """Draw the results and the relative errors of a kernel over what varies, with the tolerance and the error of the simulation.
 
-    Parameters
-    ----------
-    report
-        The comparison.
-
-    Returns
-    -------
-    Page
-        The figure; `save` writes it.
+    Result: the figure; `save` writes it.
     """
     title = textwrap.shorten(f"kernel {report.against} against the simulation: {report.title}", _MAX_TITLE_LETTERS, placeholder=" …")
     page = Page(8.4, 6.0, title, _subtitle(report), subtitle_y=0.897)

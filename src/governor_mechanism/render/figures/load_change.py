@@ -18,18 +18,7 @@ from governor_mechanism.units.constants import RPM
 
 
 def load_change_figure(study: LoadChangeStudy) -> Page:
-    """Draw speed, sleeve lift, and torque with load, over time.
-
-    Parameters
-    ----------
-    study
-        The study.
-
-    Returns
-    -------
-    Page
-        The figure.
-    """
+    """Draw speed, sleeve lift, and torque with load, over time."""
     page = Page(8.0, 7.4, study.conclusion[:1].upper() + study.conclusion[1:], study.title, subtitle_y=0.915)
     governed = GovernedEngine(study.run.scene)
     run = study.run

@@ -27,18 +27,6 @@ def choose_overview(run: Trajectory, readings: Mapping[str, ShownReading]) -> di
     It has the headline readings: those that show how a governed engine is regulated, then those that films show beside each machine, and
     the coordinates of the machines. Less than MIN_HEADLINES are filled up by the other readings in their order. Of equal readings, such as
     the travels of two pistons on one rod, it has the first.
-
-    Parameters
-    ----------
-    run
-        The run.
-    readings
-        Its readings that may be shown, by name.
-
-    Returns
-    -------
-    dict of str to ShownReading
-        The chosen ones.
     """
     if len(readings) <= FEW_READINGS:
         return dict(readings)

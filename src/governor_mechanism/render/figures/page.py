@@ -150,26 +150,17 @@ class Page(Figure):
         return self.text(x, y, text, **{"color": MUTED, "fontsize": size, "fontfamily": SANS_FONT, "parse_math": False, **style})
 
     @check_arguments(path=PATH, theme=TEXT)
-    def save(self, path: str | os.PathLike[str], theme: str = Theme.LIGHT) -> Path:
+    def save(
+        self,
+        # the file; its name ends in .png, .svg or .pdf. SVG and PDF hold vectors; texts are outlines in SVG
+        # and TrueType in PDF, as journals ask
+        path: str | os.PathLike[str],
+        theme: str = Theme.LIGHT,
+    ) -> Path:
         """Write the page as PNG, SVG or PDF; an exception leaves no file behind.
 
-        Parameters
-        ----------
-        path
-            The file; its name ends in .png, .svg or .pdf. SVG and PDF hold vectors; texts are outlines in SVG and TrueType in PDF, as
-            journals ask.
-        theme
-            "light", "dark", or "transparent" (without the paper).
-
-        Returns
-        -------
-        Path
-            The path. Equal figures give equal files.
-
-        Raises
-        ------
-        MechanismError
-            If the name has another ending, or there is no such theme.
+        Result: the path. Equal figures give equal files. Raises MechanismError if the name has another
+        ending, or there is no such theme.
         """
         target = Path(path)
         file_format = target.suffix.lower().removeprefix(".")

@@ -33,18 +33,7 @@ _LEGEND: dict[str, Any] = {"fontsize": 8.5, "handlelength": 1.4, "borderaxespad"
 
 
 def paper_rules_figure(rules: PaperRules) -> Page:
-    """Draw every rule with its verdict.
-
-    Parameters
-    ----------
-    rules
-        The rules.
-
-    Returns
-    -------
-    Page
-        The figure.
-    """
+    """Draw every rule with its verdict."""
     page = Page(*_PAGE_SIZE)
     page.write_title("The papers' rules about governing, in the simulated engine", y=0.978)
     page.write_title(

@@ -16,20 +16,6 @@ def write_machine_figures(run: Trajectory, figure_files: FigureFiles, stem: str)
     eccentric rod has Marks' construction, too, and a link motion the paths of the die in the link. A slider crank with masses and no
     other loads has the bearing loads, and an engine with a flywheel forces, indicator diagrams and speed, if the run covers a whole turn.
     A governed engine has its engine room at the end of the run. Other machines have none.
-
-    Parameters
-    ----------
-    run
-        Finished run.
-    figure_files
-        Folder, formats and theme of the files.
-    stem
-        Start of the file names.
-
-    Returns
-    -------
-    list[Path]
-        The paths of the files.
     """
     plates: dict[str, Plate] = {}
     part = run.scene.parts[0] if len(run.scene.parts) == 1 else None

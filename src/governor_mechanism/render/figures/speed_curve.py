@@ -21,19 +21,7 @@ _MAX_SHOWN_SPEED_RATIO = 1.6
 def speed_curve_figure(scene: Scene, curve: SpeedCurve, equilibria: Sequence[Equilibrium] = ()) -> Page:
     """Draw speed against travel: stable solid, unstable dashed, folds and equilibria marked.
 
-    Parameters
-    ----------
-    scene
-        Scene of the governor.
-    curve
-        Its equilibrium speed over the travel.
-    equilibria
-        Equilibria to mark.
-
-    Returns
-    -------
-    Page
-        The figure; `save` writes it.
+    Result: the figure; `save` writes it.
     """
     unit, factor = display_unit_of("rad" if _is_angle(scene, curve.coordinate_name) else "m")
     page = Page(7.2, 5.2, scene.title)

@@ -30,18 +30,7 @@ _PLANE_LIMIT = 6.0
 
 
 def stability_map_figure(study: StabilityMap) -> Page:
-    """Draw the map and, if the closed form applies, Vyshnegradskii's plane.
-
-    Parameters
-    ----------
-    study
-        The map.
-
-    Returns
-    -------
-    Page
-        The figure.
-    """
+    """Draw the map and, if the closed form applies, Vyshnegradskii's plane."""
     has_plane = bool(np.isfinite(study.parameters).any())
     page = Page(10.4 if has_plane else 6.4, 5.4, "Where the governed engine is stable", study.title, subtitle_y=0.885)
     panel = page.add_panel((0.075, 0.135, 0.43, 0.68) if has_plane else (0.12, 0.135, 0.70, 0.68), _label(study.x), _label(study.y))

@@ -46,20 +46,7 @@ def sweep_figure(sweep: Sweep) -> Page:
 
     Rows without a number are hatched by the way in which they ended. The values of the scene itself are marked.
 
-    Parameters
-    ----------
-    sweep
-        Result of a sweep over one to three keys.
-
-    Returns
-    -------
-    Page
-        The figure; `save` writes it.
-
-    Raises
-    ------
-    MechanismError
-        If the sweep has more than three keys.
+    Result: the figure; `save` writes it. Raises MechanismError if the sweep has more than three keys.
     """
     if len(sweep.axes) > _MAX_SWEEP_AXES:
         raise MechanismError(

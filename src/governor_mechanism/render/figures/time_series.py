@@ -73,7 +73,10 @@ class _Curve:
         return GREEN if self.name.rpartition(".")[2].startswith("spindle") else BLUE
 
 
-def readings_figure(run: Trajectory, chosen: Sequence[str] = ()) -> Page:
+def readings_figure(
+    run: Trajectory,
+    chosen: Sequence[str] = (),  # names of readings, or "rate of ..." for their rates; an overview if empty
+) -> Page:
     """Draw an overview of the readings over time, in everyday units, or chosen readings.
 
     What stays constant stands in a line of its own instead of a panel. Of many other readings those are drawn that tell most (`overview`),
@@ -81,22 +84,8 @@ def readings_figure(run: Trajectory, chosen: Sequence[str] = ()) -> Page:
     is drawn as its range and mean within a turn (`range_bands`). Few events, such as impacts against stops, are marked by a line each
     through the panels; many by a tick each in a strip below, with a row for each kind. Turning points are seen in the curves.
 
-    Parameters
-    ----------
-    run
-        Finished run with at least one reported time.
-    chosen
-        Names of readings, or "rate of ..." for their rates; an overview if empty.
-
-    Returns
-    -------
-    Page
-        The figure; `save` writes it.
-
-    Raises
-    ------
-    MechanismError
-        If the run has no reported time, or no such reading.
+    Result: the figure; `save` writes it. Raises MechanismError if the run has no reported time, or no such
+    reading.
     """
     _check_times(run)
     readings = chosen_readings(run, chosen) if chosen else shown_readings(run)
@@ -179,20 +168,7 @@ def _draw_panels(
 def diagnostics_figure(run: Trajectory) -> Page:
     """Draw what is zero in an exact run: the widest joint gap, and the change of the energy that is not explained by work and losses.
 
-    Parameters
-    ----------
-    run
-        Finished run with at least one reported time.
-
-    Returns
-    -------
-    Page
-        The figure; `save` writes it.
-
-    Raises
-    ------
-    MechanismError
-        If the run has no reported time.
+    Result: the figure; `save` writes it. Raises MechanismError if the run has no reported time.
     """
     _check_times(run)
     height = 2 * _ROW_HEIGHT + 0.85

@@ -42,20 +42,14 @@ _HALO = withStroke(linewidth=2.5, foreground=PAPER)
 """Ground of a label, so that no line runs through it."""
 
 
-def work_precision_figure(study: AccuracyStudy, requested_error: float | None = None) -> Page:
+def work_precision_figure(
+    study: AccuracyStudy,
+    # relative error to mark, with the cheapest setting of each variant that reaches it
+    requested_error: float | None = None,
+) -> Page:
     """Draw error against time for every setting.
 
-    Parameters
-    ----------
-    study
-        Result of a work-precision study.
-    requested_error
-        Relative error to mark, with the cheapest setting of each variant that reaches it.
-
-    Returns
-    -------
-    Page
-        The figure; `save` writes it.
+    Result: the figure; `save` writes it.
     """
     page = Page(8.4, 5.6)
     panel = _add_panel(page, study, requested_error)

@@ -22,22 +22,14 @@ _ROUNDING = 0.999
 """Factor of a lowest rate: a measured turn of 1 s allows 10 frames a second."""
 
 
-def choose_gif_settings(film: FilmFrames, lowest_rate: float = 0.0) -> tuple[float, bool]:
+def choose_gif_settings(
+    film: FilmFrames,
+    lowest_rate: float = 0.0,  # lowest frame rate (1/s) with which its motion is still understood
+) -> tuple[float, bool]:
     """Return the highest rate (1/s) up to that of the film with which its file is small enough, or the lowest that is allowed.
 
-    Parameters
-    ----------
-    film
-        The film at its own frame rate.
-    lowest_rate
-        Lowest frame rate (1/s) with which its motion is still understood.
-
-    Returns
-    -------
-    float
-        The frame rate, 1/s.
-    bool
-        Whether the file is to have few colours; only if it would be too large at the frame rate of the film.
+    Results: float, the frame rate, 1/s; bool, whether the file is to have few colours; only if it would be
+    too large at the frame rate of the film.
     """
     n_frames = len(film.delays)
     if n_frames < 2 * _N_PROBES:

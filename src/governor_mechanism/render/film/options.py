@@ -23,19 +23,7 @@ _OF_PARTS = ("labels", "forces", "traces", "view", "exaggerate")
 def require_suitable_options(options: FilmOptions, scenes: Sequence[Scene], suffix: str) -> None:
     """Check that a film can show what is requested.
 
-    Parameters
-    ----------
-    options
-        The options.
-    scenes
-        The scenes whose runs the film shows.
-    suffix
-        Ending of the name of its file.
-
-    Raises
-    ------
-    MechanismError
-        If the format or the scenes do not take an option, or the format shows one run only.
+    Raises MechanismError if the format or the scenes do not take an option, or the format shows one run only.
     """
     if suffix == PAGE_SUFFIX:
         _require_page(options, len(scenes))
@@ -51,18 +39,12 @@ def require_suitable_options(options: FilmOptions, scenes: Sequence[Scene], suff
             require_one_coordinate(scene)
 
 
-def require_video_writer(suffix: str = ".mp4") -> None:
+def require_video_writer(
+    suffix: str = ".mp4",  # ending of the file's name
+) -> None:
     """Check that videos can be written; call it before long work.
 
-    Parameters
-    ----------
-    suffix
-        Ending of the file's name.
-
-    Raises
-    ------
-    MechanismError
-        If imageio-ffmpeg is not installed.
+    Raises MechanismError if imageio-ffmpeg is not installed.
     """
     try:
         import_module("imageio_ffmpeg")

@@ -14,32 +14,18 @@ from governor_mechanism.render.film.painters import make_painter
 
 
 def write_still(
-    run: Trajectory, path: str | os.PathLike[str], *, time: float | None = None, size: int = 720, part: str | None = None
+    run: Trajectory,
+    path: str | os.PathLike[str],
+    *,
+    # time of the frame, s. None is the last reported time, at which the plots show the whole run
+    time: float | None = None,
+    size: int = 720,
+    part: str | None = None,  # name of the part to show. None shows all parts, as in a film
 ) -> Path:
     """Write one frame of the film of a run as a picture.
 
-    Parameters
-    ----------
-    run
-        Finished run.
-    path
-        File that ends in .png.
-    time
-        Time of the frame, s. None is the last reported time, at which the plots show the whole run.
-    size
-        Height of the picture in pixels; at least 320.
-    part
-        Name of the part to show. None shows all parts, as in a film.
-
-    Returns
-    -------
-    Path
-        Path of the picture. No file is left behind if an exception is raised.
-
-    Raises
-    ------
-    MechanismError
-        If the name of the file, the time or the size is not valid, or nothing was reported.
+    Result: path of the picture. No file is left behind if an exception is raised. Raises MechanismError if
+    the name of the file, the time or the size is not valid, or nothing was reported.
     """
     target = Path(path)
     if target.suffix.lower() != ".png":

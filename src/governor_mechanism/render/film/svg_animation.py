@@ -34,24 +34,15 @@ NUMBERS_PER_SECOND = 5.0
 _POINTS_PER_PIXEL = 72.0 / FRAME_DPI
 
 
-def write_animation(path: FilePath, canvas: FrameCanvas, duration: float, n_frames: int) -> None:
+def write_animation(
+    path: FilePath,
+    canvas: FrameCanvas,
+    duration: float,  # duration of the film, s
+    n_frames: int,  # number of its frames, at equal times from the start to the end
+) -> None:
     """Write the frames of a canvas as an animated drawing that repeats.
 
-    Parameters
-    ----------
-    path
-        The file.
-    canvas
-        The canvas of one run.
-    duration
-        Duration of the film, s.
-    n_frames
-        Number of its frames, at equal times from the start to the end.
-
-    Raises
-    ------
-    MechanismError
-        If so much moves that the file would be too large.
+    Raises MechanismError if so much moves that the file would be too large.
     """
     writer = _Writer(canvas, duration, n_frames)
     width, height = (round(float(inches) * FRAME_DPI) for inches in canvas.figure.get_size_inches())

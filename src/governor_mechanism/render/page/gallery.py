@@ -32,20 +32,14 @@ class _Card:
     roles: frozenset[str]
 
 
-def make_gallery(runs: Sequence[tuple[str, Trajectory]], heading: str) -> str:
+def make_gallery(
+    # name of each scene, which is that of its page without .html, and its run
+    runs: Sequence[tuple[str, Trajectory]],
+    heading: str,
+) -> str:
     """Return the index of pages as an HTML document.
 
-    Parameters
-    ----------
-    runs
-        Name of each scene, which is that of its page without .html, and its run.
-    heading
-        Heading of the document.
-
-    Returns
-    -------
-    str
-        The document; the names of the pages are relative to its folder.
+    Result: the document; the names of the pages are relative to its folder.
     """
     cards = [_make_card(name, run) for name, run in runs]
     groups: defaultdict[str, list[str]] = defaultdict(list)

@@ -21,7 +21,10 @@ _MAX_QUANTA = 2**40
 """Largest magnitude (quanta) that is packed: a page computes with doubles, which hold integers up to 2^53."""
 
 
-def pack_numbers(values: FloatArray, quantum: float) -> Packed:
+def pack_numbers(
+    values: FloatArray,  # values; shape (n,)
+    quantum: float,  # largest rounding error times two, in the unit of the values; positive
+) -> Packed:
     """Return values as integers or text.
 
     Each value is rounded to the nearest multiple of the quantum. Of the integers, the first and then the differences of neighbours are
@@ -30,17 +33,7 @@ def pack_numbers(values: FloatArray, quantum: float) -> Packed:
     first in its lower half; a half that is left over is 8. The bytes are written in base 64 after a letter of FORMATS, the one of the
     shortest text.
 
-    Parameters
-    ----------
-    values
-        Values; shape (n,).
-    quantum
-        Largest rounding error times two, in the unit of the values; positive.
-
-    Returns
-    -------
-    int or str
-        The integer that all values are rounded to, or text.
+    Result: the integer that all values are rounded to, or text.
     """
     quanta = np.rint(np.clip(np.asarray(values, dtype=float) / quantum, -_MAX_QUANTA, _MAX_QUANTA)).astype(np.int64)
     if not quanta.size or (quanta == quanta[0]).all():

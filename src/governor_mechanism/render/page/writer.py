@@ -19,31 +19,18 @@ SCRIPTS = ("decoding", "geometry", "drawing", "outside", "forces", "plots", "pla
 """Files of the script, in their order."""
 
 
-def write_page(run: Trajectory, path: Path, *, part: str | None, time_span: Vec2, slow_down: float) -> Path:
+def write_page(
+    run: Trajectory,
+    path: Path,
+    *,
+    part: str | None,  # name of the part to show; all parts if None
+    time_span: Vec2,  # start and end of the shown part of the run, s
+    slow_down: float,  # seconds of film per second of the run, at first
+) -> Path:
     """Write a run as one interactive HTML file.
 
-    Parameters
-    ----------
-    run
-        Run with at least one reported time.
-    path
-        Path of the file.
-    part
-        Name of the part to show; all parts if None.
-    time_span
-        Start and end of the shown part of the run, s.
-    slow_down
-        Seconds of film per second of the run, at first.
-
-    Returns
-    -------
-    Path
-        Path of the file. No file is left behind if an exception is raised.
-
-    Raises
-    ------
-    MechanismError
-        If there is no such part, or the file cannot be written.
+    Result: path of the file. No file is left behind if an exception is raised. Raises MechanismError if there
+    is no such part, or the file cannot be written.
     """
     text = make_page(run, part=part, time_span=time_span, slow_down=slow_down)
     with atomic_write(path) as temporary:

@@ -200,22 +200,13 @@ def is_moving(position: object) -> bool:
     return isinstance(position, list | tuple) and any(isinstance(coordinate, Mapping | list | tuple) for coordinate in position)
 
 
-def parse_moving_point(name: str, position: object) -> tuple[SketchedBody, list[Joint]]:
+def parse_moving_point(
+    name: str,
+    position: object,  # both coordinates as written: a length, a table or a formula
+) -> tuple[SketchedBody, list[Joint]]:
     """Return a moving point of the ground: a massless body, and the drivers of its coordinates.
 
-    Parameters
-    ----------
-    name
-        Name of the body.
-    position
-        Both coordinates as written: a length, a table or a formula.
-
-    Returns
-    -------
-    SketchedBody
-        The body where it is at 0 s.
-    list of Joint
-        Its drivers along x and y.
+    Results: SketchedBody, the body where it is at 0 s; list of Joint, its drivers along x and y.
     """
     if not isinstance(position, list | tuple) or len(position) != 2:
         raise wrong_value(position, "must be [x, y], each a length or a motion")

@@ -68,27 +68,15 @@ VALVE: Final = Table.of(
 """[valve]; its context is a `ValveContext`."""
 
 
-def parse_valve(table: object, readings: Sequence[Reading] | None, joints: Iterable[Joint]) -> Valve:
+def parse_valve(
+    table: object,
+    readings: Sequence[Reading] | None,  # readings of the mechanism, or None if not all are known
+    joints: Iterable[Joint],
+) -> Valve:
     """Return the valve of [valve].
 
-    Parameters
-    ----------
-    table
-        The table as read from TOML.
-    readings
-        Readings of the mechanism, or None if not all are known.
-    joints
-        Joints of the mechanism.
-
-    Returns
-    -------
-    Valve
-        The valve, which names the driver of its crank.
-
-    Raises
-    ------
-    MechanismError
-        With a `Problem` for each mistake.
+    Result: the valve, which names the driver of its crank. Raises MechanismError with a `Problem` for each
+    mistake.
     """
     drivers = tuple(joint.name for joint in joints if isinstance(joint, RotationalDriver))
     kinds = None if readings is None else {reading.name: reading.quantity for reading in readings}

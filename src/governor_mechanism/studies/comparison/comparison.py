@@ -107,30 +107,16 @@ class Comparison(PrintedResult):
 
 
 def compare_scenes(
-    scenes: Sequence[Scene], question: StaticsQuestion, *, engine: str | Engine = "auto", accuracy: float | None = None
+    scenes: Sequence[Scene],
+    question: StaticsQuestion,
+    *,
+    engine: str | Engine = "auto",  # name of an engine, or an engine; "auto" takes that of each scene
+    accuracy: float | None = None,  # accuracy of all runs; that of each scene if None
 ) -> Comparison:
     """Run several scenes and set their statics and readings side by side.
 
-    Parameters
-    ----------
-    scenes
-        Two to MAX_SCENES scenes.
-    question
-        Resistance and working range for the statics.
-    engine
-        Name of an engine, or an engine; "auto" takes that of each scene.
-    accuracy
-        Accuracy of all runs; that of each scene if None.
-
-    Returns
-    -------
-    Comparison
-        The comparison.
-
-    Raises
-    ------
-    MechanismError
-        If there are too few or too many scenes, or a resistance or working range that none of them can take.
+    Raises MechanismError if there are too few or too many scenes, or a resistance or working range that none
+    of them can take.
     """
     if not 2 <= len(scenes) <= MAX_SCENES:
         raise MechanismError(f"a comparison needs 2 to {MAX_SCENES} scenes; got {len(scenes)}")

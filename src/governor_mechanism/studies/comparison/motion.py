@@ -18,18 +18,7 @@ MIN_CHANGE_RATIO = 1e-3
 
 
 def plain_names(run: Trajectory) -> dict[str, str]:
-    """Return the readings of a run by their names without that of the part, where only one part has it.
-
-    Parameters
-    ----------
-    run
-        A run.
-
-    Returns
-    -------
-    dict[str, str]
-        Full names by plain name.
-    """
+    """Return the readings of a run by their names without that of the part, where only one part has it."""
     names: dict[str, list[str]] = {}
     for name in run.readings:
         names.setdefault(name.rpartition(".")[2], []).append(name)
@@ -39,15 +28,7 @@ def plain_names(run: Trajectory) -> dict[str, str]:
 def find_shared_readings(runs: Sequence[Trajectory]) -> Mapping[str, tuple[str | None, ...]]:
     """Return the readings that at least two runs have, in one unit; those that most runs have first.
 
-    Parameters
-    ----------
-    runs
-        The runs.
-
-    Returns
-    -------
-    Mapping[str, tuple[str | None, ...]]
-        By plain name, the full name in each run; None where a run has none.
+    Result: by plain name, the full name in each run; None where a run has none.
     """
     names = [plain_names(run) if len(run.times) else {} for run in runs]
     shared: dict[str, tuple[str | None, ...]] = {}
@@ -62,15 +43,7 @@ def find_shared_readings(runs: Sequence[Trajectory]) -> Mapping[str, tuple[str |
 def leading_reading(run: Trajectory) -> str:
     """Return the name of the reading that shows a run best: of the part that turns with a spindle, or else of the first part.
 
-    Parameters
-    ----------
-    run
-        A run.
-
-    Returns
-    -------
-    str
-        Full name of its leading coordinate.
+    Result: full name of its leading coordinate.
     """
     part = max(run.scene.parts, key=lambda part: part.turns)
     name = part.mechanism.coordinate
@@ -80,18 +53,8 @@ def leading_reading(run: Trajectory) -> str:
 def settling_time(run: Trajectory, name: str) -> float | None:
     """Return how long a reading takes to come to rest after the last change of a given spindle speed, or from the start.
 
-    Parameters
-    ----------
-    run
-        A run.
-    name
-        Full name of the reading.
-
-    Returns
-    -------
-    float | None
-        Time from which the reading stays within SETTLING_TOLERANCE of its change about its last value, s; None if it does not change, or
-        is not at rest at the end.
+    Result: time from which the reading stays within SETTLING_TOLERANCE of its change about its last value, s;
+    None if it does not change, or is not at rest at the end.
     """
     times, values = run.times, run.readings[name]
     if len(times) < 2:

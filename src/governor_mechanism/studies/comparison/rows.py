@@ -40,19 +40,10 @@ class ComparedReading:
         return format_quantity(0.0 if is_zero else value, self.unit, ".5g")
 
 
-def static_rows(statics: Sequence[GovernorStatics | str]) -> Iterator[ComparedReading]:
-    """Yield the rows of statics that at least one scene has.
-
-    Parameters
-    ----------
-    statics
-        Statics of each scene, or the reason why it has none.
-
-    Yields
-    ------
-    ComparedReading
-        The rows.
-    """
+def static_rows(
+    statics: Sequence[GovernorStatics | str],  # statics of each scene, or the reason why it has none
+) -> Iterator[ComparedReading]:
+    """Yield the rows of statics that at least one scene has."""
     columns = [dict(_static_values(one)) if isinstance(one, GovernorStatics) else {} for one in statics]
     quantities = dict.fromkeys(key for column in columns for key in column)
     for quantity, unit in sorted(quantities, key=lambda key: _STATIC_ORDER.index(key[0])):
@@ -136,18 +127,7 @@ def _rounded_to_zero(ratio: float) -> float:
 
 
 def run_rows(runs: Sequence[Trajectory]) -> Iterator[ComparedReading]:
-    """Yield what each run shows of itself.
-
-    Parameters
-    ----------
-    runs
-        The runs.
-
-    Yields
-    ------
-    ComparedReading
-        The rows.
-    """
+    """Yield what each run shows of itself."""
     yield ComparedReading(quantity="run: end", unit="s", values=tuple(float(run.times[-1]) if len(run.times) else None for run in runs))
     leading = tuple(leading_reading(run) for run in runs)
     values = tuple(settling_time(run, name) if name in run.readings else None for run, name in zip(runs, leading, strict=True))
@@ -162,21 +142,12 @@ def _format_error(run: Trajectory) -> str | None:
     return None if run.error_estimate is None else f"{run.error_estimate:.0e}"
 
 
-def reading_rows(runs: Sequence[Trajectory], shared: Mapping[str, tuple[str | None, ...]]) -> Iterator[ComparedReading]:
-    """Yield last, lowest and highest value of the shared readings.
-
-    Parameters
-    ----------
-    runs
-        The runs.
-    shared
-        Full name of each shared reading in each run, by plain name.
-
-    Yields
-    ------
-    ComparedReading
-        The rows.
-    """
+def reading_rows(
+    runs: Sequence[Trajectory],
+    # full name of each shared reading in each run, by plain name
+    shared: Mapping[str, tuple[str | None, ...]],
+) -> Iterator[ComparedReading]:
+    """Yield last, lowest and highest value of the shared readings."""
     for name, full_names in shared.items():
         series = [None if full is None else run.readings[full] for run, full in zip(runs, full_names, strict=True)]
         unit = next(run.units[full] for run, full in zip(runs, full_names, strict=True) if full is not None)

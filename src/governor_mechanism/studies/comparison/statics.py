@@ -90,22 +90,7 @@ class StaticsQuestion:
 def evaluate_statics(run: Trajectory, question: StaticsQuestion) -> GovernorStatics | str:
     """Return the statics of a scene, or the reason why it has none.
 
-    Parameters
-    ----------
-    run
-        A run of a scene of any parts.
-    question
-        Resistance and working range.
-
-    Returns
-    -------
-    GovernorStatics | str
-        The statics, or one sentence.
-
-    Raises
-    ------
-    MechanismError
-        If the resistance is not valid.
+    Raises MechanismError if the resistance is not valid.
     """
     notes: list[str] = []
 

@@ -135,14 +135,11 @@ DEFAULT_INPUTS = GovernedEngineInputs()
 """20 PS at 120 rpm with a droop of 4 %."""
 
 
-def validate_inputs(inputs: GovernedEngineInputs) -> None:
-    """Raise MechanismError, with a sentence per mistake, for inputs that are not valid.
-
-    Parameters
-    ----------
-    inputs
-        The inputs; pressures, cut-off and clearances are also validated by `AirEngine`.
-    """
+def validate_inputs(
+    # the inputs; pressures, cut-off and clearances are also validated by `AirEngine`
+    inputs: GovernedEngineInputs,
+) -> None:
+    """Raise MechanismError, with a sentence per mistake, for inputs that are not valid."""
     require_valid(inputs, _offset_problems, alternatives=_alternative_problems)
 
 
@@ -229,20 +226,7 @@ class GovernorDesign(Recorded):
 def design_governor(inputs: GovernedEngineInputs) -> GovernorDesign:
     """Return the governor whose equilibrium speeds at full load and without load are the wanted ones.
 
-    Parameters
-    ----------
-    inputs
-        Valid inputs.
-
-    Returns
-    -------
-    GovernorDesign
-        The governor.
-
-    Raises
-    ------
-    MechanismError
-        If the geometry cannot give the droop, or the gear ratio not the speed.
+    Raises MechanismError if the geometry cannot give the droop, or the gear ratio not the speed.
     """
     offset, no_load_angle = _geometry(inputs)
     gear_ratio, mass_ratio = _gear_and_mass_ratio(inputs, offset)
@@ -452,25 +436,13 @@ class DashpotDesign(Recorded):
         return "given" if self.is_given else "with which all motions decay fastest"
 
 
-def design_dashpot(governor: GovernorDesign, flywheel_inertia: float, torque_slope: float, given: float | None) -> DashpotDesign:
-    """Return the dashpot with which all motions decay fastest, or a given one.
-
-    Parameters
-    ----------
-    governor
-        The governor.
-    flywheel_inertia
-        Moment of inertia of flywheel and shaft, kg m2.
-    torque_slope
-        dM/dz of the engine's mean torque by the lift of the sleeve, N m/m; negative.
-    given
-        Damping of a given dashpot, N s/m; None to choose it.
-
-    Returns
-    -------
-    DashpotDesign
-        The dashpot.
-    """
+def design_dashpot(
+    governor: GovernorDesign,
+    flywheel_inertia: float,  # moment of inertia of flywheel and shaft, kg m2
+    torque_slope: float,  # dM/dz of the engine's mean torque by the lift of the sleeve, N m/m; negative
+    given: float | None,  # damping of a given dashpot, N s/m; None to choose it
+) -> DashpotDesign:
+    """Return the dashpot with which all motions decay fastest, or a given one."""
     shaft = {"flywheel_inertia": flywheel_inertia, "torque_slope": torque_slope, "gear_ratio": governor.gear_ratio}
     damping = _best_damping(governor, shaft) if given is None else given
     return DashpotDesign(

@@ -108,18 +108,7 @@ PAPER_INPUTS = FlywheelInputs()
 
 
 def closed_cycle(engine: AirEngine) -> AirEngine:
-    """Return an engine under the load with which its cycle closes.
-
-    Parameters
-    ----------
-    engine
-        The engine under any load.
-
-    Returns
-    -------
-    AirEngine
-        The engine with another load pressure.
-    """
+    """Return an engine under the load with which its cycle closes."""
     return replace(engine, load_pressure=closing_load_pressure(engine))
 
 
@@ -243,23 +232,12 @@ class FlywheelDesign(Design):
 
 
 @np.errstate(all="ignore")  # results that are not finite are refused in a sentence
-def design_flywheel(inputs: FlywheelInputs = PAPER_INPUTS) -> FlywheelDesign:
+def design_flywheel(
+    inputs: FlywheelInputs = PAPER_INPUTS,  # the inputs; by default the paper's
+) -> FlywheelDesign:
     """Design a flywheel by the procedure of the paper, or find the fluctuation of a given one.
 
-    Parameters
-    ----------
-    inputs
-        The inputs; by default the paper's.
-
-    Returns
-    -------
-    FlywheelDesign
-        The design.
-
-    Raises
-    ------
-    MechanismError
-        If the inputs are not valid, or the engine cannot carry its load.
+    Raises MechanismError if the inputs are not valid, or the engine cannot carry its load.
     """
     require_valid(inputs, alternatives=_contradictions)  # AirEngine validates the inputs of the engine
     engine = inputs.engine()

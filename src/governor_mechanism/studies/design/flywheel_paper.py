@@ -124,10 +124,7 @@ class PaperComparison(Recorded):
 def compare_with_paper() -> PaperComparison:
     """Return all numbers of the paper, recomputed.
 
-    Returns
-    -------
-    PaperComparison
-        The numbers, the terms of the bracket, and the flywheels that follow.
+    Result: the numbers, the terms of the bracket, and the flywheels that follow.
     """
     extremes = energy_fluctuation(PAPER_ENGINE)
     exact_terms = bracket_terms(PAPER_ENGINE, slowest_angle=extremes.slowest_angle, fastest_angle=extremes.fastest_angle)

@@ -194,18 +194,7 @@ class GovernedEngineDesign(CheckedDesign):
 
 
 def change_times(design: GovernedEngineDesign) -> tuple[float, float]:
-    """Return the time of the change of load and that at which it is over, s: tenths of a second, by the slowest motion of the design.
-
-    Parameters
-    ----------
-    design
-        The design.
-
-    Returns
-    -------
-    tuple[float, float]
-        Both times, s.
-    """
+    """Return the time of the change of load and that at which it is over, s: tenths of a second, by the slowest motion of the design."""
     period = math.tau / design.inputs.full_load_speed
     rate = design.dashpot.decay_rate
 
@@ -222,20 +211,8 @@ def change_times(design: GovernedEngineDesign) -> tuple[float, float]:
 def design_governed_engine(inputs: GovernedEngineInputs = DEFAULT_INPUTS) -> GovernedEngineDesign:
     """Design an engine with its flywheel, governor, throttle rod and dashpot.
 
-    Parameters
-    ----------
-    inputs
-        The inputs.
-
-    Returns
-    -------
-    GovernedEngineDesign
-        The design.
-
-    Raises
-    ------
-    MechanismError
-        If the inputs are not valid, the pressures give no work, or the governor cannot have the droop.
+    Raises MechanismError if the inputs are not valid, the pressures give no work, or the governor cannot have
+    the droop.
     """
     validate_inputs(inputs)
     engine, bore = _size_cylinders(inputs)

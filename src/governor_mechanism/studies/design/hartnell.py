@@ -191,19 +191,10 @@ class HartnellDesign(Design):
         return math.sqrt(abs(float(closed.squared_natural_frequency(self.governor, arm_angle=angle, **load))))
 
 
-def build_governor(inputs: HartnellInputs) -> closed.HartnellGovernor:
-    """Return the governor of the closed forms.
-
-    Parameters
-    ----------
-    inputs
-        Inputs without None.
-
-    Returns
-    -------
-    HartnellGovernor
-        Dimensions and masses.
-    """
+def build_governor(
+    inputs: HartnellInputs,  # inputs without None
+) -> closed.HartnellGovernor:
+    """Return the governor of the closed forms."""
     names = ("ball_arm", "sleeve_arm", "pivot_radius", "ball_mass", "sleeve_mass", "gravity")
     return closed.HartnellGovernor(angle=inputs.bell_crank_angle, **{name: getattr(inputs, name) for name in names})
 
@@ -211,20 +202,8 @@ def build_governor(inputs: HartnellInputs) -> closed.HartnellGovernor:
 def design_hartnell(inputs: HartnellInputs = DEFAULT_INPUTS) -> HartnellDesign:
     """Design the spring of a Hartnell governor for two speeds.
 
-    Parameters
-    ----------
-    inputs
-        The inputs; by default those of a textbook example.
-
-    Returns
-    -------
-    HartnellDesign
-        The design.
-
-    Raises
-    ------
-    MechanismError
-        If the inputs are not valid, or no spring of positive rate and compression holds the two speeds.
+    Raises MechanismError if the inputs are not valid, or no spring of positive rate and compression holds the
+    two speeds.
     """
     resolved, travel = resolve_inputs(inputs)
     governor = build_governor(resolved)
@@ -262,21 +241,9 @@ _UNSTABLE = (
 def resolve_inputs(inputs: HartnellInputs) -> tuple[HartnellInputs, Travel]:
     """Return the inputs with pivots and outer radius or lift filled in, and the travel.
 
-    Parameters
-    ----------
-    inputs
-        The inputs.
-
-    Returns
-    -------
-    tuple[HartnellInputs, Travel]
-        Inputs without None, and the travel.
-
-    Raises
-    ------
-    MechanismError
-        With one sentence per mistake: a value that is not positive, radii in the wrong order, a lift that the arms do not give, or speeds
-        that do not rise.
+    Result: inputs without None, and the travel. Raises MechanismError with one sentence per mistake: a value
+    that is not positive, radii in the wrong order, a lift that the arms do not give, or speeds that do not
+    rise.
     """
     require_valid(inputs, _contradictions)
     placed = replace(inputs, pivot_radius=inputs.inner_radius if inputs.pivot_radius is None else inputs.pivot_radius)

@@ -195,23 +195,12 @@ class HartungDesign(Design):
         }
 
 
-def design_hartung(inputs: HartungInputs = PAPER_INPUTS) -> HartungDesign:
+def design_hartung(
+    inputs: HartungInputs = PAPER_INPUTS,  # the inputs; by default the paper's
+) -> HartungDesign:
     """Design a Hartung governor by the procedure of the paper.
 
-    Parameters
-    ----------
-    inputs
-        The inputs; by default the paper's.
-
-    Returns
-    -------
-    HartungDesign
-        The design.
-
-    Raises
-    ------
-    MechanismError
-        If no governor can be built from the inputs.
+    Raises MechanismError if no governor can be built from the inputs.
     """
     _max_bell_crank_angle(inputs)  # raises for a swing that is too large
     require_valid(inputs, _contradictions)
@@ -273,27 +262,15 @@ def _contradictions(inputs: HartungInputs) -> Iterator[str]:
         yield fill_places("coil ({coil:.6g mm}) must exceed wire ({wire:.6g mm})", inputs)
 
 
-def build_hartung_layout(inputs: HartungInputs, angle: float, sleeve_arm: float | None = None) -> HartungLayout:
+def build_hartung_layout(
+    inputs: HartungInputs,
+    angle: float,  # angle of the bell crank, rad
+    # sleeve arm of the bell crank, m; None: hangers symmetric about the axis
+    sleeve_arm: float | None = None,
+) -> HartungLayout:
     """Return the governor with a given bell crank and its forces over the stroke.
 
-    Parameters
-    ----------
-    inputs
-        The inputs.
-    angle
-        Angle of the bell crank, rad.
-    sleeve_arm
-        Sleeve arm of the bell crank, m; None: hangers symmetric about the axis.
-
-    Returns
-    -------
-    HartungLayout
-        Governor and forces.
-
-    Raises
-    ------
-    MechanismError
-        If the lever would pass its change point, or springs cannot follow the line.
+    Raises MechanismError if the lever would pass its change point, or springs cannot follow the line.
     """
     if sleeve_arm is None:
         sleeve_arm = float(formulas.symmetric_sleeve_arm(fulcrum_radius=inputs.fulcrum_radius, angle=angle, swing=inputs.swing))

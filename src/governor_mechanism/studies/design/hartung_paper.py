@@ -74,13 +74,7 @@ class PaperComparison(Recorded):
 
 
 def compare_with_paper() -> PaperComparison:
-    """Return all numbers of the paper, recomputed.
-
-    Returns
-    -------
-    PaperComparison
-        The numbers by section of the paper.
-    """
+    """Return all numbers of the paper, recomputed."""
     numbers = (*_radii_and_speeds(), *_centrifugal_forces(), *_spring(), *_sleeve_forces())
     groups = {"numbers": numbers, "table": _spring_force_table(), "counter_example": _counter_example()}
     return PaperComparison(**{name: tuple(PrintedNumber(*row) for row in rows) for name, rows in groups.items()})

@@ -56,78 +56,35 @@ GOVERNED = Bounds(highest=MAX_RATIO, rule="at most {highest:.0%}, where nothing 
 
 def design_input(
     kind: str,
-    default: _Value,
+    default: _Value,  # its default in SI; None: it follows from the others
     meaning: str,
     *,
     sign: Sign = "positive",
-    sign_rule: str = "",
+    sign_rule: str = "",  # what follows "must be" in the message about a wrong sign, if that needs a reason
     bounds: Bounds | None = None,
-    word_for_none: str = "",
+    word_for_none: str = "",  # what a user writes for None, if that is not the default
 ) -> _Value:
-    """Return the field of an input.
-
-    Parameters
-    ----------
-    kind
-        Its kind of quantity, a key of `units.quantities.QUANTITY_KINDS`.
-    default
-        Its default in SI; None: it follows from the others.
-    meaning
-        What it is.
-    sign
-        Its sign.
-    sign_rule
-        What follows "must be" in the message about a wrong sign, if that needs a reason.
-    bounds
-        Smallest and largest value.
-    word_for_none
-        What a user writes for None, if that is not the default.
-
-    Returns
-    -------
-    _Value
-        The field, for a dataclass.
-    """
+    """Return the field of an input."""
     rule = sign_rule or {"positive": "be positive", "not negative": "not be negative"}.get(sign, "")
     declared = {"kind": kind, "meaning": meaning, "sign": sign, "sign_rule": rule, "bounds": bounds, "word_for_none": word_for_none}
     return field(default=default, metadata=declared)
 
 
 def design_word(default: str, words: Sequence[str], meaning: str) -> str:
-    """Return the field of an input that is one of some words, for a dataclass.
-
-    Parameters
-    ----------
-    default
-        Its default.
-    words
-        The words that are allowed.
-    meaning
-        What it is.
-
-    Returns
-    -------
-    str
-        The field.
-    """
+    """Return the field of an input that is one of some words, for a dataclass."""
     word: str = field(default=default, metadata={"kind": "", "words": tuple(map(str, words)), "meaning": meaning, "word_for_none": ""})
     return word
 
 
 def require_valid(
-    inputs: Any, relations: Callable[[Any], Iterable[str]] = lambda _: (), *, alternatives: Callable[[Any], Iterable[str]] = lambda _: ()
+    inputs: Any,
+    # function that yields sentences about inputs at odds with each other; it is called if each has its sign
+    relations: Callable[[Any], Iterable[str]] = lambda _: (),
+    *,
+    # function that yields sentences about inputs of which one follows from the other, whatever their signs
+    alternatives: Callable[[Any], Iterable[str]] = lambda _: (),
 ) -> None:
-    """Raise MechanismError, with a sentence per mistake, for inputs that are not valid.
-
-    Parameters
-    ----------
-    inputs
-        The inputs.
-    relations
-        Function that yields sentences about inputs at odds with each other; it is called if each has its sign.
-    alternatives
-        Function that yields sentences about inputs of which one follows from the other, whatever their signs.
-    """
+    """Raise MechanismError, with a sentence per mistake, for inputs that are not valid."""
     quantities = [(one.name, getattr(inputs, one.name), one.metadata) for one in fields(inputs) if one.metadata["kind"]]
     given = [(name, value, declared) for name, value, declared in quantities if value is not None]
     wrong_signs = {name: problem for name, value, declared in given if (problem := _sign_problem(name, value, declared))}
@@ -145,29 +102,16 @@ def _sign_problem(name: str, value: float, declared: Mapping[str, Any]) -> str:
     return f"{name} must {declared['sign_rule']}; got {found}"
 
 
-def change_inputs(defaults: _Inputs, changes: Mapping[str, object], prefix: str = "", spell: Callable[[str], str] = str) -> _Inputs:
+def change_inputs(
+    defaults: _Inputs,
+    changes: Mapping[str, object],  # new values by name: numbers in SI, or texts with units
+    prefix: str = "",  # what stands before the name of an input in messages
+    # function of the name of an input that returns it as the user writes it, for messages
+    spell: Callable[[str], str] = str,
+) -> _Inputs:
     """Return inputs with some replaced.
 
-    Parameters
-    ----------
-    defaults
-        The inputs to change, an instance of the dataclass.
-    changes
-        New values by name: numbers in SI, or texts with units.
-    prefix
-        What stands before the name of an input in messages.
-    spell
-        Function of the name of an input that returns it as the user writes it, for messages.
-
-    Returns
-    -------
-    _Inputs
-        The inputs.
-
-    Raises
-    ------
-    MechanismError
-        With one sentence per change that is not valid.
+    Raises MechanismError with one sentence per change that is not valid.
     """
     known = {one.name: one.metadata for one in fields(defaults)}
     values: dict[str, float | str | None] = {}
@@ -203,27 +147,15 @@ def option_of(name: str) -> str:
     return f"--{name.replace('_', '-')}"
 
 
-def parse_assignments(defaults: _Inputs, assignments: Iterable[str], options: Mapping[str, str] | None = None) -> _Inputs:
+def parse_assignments(
+    defaults: _Inputs,
+    assignments: Iterable[str],  # texts such as "wire=14 mm"; a number without a unit is in SI
+    # values by the names of inputs: the text "14 mm" by "wire" for the option --wire
+    options: Mapping[str, str] | None = None,
+) -> _Inputs:
     """Return inputs with the assignments of the option --with, and those given as options of their own, applied.
 
-    Parameters
-    ----------
-    defaults
-        The inputs to change, an instance of the dataclass.
-    assignments
-        Texts such as "wire=14 mm"; a number without a unit is in SI.
-    options
-        Values by the names of inputs: the text "14 mm" by "wire" for the option --wire.
-
-    Returns
-    -------
-    _Inputs
-        The inputs.
-
-    Raises
-    ------
-    MechanismError
-        With one sentence per assignment that is not valid.
+    Raises MechanismError with one sentence per assignment that is not valid.
     """
     changes: dict[str, object] = {}
     given = options or {}

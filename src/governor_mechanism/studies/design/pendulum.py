@@ -366,23 +366,13 @@ class PendulumDesign(CheckedDesign):
 
 
 @np.errstate(all="ignore")  # results that are not finite are refused in a sentence
-def design_pendulum(inputs: PendulumInputs = DEFAULT_INPUTS) -> PendulumDesign:
+def design_pendulum(
+    # the inputs; by default a Porter governor with arms as long as the radius of curvature
+    inputs: PendulumInputs = DEFAULT_INPUTS,
+) -> PendulumDesign:
     """Design a pendulum governor by Zehnder's procedure.
 
-    Parameters
-    ----------
-    inputs
-        The inputs; by default a Porter governor with arms as long as the radius of curvature.
-
-    Returns
-    -------
-    PendulumDesign
-        The design.
-
-    Raises
-    ------
-    MechanismError
-        If the inputs are not valid, or no such governor reaches the highest speed.
+    Raises MechanismError if the inputs are not valid, or no such governor reaches the highest speed.
     """
     resolved, requirement = resolve_inputs(inputs)
     start = _place_start(resolved, requirement)
@@ -409,20 +399,8 @@ def design_pendulum(inputs: PendulumInputs = DEFAULT_INPUTS) -> PendulumDesign:
 def resolve_inputs(inputs: PendulumInputs) -> tuple[PendulumInputs, Requirement]:
     """Return the inputs with the values of their kind, and what the procedure starts from.
 
-    Parameters
-    ----------
-    inputs
-        The inputs.
-
-    Returns
-    -------
-    tuple[PendulumInputs, Requirement]
-        Inputs without None but for the geometry, and the requirement.
-
-    Raises
-    ------
-    MechanismError
-        With one sentence per mistake.
+    Result: inputs without None but for the geometry, and the requirement. Raises MechanismError with one
+    sentence per mistake.
     """
     kind = GovernorKind(inputs.kind)
     porter = {"lowest_speed": 120 * RPM, "highest_speed": 126 * RPM, "mass_ratio": 4.0, "resistance": 6 * KILOGRAM_FORCE_1853}

@@ -115,20 +115,8 @@ def _sleeve_motion(study: LoadChangeStudy) -> float:
 def simulate_governed_engine(design: GovernedEngineDesign) -> SimulatedEngine:
     """Simulate a fall of the load from the rated torque to the half.
 
-    Parameters
-    ----------
-    design
-        The design.
-
-    Returns
-    -------
-    SimulatedEngine
-        The responses with the mean torque of the air, with its cyclic torque, and with the resistance at the sleeve too.
-
-    Raises
-    ------
-    MechanismError
-        If a run does not reach its end, or the machine has no equilibrium.
+    Result: the responses with the mean torque of the air, with its cyclic torque, and with the resistance at
+    the sleeve too. Raises MechanismError if a run does not reach its end, or the machine has no equilibrium.
     """
     begin, end = change_times(design)
     options: tuple[dict[str, bool], ...] = {"mean_torque": True}, {}, {"with_resistance": True}
@@ -213,25 +201,14 @@ class SimulatedWheels(tuple[SimulatedWheel, ...]):
         return tabulate(WHEEL_COLUMNS, self, "lrrrrr")
 
 
-def simulate_wheels(design: FlywheelDesign, comparison: PaperComparison | None = None) -> SimulatedWheels:
+def simulate_wheels(
+    design: FlywheelDesign,
+    comparison: PaperComparison | None = None,  # the paper's numbers, if the design is that of the paper
+) -> SimulatedWheels:
     """Simulate the engine over two turns with the flywheel of a design, or with those by each of the paper's sums.
 
-    Parameters
-    ----------
-    design
-        Design of the flywheel.
-    comparison
-        The paper's numbers, if the design is that of the paper.
-
-    Returns
-    -------
-    SimulatedWheels
-        How the flywheels ran.
-
-    Raises
-    ------
-    MechanismError
-        If a run does not reach its end, or the shaft makes no complete turn.
+    Result: how the flywheels ran. Raises MechanismError if a run does not reach its end, or the shaft makes
+    no complete turn.
     """
     wheels = [(wheel.sized_by, wheel.inertia) for wheel in comparison.wheels] if comparison else [("design", design.inertia)]
     return SimulatedWheels(_simulate_wheel(design, sized_by, inertia) for sized_by, inertia in wheels)

@@ -120,20 +120,8 @@ def compare_statics(quantity: str, unit: str, wanted: float, found: float, by: s
 def simulate_hartnell(design: HartnellDesign) -> SimulatedMachine:
     """Evaluate the statics of the designed machine, and run its scene.
 
-    Parameters
-    ----------
-    design
-        The design.
-
-    Returns
-    -------
-    SimulatedMachine
-        The numbers beside the wanted ones, and the run.
-
-    Raises
-    ------
-    MechanismError
-        If the simulated machine has no working range between its stops.
+    Result: the numbers beside the wanted ones, and the run. Raises MechanismError if the simulated machine
+    has no working range between its stops.
     """
     scene = design.scene
     run = run_uncertified(scene)
@@ -179,20 +167,8 @@ def _hartnell_rest(design: HartnellDesign, scene: Scene, run: Trajectory) -> Com
 def simulate_pendulum(design: PendulumDesign) -> SimulatedPendulum:
     """Evaluate the statics of the designed machine, and run its scene.
 
-    Parameters
-    ----------
-    design
-        The design.
-
-    Returns
-    -------
-    SimulatedPendulum
-        The numbers beside the wanted ones, and the run.
-
-    Raises
-    ------
-    MechanismError
-        If the run does not reach its end, or the sleeve never moves.
+    Result: the numbers beside the wanted ones, and the run. Raises MechanismError if the run does not reach
+    its end, or the sleeve never moves.
     """
     scene = design.scene
     run = run_uncertified(scene)

@@ -54,22 +54,7 @@ Columns = Sequence[tuple[str, str]]
 
 
 def tabulate(columns: Columns, records: Iterable[object], justify: str) -> str:
-    """Return records as the rows of a text table; a place without a value is an empty cell.
-
-    Parameters
-    ----------
-    columns
-        Headings, and the places in a record.
-    records
-        The records.
-    justify
-        A letter for each column, as in `format_table`.
-
-    Returns
-    -------
-    str
-        The table.
-    """
+    """Return records as the rows of a text table; a place without a value is an empty cell."""
     rows = [[fill_places(place, record) for _, place in columns] for record in records]
     return format_table([heading for heading, _ in columns], rows, justify)
 

@@ -32,23 +32,12 @@ class _ScenePlaces(Places):
         return format_toml_value(value) if value is not None and not format_spec else super().format_field(value, format_spec)
 
 
-def fill_template(machine: str, design: object, values: Mapping[str, object]) -> dict[str, Any]:
-    """Return the document of the scene of a machine from its template.
-
-    Parameters
-    ----------
-    machine
-        Name of the template.
-    design
-        Its attributes are the values of the places.
-    values
-        Values of the other places; the line of one that is None is left out.
-
-    Returns
-    -------
-    dict[str, Any]
-        The document of a scene file.
-    """
+def fill_template(
+    machine: str,
+    design: object,
+    values: Mapping[str, object],  # values of the other places; the line of one that is None is left out
+) -> dict[str, Any]:
+    """Return the document of the scene of a machine from its template."""
     return tomllib.loads(fill_places(read_file(f"{machine}.toml"), design, _ScenePlaces(), **values))
 
 
@@ -76,24 +65,14 @@ def run_up_steps(times: Sequence[float], lowest: float, highest: float, digits: 
     return speed_steps(times, (lowest + fraction * (highest - lowest) for fraction in fractions), digits)
 
 
-def sleeve_damping(inertia: float, frequency: float, lift_derivative: float) -> float:
+def sleeve_damping(
+    inertia: float,  # inertia of the angle of the arms, kg m2
+    frequency: float,  # frequency of small oscillations, rad/s
+    lift_derivative: float,  # derivative of the lift of the sleeve by the angle, m/rad
+) -> float:
     """Return the damping of the dashpot at a sleeve (N s/m).
 
     With the inertia I of the angle, the frequency w, and the derivative z' of the lift, a damping ratio D takes c z'^2 = 2 D I w.
-
-    Parameters
-    ----------
-    inertia
-        Inertia of the angle of the arms, kg m2.
-    frequency
-        Frequency of small oscillations, rad/s.
-    lift_derivative
-        Derivative of the lift of the sleeve by the angle, m/rad.
-
-    Returns
-    -------
-    float
-        Damping, N s/m.
     """
     return 2 * DAMPING_RATIO * inertia * frequency / lift_derivative**2
 

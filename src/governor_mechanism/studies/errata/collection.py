@@ -21,25 +21,15 @@ LISTS: Mapping[Paper, Callable[[], Iterator[Erratum]]] = {
 """Function that recomputes the errata of a paper, by paper in the order of the years."""
 
 
-def collect_errata(paper: str | None = None, *, simulate: bool = False) -> Errata:
+def collect_errata(
+    paper: str | None = None,  # name of a paper; None for all
+    *,
+    simulate: bool = False,  # whether to simulate the machines that show the main errors
+) -> Errata:
     """Recompute the errata of a paper or of all.
 
-    Parameters
-    ----------
-    paper
-        Name of a paper; None for all.
-    simulate
-        Whether to simulate the machines that show the main errors.
-
-    Returns
-    -------
-    Errata
-        The errata, of each paper by cause, then in the order of its list.
-
-    Raises
-    ------
-    MechanismError
-        If there is no such paper.
+    Result: the errata, of each paper by cause, then in the order of its list. Raises MechanismError if there
+    is no such paper.
     """
     papers = LISTS if paper is None else (check_paper(paper),)
     ranks = {cause: rank for rank, cause in enumerate(Cause)}

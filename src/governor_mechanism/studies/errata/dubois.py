@@ -30,10 +30,7 @@ _formula = partial(Erratum, paper=Paper.DUBOIS, command="governor-mechanism erra
 def list_dubois_errata() -> Iterator[Erratum]:
     """Return the errata.
 
-    Yields
-    ------
-    Erratum
-        The wrong angle, then wrong digits, formulas whose exponents are lost, and rounded numbers.
+    Result: the wrong angle, then wrong digits, formulas whose exponents are lost, and rounded numbers.
     """
     comparison = compare_with_paper()
     numbers = {number.quantity: number for number in (*comparison.numbers, *comparison.table, *comparison.counter_example)}

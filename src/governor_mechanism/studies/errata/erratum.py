@@ -104,8 +104,8 @@ class Erratum:
 
 
 def make_number_erratum(
-    number: PrintedNumber,
-    digits: int,
+    number: PrintedNumber,  # the number, printed and recomputed, with the cause of the difference
+    digits: int,  # number of digits that the paper prints after the decimal point
     *,
     paper: Paper,
     name: str,
@@ -115,47 +115,14 @@ def make_number_erratum(
     consequence: str = "",
     quotation: str = "",
     translation: str = "",
-    subject: str = "",
+    subject: str = "",  # what the number is; the name of the quantity if empty
+    # the number that the paper means, with the digits that it prints; empty if it means another or this is
+    # not known
     meant: str = "",
 ) -> Erratum:
     """Return the erratum of a printed number.
 
-    Parameters
-    ----------
-    number
-        The number, printed and recomputed, with the cause of the difference.
-    digits
-        Number of digits that the paper prints after the decimal point.
-    paper
-        The paper.
-    name
-        Name of the erratum within the paper.
-    place
-        Where the number is printed.
-    proof
-        Why the number is wrong.
-    command
-        Command that shows it.
-    consequence
-        What follows from it.
-    quotation
-        The words of the paper.
-    translation
-        The same in English.
-    subject
-        What the number is; the name of the quantity if empty.
-    meant
-        The number that the paper means, with the digits that it prints; empty if it means another or this is not known.
-
-    Returns
-    -------
-    Erratum
-        The erratum.
-
-    Raises
-    ------
-    ValueError
-        If the number has no cause to deviate: it is right then.
+    Raises ValueError if the number has no cause to deviate: it is right then.
     """
     if number.cause is None:
         raise ValueError(f"{number.quantity} has no cause to deviate: it is no erratum")
@@ -187,20 +154,7 @@ def make_number_erratum(
 def check_paper(paper: str) -> Paper:
     """Return a paper by its name.
 
-    Parameters
-    ----------
-    paper
-        The name.
-
-    Returns
-    -------
-    Paper
-        The paper.
-
-    Raises
-    ------
-    MechanismError
-        If there is no such paper.
+    Raises MechanismError if there is no such paper.
     """
     if not isinstance(paper, str) or paper not in set(Paper):
         raise MechanismError(
@@ -212,20 +166,7 @@ def check_paper(paper: str) -> Paper:
 def check_cause(cause: str) -> Cause:
     """Return a cause by its name.
 
-    Parameters
-    ----------
-    cause
-        The name.
-
-    Returns
-    -------
-    Cause
-        The cause.
-
-    Raises
-    ------
-    MechanismError
-        If there is no such cause.
+    Raises MechanismError if there is no such cause.
     """
     if not isinstance(cause, str) or cause not in set(Cause):
         hint = did_you_mean(cause, [one.value for one in Cause])

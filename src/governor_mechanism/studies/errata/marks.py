@@ -30,13 +30,7 @@ _erratum = partial(Erratum, paper=Paper.MARKS)
 
 
 def list_marks_errata() -> Iterator[Erratum]:
-    """Return the errata.
-
-    Yields
-    ------
-    Erratum
-        The errata in the order of their weight.
-    """
+    """Return the errata."""
     yield _ends_of_the_cylinder()
     yield _lost_square()
     yield _erratum(
@@ -55,15 +49,7 @@ def list_marks_errata() -> Iterator[Erratum]:
 def shift_of_event(event: str) -> float:
     """Return by how much the finite eccentric rod delays a valve event, with equal leads.
 
-    Parameters
-    ----------
-    event
-        Name of the event, as "crank end compression".
-
-    Returns
-    -------
-    float
-        Change of the crank angle against Zeuner's law, deg.
+    Result: change of the crank angle against Zeuner's law, deg.
     """
     exact, theory = (event_angle(one, event=event, **LAPS) for one in (ECCENTRIC, replace(ECCENTRIC, rod=math.inf)))
     return math.degrees(math.remainder(exact - theory, math.tau))

@@ -80,22 +80,14 @@ def _describe_speeds(arm_ratio: float) -> str:
     )
 
 
-def simulated_speeds(design: PendulumDesign, arm_ratio: float, degrees: FloatArray) -> FloatArray:
+def simulated_speeds(
+    design: PendulumDesign,
+    arm_ratio: float,  # arm over the radius of curvature; point and slope stay
+    degrees: FloatArray,  # angles through which the arm has turned up, deg; shape (n,)
+) -> FloatArray:
     """Return the speeds of rest by the statics of the simulated governor beside the point of osculation.
 
-    Parameters
-    ----------
-    design
-        A design, whose lowest position is that point.
-    arm_ratio
-        Arm over the radius of curvature; point and slope stay.
-    degrees
-        Angles through which the arm has turned up, deg; shape (n,).
-
-    Returns
-    -------
-    FloatArray
-        Speeds, rad/s; shape (n,).
+    Result: speeds, rad/s; shape (n,).
     """
     start = design.start
     arm = arm_ratio * start.radius_of_curvature

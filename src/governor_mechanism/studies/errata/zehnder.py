@@ -36,32 +36,21 @@ _statement = partial(Erratum, paper=Paper.ZEHNDER, place=_PLACE, unit="%", comma
 def list_zehnder_errata() -> Iterator[Erratum]:
     """Return the errata.
 
-    Yields
-    ------
-    Erratum
-        The three statements of one wrong argument, then the formulas in the order of the text.
+    Result: the three statements of one wrong argument, then the formulas in the order of the text.
     """
     design = design_pendulum()
     yield from _statements(design.start)
     yield from _formulas(design)
 
 
-def speed_change(start: ParabolaStart, arm_ratio: float, degrees: float) -> float:
+def speed_change(
+    start: ParabolaStart,  # the lowest position, on the parabola of the lowest speed
+    arm_ratio: float,
+    degrees: float,  # angle through which the arm has turned up, deg
+) -> float:
     """Return by how much the speed of rest changes (%) when an arm leaves the point of osculation.
 
-    Parameters
-    ----------
-    start
-        The lowest position, on the parabola of the lowest speed.
-    arm_ratio
-        Arm over the radius of curvature of the parabola.
-    degrees
-        Angle through which the arm has turned up, deg.
-
-    Returns
-    -------
-    float
-        Relative change of the equilibrium speed, %.
+    Result: relative change of the equilibrium speed, %.
     """
     change = parabolic.equilibrium_speed_change(
         start_angle=start.arm_angle,

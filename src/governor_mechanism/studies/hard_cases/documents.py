@@ -21,38 +21,16 @@ def run_table(duration: float, accuracy: float = 1e-6) -> Document:
 
 def slider_document(
     *,
-    start: float,
-    rate: float = 0.0,
-    duration: float,
+    start: float,  # position at the start, m
+    rate: float = 0.0,  # velocity at the start, m/s
+    duration: float,  # duration, s
     effects: Mapping[str, Any],
+    # speed, rad/s, of the spindle that the line turns with; None: the plane is fixed
     spindle_speed: float | None = None,
     vertical: bool = False,
     accuracy: float = 1e-6,
 ) -> Document:
-    """Return a weight of 1 kg on a straight line, with its position as the reading `position`.
-
-    Parameters
-    ----------
-    start
-        Position at the start, m.
-    rate
-        Velocity at the start, m/s.
-    duration
-        Duration, s.
-    effects
-        Table of effects.
-    spindle_speed
-        Speed, rad/s, of the spindle that the line turns with; None: the plane is fixed.
-    vertical
-        Whether the line is vertical.
-    accuracy
-        Requested accuracy.
-
-    Returns
-    -------
-    dict
-        The scene.
-    """
+    """Return a weight of 1 kg on a straight line, with its position as the reading `position`."""
     turning = {} if spindle_speed is None else {"plane": "turning", "spindle": {"speed": spindle_speed}}
     return {
         "machine": "custom",

@@ -44,28 +44,15 @@ COMPLETE_OUTCOMES = (Outcome.DONE, Outcome.ACCURACY_MISSED)
 
 
 def run_hard_cases(
-    names: Iterable[str] = (), *, short: bool = False, progress: Callable[[int, int], None] | None = None
+    names: Iterable[str] = (),
+    *,
+    short: bool = False,  # whether to run the few values of the short form only
+    # called with the number of finished values and the number of all
+    progress: Callable[[int, int], None] | None = None,
 ) -> HardCasesReport:
     """Run hard cases by every engine over their hard parameters.
 
-    Parameters
-    ----------
-    names
-        Names of the cases; all without any.
-    short
-        Whether to run the few values of the short form only.
-    progress
-        Called with the number of finished values and the number of all.
-
-    Returns
-    -------
-    HardCasesReport
-        One row per case, value and engine.
-
-    Raises
-    ------
-    MechanismError
-        If a name is unknown.
+    Result: one row per case, value and engine. Raises MechanismError if a name is unknown.
     """
     cases = tuple(_find_case(name) for name in names) or tuple(HARD_CASES.values())
     if short:

@@ -16,18 +16,8 @@ from governor_mechanism.studies.regulation.governed_engine import GovernedEngine
 def characteristic_coefficients_of(governed: GovernedEngine, point: OperatingPoint) -> CharacteristicCoefficients | None:
     """Return the polynomial of the loop with mean torque, by Vyshnegradskii's theory with the reaction of the governor.
 
-    Parameters
-    ----------
-    governed
-        The governed engine.
-    point
-        Its equilibrium.
-
-    Returns
-    -------
-    CharacteristicCoefficients | None
-        Coefficients; None unless a pendulum governor without further effects than a linear dashpot on its sleeve, and stops,
-        regulates the engine.
+    Result: coefficients; None unless a pendulum governor without further effects than a linear dashpot on its
+    sleeve, and stops, regulates the engine.
     """
     part = next(one for one in governed.scene.parts if one.name == governed.governor)
     dashpots = [one for one in part.effects if isinstance(one, Dashpot)]

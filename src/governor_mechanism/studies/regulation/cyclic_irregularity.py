@@ -146,29 +146,17 @@ class ClearanceStudy(ExportedResult):
         return f"clearance reduces the amplitude{standstill_text}"
 
 
-def study_cyclic_motion(scene: Scene, fluctuation_ratios: Sequence[float] | FloatArray, n_turns: int = 10) -> CyclicMotionStudy:
+def study_cyclic_motion(
+    scene: Scene,  # scene with dry friction on the sleeve and a constant mean speed
+    fluctuation_ratios: Sequence[float] | FloatArray,  # speed fluctuation over insensitivity band; shape (n,)
+    n_turns: int = 10,
+) -> CyclicMotionStudy:
     """Run a scene at several speed fluctuations and measure the last turn.
 
     The threshold is found by bisection between the ratios 0 and 2; it is 1 if the mean speed is in the middle of the band.
 
-    Parameters
-    ----------
-    scene
-        Scene with dry friction on the sleeve and a constant mean speed.
-    fluctuation_ratios
-        Speed fluctuation over insensitivity band; shape (n,).
-    n_turns
-        Turns before the one that is measured.
-
-    Returns
-    -------
-    CyclicMotionStudy
-        Amplitudes and threshold.
-
-    Raises
-    ------
-    MechanismError
-        If the scene has no such friction or speed, or if the sleeve does not move at a ratio of 2.
+    Result: amplitudes and threshold. Raises MechanismError if the scene has no such friction or speed, or if
+    the sleeve does not move at a ratio of 2.
     """
     requested_ratios = np.asarray(fluctuation_ratios, dtype=np.float64)
     spindle, insensitivity_band = _find_spindle_and_band(scene)
@@ -197,25 +185,17 @@ def study_cyclic_motion(scene: Scene, fluctuation_ratios: Sequence[float] | Floa
     )
 
 
-def study_clearance(scene: Scene, clearances: Sequence[float] | FloatArray, n_turns: int = 20) -> ClearanceStudy:
+def study_clearance(
+    scene: Scene,  # scene with dry friction on the sleeve and a constant mean speed
+    clearances: Sequence[float] | FloatArray,  # clearance between links and sleeve, m; shape (n,)
+    n_turns: int = 20,
+) -> ClearanceStudy:
     """Run a scene with cyclic sleeve motion at several clearances and measure the last turn.
 
     Each run starts at the same relative position in the clearance as the scene; a scene without clearance starts with the
     sleeve hanging on its links. Raises MechanismError if the scene has no such friction or speed.
 
-    Parameters
-    ----------
-    scene
-        Scene with dry friction on the sleeve and a constant mean speed.
-    clearances
-        Clearance between links and sleeve, m; shape (n,).
-    n_turns
-        Turns before the one that is measured.
-
-    Returns
-    -------
-    ClearanceStudy
-        Amplitudes of sleeve and arms.
+    Result: amplitudes of sleeve and arms.
     """
     _find_sleeve_friction(scene)  # raises if there is none, before anything else of the scene is judged
     requested_clearances = np.asarray(clearances, dtype=np.float64)

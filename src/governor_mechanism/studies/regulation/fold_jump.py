@@ -105,27 +105,18 @@ class FoldJumpStudy(ExportedResult):
         return FittedParameter(value=1 / inverse.value, standard_error=inverse.standard_error / inverse.value**2)
 
 
-def study_fold_jump(scene: Scene, ramp_rates: Sequence[float] | FloatArray) -> FoldJumpStudy:
+def study_fold_jump(
+    # scene with stops on its leading coordinate, one fold between them, and an unstable equilibrium at the
+    # low stop
+    scene: Scene,
+    ramp_rates: Sequence[float] | FloatArray,  # magnitudes of the spindle acceleration, rad/s2; shape (n,)
+) -> FoldJumpStudy:
     """Run a scene up and down through its fold with ramps of the spindle speed.
 
     The way up starts on the low stop, the way down on the stable branch far enough above the fold that the transient decays.
 
-    Parameters
-    ----------
-    scene
-        Scene with stops on its leading coordinate, one fold between them, and an unstable equilibrium at the low stop.
-    ramp_rates
-        Magnitudes of the spindle acceleration, rad/s2; shape (n,).
-
-    Returns
-    -------
-    FoldJumpStudy
-        Speeds at the fold and their delays.
-
-    Raises
-    ------
-    MechanismError
-        If the scene has no such stops or fold, or if a run does not pass the fold.
+    Result: speeds at the fold and their delays. Raises MechanismError if the scene has no such stops or fold,
+    or if a run does not pass the fold.
     """
     requested_rates = np.asarray(ramp_rates, dtype=np.float64)
     coordinate = scene.part.mechanism.coordinate

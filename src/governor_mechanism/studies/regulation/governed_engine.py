@@ -244,23 +244,14 @@ class GovernedEngine:
             coefficients[SWITCH_COEFFICIENT] = _evaluate_load(gas.cut_off, known)
         return 1.0 if gas.throttle is None else _evaluate_load(gas.throttle, known), coefficients
 
-    def operating_point(self, torque: float) -> OperatingPoint:
+    def operating_point(
+        self,
+        torque: float,  # load, N m
+    ) -> OperatingPoint:
         """Return the equilibrium under a load.
 
-        Parameters
-        ----------
-        torque
-            Load, N m.
-
-        Returns
-        -------
-        OperatingPoint
-            The equilibrium; the one with the lowest sleeve if there are several.
-
-        Raises
-        ------
-        MechanismError
-            If there is none: the engine would stall, or run away.
+        Result: the equilibrium; the one with the lowest sleeve if there are several. Raises MechanismError if
+        there is none: the engine would stall, or run away.
         """
         curve = self.characteristic
         is_known = np.isfinite(curve.shaft_speed)
@@ -305,20 +296,14 @@ class GovernedEngine:
             return f"{what} at least {low:.6g} N m, so that the engine runs away; increase the load, or let the throttle close farther"
         return f"{what} {low:.6g} to {high:.6g} N m, but the governor rests at no speed where it is that; change its dimensions"
 
-    def sleeve_forces(self, coordinates: FloatArray, shaft_speeds: FloatArray) -> FloatArray:
+    def sleeve_forces(
+        self,
+        coordinates: FloatArray,  # coordinate of the governor, SI; shape (n,)
+        shaft_speeds: FloatArray,  # speed of the shaft, rad/s; shape (n,)
+    ) -> FloatArray:
         """Return the force along the sleeve that weights, springs and centrifugal forces leave unbalanced.
 
-        Parameters
-        ----------
-        coordinates
-            Coordinate of the governor, SI; shape (n,).
-        shaft_speeds
-            Speed of the shaft, rad/s; shape (n,).
-
-        Returns
-        -------
-        FloatArray
-            Force, N, positive upward; shape (n,).
+        Result: force, N, positive upward; shape (n,).
         """
         reduction, low, high = self._reduction, float(coordinates.min()), float(coordinates.max())
         grid = np.linspace(low, high, N_FORCE_POINTS) if high > low else np.array([low])
@@ -328,42 +313,26 @@ class GovernedEngine:
         forces: FloatArray = -static - centrifugal * (self.ratio * shaft_speeds) ** 2
         return forces
 
-    def potential_difference(self, start: float, end: float) -> float:
-        """Return the potential energy of weights and springs of the governor at an end of its motion less that at the start, J.
-
-        Parameters
-        ----------
-        start
-            Coordinate of the governor at the start, SI.
-        end
-            Its coordinate at the end, SI.
-
-        Returns
-        -------
-        float
-            Energy, J.
-        """
+    def potential_difference(
+        self,
+        start: float,  # coordinate of the governor at the start, SI
+        end: float,  # its coordinate at the end, SI
+    ) -> float:
+        """Return the potential energy of weights and springs of the governor at an end of its motion less that at the start, J."""
         nodes, weights = np.polynomial.legendre.leggauss(N_POTENTIAL_NODES)
         half = 0.5 * (end - start)
         derivative = self._reduction.evaluate(start + half * (nodes + 1)).potential_derivative
         return half * float(weights @ derivative)
 
-    def load_work(self, times: FloatArray, angles: FloatArray, speeds: FloatArray) -> float:
+    def load_work(
+        self,
+        times: FloatArray,  # times, s; shape (n,)
+        angles: FloatArray,  # angle of the shaft, rad; shape (n,)
+        speeds: FloatArray,  # speed of the shaft, rad/s; shape (n,)
+    ) -> float:
         """Return the work that the load takes along a motion, J.
 
-        Parameters
-        ----------
-        times
-            Times, s; shape (n,).
-        angles
-            Angle of the shaft, rad; shape (n,).
-        speeds
-            Speed of the shaft, rad/s; shape (n,).
-
-        Returns
-        -------
-        float
-            Work: exact for a load in steps, else with the error of the reported times.
+        Result: work: exact for a load in steps, else with the error of the reported times.
         """
         load = self.load.fraction
         angle_at = CubicHermiteSpline(times, angles, speeds)

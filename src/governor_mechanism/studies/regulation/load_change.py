@@ -190,20 +190,7 @@ class LoadChangeStudy(PrintedResult):
 def parse_load_step(load_step: object) -> tuple[float, float]:
     """Return the loads before and after a change, relative to the rated torque.
 
-    Parameters
-    ----------
-    load_step
-        Two numbers, or a text such as "100%:50%".
-
-    Returns
-    -------
-    tuple[float, float]
-        The loads.
-
-    Raises
-    ------
-    MechanismError
-        If there are not two.
+    Raises MechanismError if there are not two.
     """
     items = load_step.split(":") if isinstance(load_step, str) else load_step
     if not isinstance(items, Sequence) or len(items) != 2:
@@ -222,39 +209,18 @@ def _bare_number(item: object) -> Any:
 
 def study_load_change(
     scene: Scene,
+    # load before and after the change, relative to the rated torque
     fractions: tuple[float, float] = (1.0, 0.5),
     *,
-    at: float | None = None,
-    ramp: float = 0.0,
+    at: float | None = None,  # time of the change, s; a tenth of the duration if None
+    ramp: float = 0.0,  # duration of the change, s; 0 for a step
     engine: str = "auto",
-    accuracy: float | None = None,
+    accuracy: float | None = None,  # accuracy of the run; that of the scene if None
 ) -> LoadChangeStudy:
     """Run a governed engine whose load changes, from the equilibrium under the first load, and measure the response.
 
-    Parameters
-    ----------
-    scene
-        Scene with a [load] under a governor.
-    fractions
-        Load before and after the change, relative to the rated torque.
-    at
-        Time of the change, s; a tenth of the duration if None.
-    ramp
-        Duration of the change, s; 0 for a step.
-    engine
-        Name of an engine, or "auto".
-    accuracy
-        Accuracy of the run; that of the scene if None.
-
-    Returns
-    -------
-    LoadChangeStudy
-        The response.
-
-    Raises
-    ------
-    MechanismError
-        If the scene is no governed engine, the first load has no equilibrium, or an argument is wrong.
+    Raises MechanismError if the scene is no governed engine, the first load has no equilibrium, or an
+    argument is wrong.
     """
     begin, end = _change_times(scene, at, ramp)
     for fraction in fractions:

@@ -116,23 +116,13 @@ def _format_rule(number: int, rule: RuleCheck) -> str:
     return "\n".join([heading, *(textwrap.fill(text, TEXT_WIDTH, initial_indent="   ", subsequent_indent="      ") for text in texts)])
 
 
-def study_paper_rules(progress: Callable[[int, int], None] | None = None) -> PaperRules:
+def study_paper_rules(
+    # called with the number of rules that are done and the number of all, before each rule and at the end
+    progress: Callable[[int, int], None] | None = None,
+) -> PaperRules:
     """Test the papers' rules about governing on the shipped scenes of the governed engine.
 
-    Parameters
-    ----------
-    progress
-        Called with the number of rules that are done and the number of all, before each rule and at the end.
-
-    Returns
-    -------
-    PaperRules
-        The rules with their verdicts.
-
-    Raises
-    ------
-    MechanismError
-        If a run fails.
+    Raises MechanismError if a run fails.
     """
     engine, mean_engine, strong_engine = (load_scene(name) for name in (ENGINE, MEAN_ENGINE, STRONG_ENGINE))
     point = find_steady_engine(mean_engine)

@@ -63,27 +63,15 @@ class PeriodicMotion:
         return abs(cmath.phase(self.multipliers[0])) / self.period
 
 
-def find_periodic_motion(scene: Scene, torque: float, *, engine: str = "auto") -> PeriodicMotion:
+def find_periodic_motion(
+    scene: Scene,  # scene of a governed engine without contacts on its governor
+    torque: float,  # load, N m
+    *,
+    engine: str = "auto",
+) -> PeriodicMotion:
     """Return the periodic motion of a governed engine under a constant load.
 
-    Parameters
-    ----------
-    scene
-        Scene of a governed engine without contacts on its governor.
-    torque
-        Load, N m.
-    engine
-        Name of an engine, or "auto".
-
-    Returns
-    -------
-    PeriodicMotion
-        The motion and its multipliers.
-
-    Raises
-    ------
-    MechanismError
-        If the load has no equilibrium, or no periodic motion is found near it.
+    Raises MechanismError if the load has no equilibrium, or no periodic motion is found near it.
     """
     governed = GovernedEngine(GovernedEngine(scene).with_constant_load(torque))
     return _TurnMap(governed, governed.operating_point(torque), engine).solve()

@@ -53,27 +53,16 @@ class SettlingStudy(ExportedResult):
         return f"shortest settling time {self.best[1]:.4g} s with a dashpot of {self.best[0]:.4g} N s/m"
 
 
-def study_settling(scene: Scene, damping_coefficients: Sequence[float] | FloatArray) -> SettlingStudy:
+def study_settling(
+    scene: Scene,  # scene with a free spindle and a torque that changes
+    damping_coefficients: Sequence[float] | FloatArray,  # linear dashpots on the sleeve, N s/m; shape (n,)
+) -> SettlingStudy:
     """Run a scene whose load changes with several dashpots on the sleeve, and find the best one.
 
     The new equilibrium is the one of the angular momentum at the end. Time counts from the first jump of the torque.
 
-    Parameters
-    ----------
-    scene
-        Scene with a free spindle and a torque that changes.
-    damping_coefficients
-        Linear dashpots on the sleeve, N s/m; shape (n,).
-
-    Returns
-    -------
-    SettlingStudy
-        Settling times and the best damping.
-
-    Raises
-    ------
-    MechanismError
-        If the scene has no such spindle, or if no dashpot makes it settle within its run.
+    Result: settling times and the best damping. Raises MechanismError if the scene has no such spindle, or if
+    no dashpot makes it settle within its run.
     """
     spindle = scene.spindle
     if not isinstance(spindle, FreeSpindle) or spindle.torque.is_constant:

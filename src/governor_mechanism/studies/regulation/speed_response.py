@@ -44,42 +44,18 @@ class SpeedResponse:
 
 
 def reached_end(run: Trajectory) -> bool:
-    """Return whether a run reached its end, with the accuracy asked for or without.
-
-    Parameters
-    ----------
-    run
-        The run.
-
-    Returns
-    -------
-    bool
-        False if it ended early.
-    """
+    """Return whether a run reached its end, with the accuracy asked for or without."""
     return run.outcome.ok or run.outcome is Outcome.ACCURACY_MISSED
 
 
-def judge_speed(run: Trajectory, begin: float, first: float, times: FloatArray, speeds: FloatArray) -> SpeedResponse:
-    """Return how the mean speed of a shaft answers a change of the load.
-
-    Parameters
-    ----------
-    run
-        The run.
-    begin
-        Begin of the change, s.
-    first
-        Mean speed before the change, rad/s.
-    times
-        Times after the begin of the change, s; shape (n,).
-    speeds
-        Mean speeds there, rad/s; shape (n,).
-
-    Returns
-    -------
-    SpeedResponse
-        The response.
-    """
+def judge_speed(
+    run: Trajectory,
+    begin: float,  # begin of the change, s
+    first: float,  # mean speed before the change, rad/s
+    times: FloatArray,  # times after the begin of the change, s; shape (n,)
+    speeds: FloatArray,  # mean speeds there, rad/s; shape (n,)
+) -> SpeedResponse:
+    """Return how the mean speed of a shaft answers a change of the load."""
     end = float(run.times[-1])
     quarters = [speeds[(times >= begin + a * (end - begin)) & (times <= begin + b * (end - begin))] for a, b in ((0.5, 0.75), (0.75, 1.0))]
     if not reached_end(run) or not all(len(quarter) > 1 for quarter in quarters):

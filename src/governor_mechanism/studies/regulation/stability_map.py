@@ -169,36 +169,17 @@ class StabilityMap(PrintedResult):
 
 def map_stability(
     scene: Scene,
+    # two texts "key=first:last:count"; inertia of the flywheel and dashpot on the sleeve if empty
     vary: Sequence[str] = (),
     *,
+    # values of the first parameter at which the border is located by simulation
     n_border_columns: int = N_BORDER_COLUMNS,
     n_workers: int = 1,
-    progress: Callable[[int, int], None] | None = None,
+    progress: Callable[[int, int], None] | None = None,  # called with the numbers of points done and of all
 ) -> StabilityMap:
     """Return the stability of a governed engine over two parameters, under its last load.
 
-    Parameters
-    ----------
-    scene
-        Scene of a governed engine.
-    vary
-        Two texts "key=first:last:count"; inertia of the flywheel and dashpot on the sleeve if empty.
-    n_border_columns
-        Values of the first parameter at which the border is located by simulation.
-    n_workers
-        Largest number of processes.
-    progress
-        Called with the numbers of points done and of all.
-
-    Returns
-    -------
-    StabilityMap
-        The map.
-
-    Raises
-    ------
-    MechanismError
-        If the scene is no governed engine, its cut-off moves, or the parameters are wrong.
+    Raises MechanismError if the scene is no governed engine, its cut-off moves, or the parameters are wrong.
     """
     if not scene.document:
         raise MechanismError("a stability map needs a scene from a file or a document, whose keys can be varied")

@@ -31,22 +31,15 @@ class TurnAverage:
     fluctuations: FloatArray
 
 
-def average_over_turns(times: FloatArray, angles: FloatArray, speeds: FloatArray) -> TurnAverage:
+def average_over_turns(
+    times: FloatArray,  # times, s; shape (n,)
+    angles: FloatArray,  # angle of the shaft, rad, rising; shape (n,)
+    speeds: FloatArray,  # its rate, rad/s, above 0; shape (n,)
+) -> TurnAverage:
     """Return the mean speed over the turn about each reported time.
 
-    Parameters
-    ----------
-    times
-        Times, s; shape (n,).
-    angles
-        Angle of the shaft, rad, rising; shape (n,).
-    speeds
-        Its rate, rad/s, above 0; shape (n,).
-
-    Returns
-    -------
-    TurnAverage
-        Averages over the turns that lie between the first and the last time; one for each time at which such a turn ends.
+    Result: averages over the turns that lie between the first and the last time; one for each time at which
+    such a turn ends.
     """
     time_at = CubicHermiteSpline(angles, times, 1.0 / speeds)
     ends = np.flatnonzero(angles >= angles[0] + math.tau)

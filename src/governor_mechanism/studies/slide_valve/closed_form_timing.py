@@ -23,17 +23,7 @@ class ClosedFormEvent(NamedTuple):
 def closed_form_event(scene: Scene, name: str) -> ClosedFormEvent:
     """Return a valve event of a slide valve scene in closed form.
 
-    Parameters
-    ----------
-    scene
-        A scene of a slide valve.
-    name
-        Name of the event, such as "crank end cut-off".
-
-    Returns
-    -------
-    ClosedFormEvent
-        Crank angles and strokes, the fractions of the piston stroke from the event's own end.
+    Result: crank angles and strokes, the fractions of the piston stroke from the event's own end.
     """
     dimensions = scene.part.dimensions
     eccentric, train = Eccentric.from_dimensions(dimensions), CrankTrain.from_dimensions(dimensions)

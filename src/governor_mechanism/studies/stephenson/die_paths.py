@@ -53,27 +53,16 @@ class DiePaths:
         return slips
 
 
-def trace_die_paths(scene: Scene, gears: FloatArray = GEARS) -> tuple[DiePaths, ...]:
+def trace_die_paths(
+    scene: Scene,
+    gears: FloatArray = GEARS,  # positions of the reversing lever; shape (n,)
+) -> tuple[DiePaths, ...]:
     """Return the paths of the die for the four suspensions of the paper, with the other dimensions of a scene.
 
     A suspension at any other point of the scene's own comes last.
 
-    Parameters
-    ----------
-    scene
-        Scene of a link motion, from a file.
-    gears
-        Positions of the reversing lever; shape (n,).
-
-    Returns
-    -------
-    tuple of DiePaths
-        Paths for each suspension; one at which the link cannot be assembled is left out.
-
-    Raises
-    ------
-    MechanismError
-        If the scene is not one of a link motion from a file.
+    Result: paths for each suspension; one at which the link cannot be assembled is left out. Raises
+    MechanismError if the scene is not one of a link motion from a file.
     """
     if scene.part.machine != "stephenson" or not scene.document:
         raise MechanismError(f"die paths need a scene file with machine 'stephenson'; this scene has machine {scene.part.machine!r}")

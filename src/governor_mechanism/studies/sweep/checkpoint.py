@@ -31,20 +31,13 @@ RowWriter = Callable[[Sequence[SweepRow]], None]
 """Function that stores rows."""
 
 
-def journal_path(folder: Path, source: str) -> Path:
+def journal_path(
+    folder: Path,
+    source: str,  # path of the scene file; empty for a scene without a file
+) -> Path:
     """Return the path of the journal of a sweep.
 
-    Parameters
-    ----------
-    folder
-        Output folder.
-    source
-        Path of the scene file; empty for a scene without a file.
-
-    Returns
-    -------
-    Path
-        The journal, which exists while the sweep runs.
+    Result: the journal, which exists while the sweep runs.
     """
     return folder / f"{Path(source).stem or 'scene'}_sweep.part"
 
@@ -129,15 +122,7 @@ class SweepFiles:
 def count_journal_rows(path: Path) -> int:
     """Return the number of finished rows in a journal.
 
-    Parameters
-    ----------
-    path
-        Path of the journal.
-
-    Returns
-    -------
-    int
-        Complete lines after the one that identifies the sweep.
+    Result: complete lines after the one that identifies the sweep.
     """
     with path.open("rb") as journal:
         return max(sum(line.endswith(b"\n") for line in journal) - 1, 0)

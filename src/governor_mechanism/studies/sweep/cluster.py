@@ -34,20 +34,13 @@ class ClusterClient(Protocol):
 _MISSING_EXTRA = "a sweep on a cluster needs dask.distributed; install it with pip install 'governor-mechanism[cluster]'"
 
 
-def find_computer_problems(workers: object, cluster: object) -> list[str]:
+def find_computer_problems(
+    workers: object,
+    cluster: object,  # client or address of a scheduler, or None
+) -> list[str]:
     """Return a sentence for each mistake in where rows are to be computed.
 
-    Parameters
-    ----------
-    workers
-        Number of processes.
-    cluster
-        Client or address of a scheduler, or None.
-
-    Returns
-    -------
-    list[str]
-        Sentences; none if a sweep can be computed there.
+    Result: sentences; none if a sweep can be computed there.
     """
     problems = []
     if not isinstance(workers, int) or isinstance(workers, bool) or workers < 1:
@@ -69,25 +62,14 @@ def _is_cluster(cluster: object) -> bool:
 
 
 @contextmanager
-def row_computer(workers: int, cluster: Any) -> Iterator[RowComputer[SweepRow]]:
+def row_computer(
+    workers: int,
+    cluster: Any,  # client or address of a scheduler; None computes the rows on this computer
+) -> Iterator[RowComputer[SweepRow]]:
     """Provide the function that computes the rows: in this process, in several ones, or on a cluster.
 
-    Parameters
-    ----------
-    workers
-        Largest number of processes.
-    cluster
-        Client or address of a scheduler; None computes the rows on this computer.
-
-    Yields
-    ------
-    RowComputer
-        The function.
-
-    Raises
-    ------
-    MechanismError
-        If dask.distributed is missing, no scheduler with a worker answers, or a worker has other versions of the packages.
+    Raises MechanismError if dask.distributed is missing, no scheduler with a worker answers, or a worker has
+    other versions of the packages.
     """
     if cluster is None:
         yield compute_alone if workers == 1 else partial(compute_in_parallel, n_workers=workers)
@@ -119,15 +101,7 @@ def find_versions() -> dict[str, str]:
 def require_same_versions(client: Any) -> None:
     """Raise MechanismError unless a cluster has workers, and all of them have the versions that this process has.
 
-    Parameters
-    ----------
-    client
-        Client of the cluster.
-
-    Raises
-    ------
-    MechanismError
-        With a sentence for each worker that differs.
+    Raises MechanismError with a sentence for each worker that differs.
     """
     try:
         client.wait_for_workers(1, timeout=CONNECTION_TIMEOUT)

@@ -21,20 +21,12 @@ TRIAL_ACCURACY = 1e-3
 """Accuracy of the run that shows whether a crank turns."""
 
 
-def choose_quantities(scene: Scene) -> tuple[list[str], str]:
+def choose_quantities(
+    scene: Scene,  # the scene as it is before a key is varied
+) -> tuple[list[str], str]:
     """Return the names of the quantities that characterise the motion of a scene, and the reason for them.
 
-    Parameters
-    ----------
-    scene
-        The scene as it is before a key is varied.
-
-    Returns
-    -------
-    names : list of str
-        Names of quantities.
-    reason : str
-        A clause, as "nothing damps the motion".
+    Results: names, names of quantities; reason, a clause, as "nothing damps the motion".
     """
     readings = find_reading_units(scene)
     if has_valve_events(scene):

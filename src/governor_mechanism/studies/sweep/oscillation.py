@@ -75,16 +75,8 @@ class TurningPoints:
 def find_turning_points(samples: ReadingSamples) -> TurningPoints:
     """Return the turning points of a position.
 
-    Parameters
-    ----------
-    samples
-        The reading.
-
-    Returns
-    -------
-    TurningPoints
-        None for a reading that is no position; of a position those between which it moves by more than `min_swing`. Where it comes to rest
-        before it turns back, the turning point is where it comes to rest.
+    Result: none for a reading that is no position; of a position those between which it moves by more than
+    `min_swing`. Where it comes to rest before it turns back, the turning point is where it comes to rest.
     """
     times, values, rates = samples.times, samples.values, samples.rates
     moving = np.flatnonzero(rates)
@@ -173,17 +165,7 @@ def _evaluate(nodes: FloatArray, coefficients: list[FloatArray], arguments: Floa
 def mean_value(samples: ReadingSamples, turning_points: TurningPoints) -> float:
     """Return the mean of a reading over time: over its whole oscillations if it oscillates, and over the run otherwise.
 
-    Parameters
-    ----------
-    samples
-        The reading.
-    turning_points
-        Its turning points.
-
-    Returns
-    -------
-    float
-        The mean, SI; exact for cubics between the times of a position.
+    Result: the mean, SI; exact for cubics between the times of a position.
     """
     times, values, rates = samples.times, samples.values, samples.rates
     span = turning_points.whole_oscillations()

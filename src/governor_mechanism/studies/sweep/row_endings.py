@@ -66,18 +66,12 @@ class RowEnding:
         return f"{self.words}: {self.cause}" if self.cause else self.words
 
 
-def find_endings(rows: SweepRows) -> tuple[RowEnding, ...]:
+def find_endings(
+    rows: SweepRows,  # the rows of a sweep, all of which are computed
+) -> tuple[RowEnding, ...]:
     """Return the endings of rows, in the order in which they occur first.
 
-    Parameters
-    ----------
-    rows
-        The rows of a sweep, all of which are computed.
-
-    Returns
-    -------
-    tuple of RowEnding
-        Endings; none if every row ran to its end and has all its numbers.
+    Result: endings; none if every row ran to its end and has all its numbers.
     """
     found: list[RowEnding] = []
     outcomes = rows.outcomes

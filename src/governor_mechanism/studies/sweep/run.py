@@ -63,38 +63,19 @@ class SweepTask(AxisGrid):
 
 
 def make_task(
-    scene: Scene, vary: Any, quantities: QuantityRequest, engine: str, accuracy: float | None, certify: bool, workers: int, cluster: Any
+    scene: Scene,
+    vary: Any,  # axes, "key=first:last:count" or "key=value,value", or a mapping of keys to lists of values
+    # numbers to take from each run; None requests those that characterise the motion of the scene
+    quantities: QuantityRequest,
+    engine: str,
+    accuracy: float | None,  # relative accuracy of all rows; None keeps the scene's
+    certify: bool,
+    workers: int,
+    cluster: Any,
 ) -> SweepTask:
     """Return the task of a sweep of a scene at every combination of values of its keys.
 
-    Parameters
-    ----------
-    scene
-        Scene with its document, as loaded from a file.
-    vary
-        Axes, "key=first:last:count" or "key=value,value", or a mapping of keys to lists of values.
-    quantities
-        Numbers to take from each run; None requests those that characterise the motion of the scene.
-    engine
-        Name of the engine of all rows, or "auto".
-    accuracy
-        Relative accuracy of all rows; None keeps the scene's.
-    certify
-        Whether to estimate the error of every run.
-    workers
-        Number of processes, which is only validated.
-    cluster
-        Cluster that computes the rows, which is only validated.
-
-    Returns
-    -------
-    SweepTask
-        The task.
-
-    Raises
-    ------
-    MechanismError
-        With a message for each mistake of the request.
+    Raises MechanismError with a message for each mistake of the request.
     """
     collector = ProblemCollector()
     document = collector.attempt("", _require_unchanged_document, scene) or {}
@@ -128,32 +109,17 @@ def _scene_of_last_row(scene: Scene, axes: Sequence[SweepAxis]) -> Scene:
 
 
 def run_sweep(
-    scene: Scene, task: SweepTask, compute: RowComputer[SweepRow], out: str | Path | None, progress: SweepProgress | None
+    scene: Scene,
+    task: SweepTask,
+    # function that computes rows here or elsewhere; the rows do not depend on where
+    compute: RowComputer[SweepRow],
+    # folder for journal, table and record; an interrupted sweep continues from there. None writes nothing
+    out: str | Path | None,
+    progress: SweepProgress | None,  # callback with the number of finished rows and of all rows
 ) -> Sweep:
     """Run all rows of a task that are not on disk yet.
 
-    Parameters
-    ----------
-    scene
-        Scene of the task.
-    task
-        What determines the rows.
-    compute
-        Function that computes rows here or elsewhere; the rows do not depend on where.
-    out
-        Folder for journal, table and record; an interrupted sweep continues from there. None writes nothing.
-    progress
-        Callback with the number of finished rows and of all rows.
-
-    Returns
-    -------
-    Sweep
-        Rows and axes.
-
-    Raises
-    ------
-    MechanismError
-        If `out` holds another sweep.
+    Result: rows and axes. Raises MechanismError if `out` holds another sweep.
     """
     files = None if out is None else SweepFiles(Path(out), scene.source, task, task.settings)
     rows = SweepRows(math.prod(task.shape), len(task.quantities)) if files is None else files.read_finished_rows()

@@ -6,22 +6,14 @@ from typing import Any
 from governor_mechanism.errors import MechanismError
 
 
-def find_scene_value(document: Mapping[str, Any], key: str, kind: str | None) -> float | str | bool | None:
+def find_scene_value(
+    document: Mapping[str, Any],
+    key: str,  # dotted key; an item of a list is meant by its name or its number, counted from 1
+    kind: str | None,  # kind of quantity; None if only words are allowed
+) -> float | str | bool | None:
     """Return the value at a dotted key of a document.
 
-    Parameters
-    ----------
-    document
-        Document of a scene.
-    key
-        Dotted key; an item of a list is meant by its name or its number, counted from 1.
-    kind
-        Kind of quantity; None if only words are allowed.
-
-    Returns
-    -------
-    float or str or bool or None
-        A number in SI or a word; None if the document leaves the key out, or has something else there.
+    Result: a number in SI or a word; None if the document leaves the key out, or has something else there.
     """
     from governor_mechanism.scenes.quantities import parse_si
 

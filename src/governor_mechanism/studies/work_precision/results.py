@@ -309,33 +309,16 @@ POINT_CSV_HEADER = (
 def validate_target_error(error: float) -> None:
     """Raise MechanismError unless the error is a number between 0 and 1.
 
-    Parameters
-    ----------
-    error
-        Requested error, in units of the scales.
-
-    Raises
-    ------
-    MechanismError
-        If it is not between 0 and 1.
+    Raises MechanismError if it is not between 0 and 1.
     """
     if not (isinstance(error, Real) and 0 < error < 1):
         raise MechanismError(f"the error must be between 0 and 1, such as 1e-6; got {error!r}")
 
 
-def format_wall_time(seconds: float) -> str:
-    """Return a time as text, such as "0.21 ms", "12 ms" or "1.3 s".
-
-    Parameters
-    ----------
-    seconds
-        Time, s.
-
-    Returns
-    -------
-    str
-        The time with its unit.
-    """
+def format_wall_time(
+    seconds: float,  # time, s
+) -> str:
+    """Return a time as text, such as "0.21 ms", "12 ms" or "1.3 s"."""
     if seconds >= 1:
         return f"{seconds:.2g} s"
     return f"{seconds * 1e3:.0f} ms" if seconds >= 9.95e-3 else f"{seconds * 1e3:.2g} ms"

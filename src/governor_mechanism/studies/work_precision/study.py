@@ -74,32 +74,15 @@ SCENE_OUTCOMES = (Outcome.DONE, Outcome.NOT_CERTIFIED, Outcome.ACCURACY_MISSED, 
 
 def run_accuracy_study(
     scene: Scene,
-    max_time: float = MAX_SETTING_TIME,
+    max_time: float = MAX_SETTING_TIME,  # maximum time of one run of a setting, s
+    # called with the number of processed settings and the number of all
     progress: Callable[[int, int], None] | None = None,
-    timer: Callable[[], float] = time.perf_counter,
+    timer: Callable[[], float] = time.perf_counter,  # clock that measures the runs, s
 ) -> AccuracyStudy:
     """Run a scene by each engine at each setting and measure errors and times.
 
-    Parameters
-    ----------
-    scene
-        The scene to run.
-    max_time
-        Maximum time of one run of a setting, s.
-    progress
-        Called with the number of processed settings and the number of all.
-    timer
-        Clock that measures the runs, s.
-
-    Returns
-    -------
-    AccuracyStudy
-        Errors and times of every setting.
-
-    Raises
-    ------
-    MechanismError
-        If max_time is not positive and finite, or there is no reference run that is long enough.
+    Result: errors and times of every setting. Raises MechanismError if max_time is not positive and finite,
+    or there is no reference run that is long enough.
     """
     if not (isinstance(max_time, int | float) and 0 < max_time < math.inf):
         raise MechanismError(f"the maximum time of a setting must be a positive number of seconds; got {format_value(max_time)}")

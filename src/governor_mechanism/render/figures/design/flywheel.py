@@ -41,22 +41,16 @@ _N_CURVE_POINTS = 721
 """Number of points of each curve."""
 
 
-def draw_flywheel_plate(design: FlywheelDesign, simulated: Sequence[SimulatedWheel], comparison: PaperComparison | None = None) -> Plate:
+def draw_flywheel_plate(
+    design: FlywheelDesign,
+    simulated: Sequence[SimulatedWheel],  # the flywheel as it ran, or those by each of the paper's sums
+    # the paper's numbers, if the design is that of the paper: its flywheel is drawn beside the right one, and
+    # its terms are printed
+    comparison: PaperComparison | None = None,
+) -> Plate:
     """Draw the plate of a design.
 
-    Parameters
-    ----------
-    design
-        Design of the flywheel.
-    simulated
-        The flywheel as it ran, or those by each of the paper's sums.
-    comparison
-        The paper's numbers, if the design is that of the paper: its flywheel is drawn beside the right one, and its terms are printed.
-
-    Returns
-    -------
-    Plate
-        The figure; `save` writes it.
+    Result: the figure; `save` writes it.
     """
     captions = (*_CAPTIONS, _WORK_CAPTION if comparison is None else _BRACKET_CAPTION)
     title = "Flywheel of an air-expansion engine"

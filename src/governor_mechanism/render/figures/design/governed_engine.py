@@ -35,17 +35,7 @@ _LOAD_COLOURS = (VERMILLION, GREEN, INK)
 def governed_engine_figure(design: GovernedEngineDesign, simulated: SimulatedEngine) -> Page:
     """Draw the figure of a design.
 
-    Parameters
-    ----------
-    design
-        The design.
-    simulated
-        Its simulation.
-
-    Returns
-    -------
-    Page
-        The figure; `save` writes it.
+    Result: the figure; `save` writes it.
     """
     page = Page(11.0, 8.0, fill_places(_TITLE, design), fill_places(_SUBTITLE, design).replace(" -", " −"), dpi=110, subtitle_y=0.912)
     _draw_speed(page.add_panel(_SPEED_RECT, "Sleeve lift [mm]", "Equilibrium speed of the shaft [rpm]"), design)

@@ -23,15 +23,7 @@ _SUBTITLE = (
 def hartnell_figure(design: HartnellDesign) -> Page:
     """Draw the figure of a design.
 
-    Parameters
-    ----------
-    design
-        The design.
-
-    Returns
-    -------
-    Page
-        The figure; `save` writes it.
+    Result: the figure; `save` writes it.
     """
     page = Page(9.6, 5.4, design.scene.title, fill_places(_SUBTITLE, design), dpi=120, subtitle_y=0.895)
     angles = np.linspace(*design.travel.arm_angles, _N_CURVE_POINTS)

@@ -20,20 +20,15 @@ _MAX_ENLARGED_SPREAD = 0.2
 """Largest variation of a force, relative to its mean, that is also shown enlarged."""
 
 
-def spring_lines_figure(design: HartungDesign, *, with_printed_points: bool = False) -> Page:
+def spring_lines_figure(
+    design: HartungDesign,
+    *,
+    # whether to plot the points of Dubois' table and mark its misprint (his Figs. 12 and 13)
+    with_printed_points: bool = False,
+) -> Page:
     """Draw the astatic spring forces at both speeds, and the straight spring line between them.
 
-    Parameters
-    ----------
-    design
-        Design of the governor.
-    with_printed_points
-        Whether to plot the points of Dubois' table and mark its misprint (his Figs. 12 and 13).
-
-    Returns
-    -------
-    Page
-        The figure; `save` writes it.
+    Result: the figure; `save` writes it.
     """
     layout, inputs = design.layout, design.inputs
     slow, fast = (f"{speed / RPM:.4g} rpm" for speed in (inputs.slow_speed, inputs.fast_speed))
@@ -58,15 +53,7 @@ def spring_lines_figure(design: HartungDesign, *, with_printed_points: bool = Fa
 def sleeve_force_figure(design: HartungDesign) -> Page:
     """Draw the static sleeve force over the stroke, for several bell-crank angles and the best one.
 
-    Parameters
-    ----------
-    design
-        Design of the governor.
-
-    Returns
-    -------
-    Page
-        The figure; `save` writes it.
+    Result: the figure; `save` writes it.
     """
     layouts = [(angle, build_hartung_layout(design.inputs, math.radians(angle))) for angle in _shown_angles(design)]
     page = _new_page("Uniformity of the static sleeve force", "each angle with straight spring lines through both speeds")

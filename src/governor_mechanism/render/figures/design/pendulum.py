@@ -40,17 +40,7 @@ _DOWN = -math.pi / 2
 def pendulum_figure(design: PendulumDesign, simulated: SimulatedPendulum) -> Page:
     """Draw the figure of a design.
 
-    Parameters
-    ----------
-    design
-        The design.
-    simulated
-        Its simulation.
-
-    Returns
-    -------
-    Page
-        The figure; `save` writes it.
+    Result: the figure; `save` writes it.
     """
     joint = "" if design.inputs.joint_ratio == 1 else fill_places(", joint at {joint_length:.4g mm}", design.governor)
     subtitle = fill_places(_SUBTITLE, design, joint=joint).replace(" -", " −")

@@ -44,21 +44,13 @@ _FIGURES: Mapping[str, Callable[[Any, Any, Any], Mapping[str, Page]]] = {
 }
 
 
-def design_figures(design: Design, simulated: object, paper: object) -> Mapping[str, Page]:
+def design_figures(
+    design: Design,
+    simulated: object,  # how it runs; None if it is not simulated
+    paper: object,  # the paper's numbers, if the design is that of a paper, or None
+) -> Mapping[str, Page]:
     """Draw the figures of a design.
 
-    Parameters
-    ----------
-    design
-        The design.
-    simulated
-        How it runs; None if it is not simulated.
-    paper
-        The paper's numbers, if the design is that of a paper, or None.
-
-    Returns
-    -------
-    Mapping[str, Page]
-        The figures by the names of their files, without ending.
+    Result: the figures by the names of their files, without ending.
     """
     return _FIGURES[design.machine](design, simulated, paper)

@@ -22,11 +22,6 @@ def draw_bell_crank() -> Page:
     """Draw the bell crank at the angle of the paper's governor and at the right one, and the static sleeve force over the stroke.
 
     The paper prints 133 degrees for its formula, takes 132 degrees as the even number next to it, and makes all that follows with these.
-
-    Returns
-    -------
-    Page
-        The figure.
     """
     number = next(one for one in compare_with_paper().numbers if one.quantity == "angle of the bell crank")
     layouts = [build_hartung_layout(PAPER_INPUTS, math.radians(angle)) for angle in (USED_ANGLE_DEG, number.recomputed)]

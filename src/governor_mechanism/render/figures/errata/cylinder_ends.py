@@ -18,13 +18,7 @@ _ENDS = {"crank end": (BLUE, 0.19), "head end": (VERMILLION, -0.19)}
 
 
 def draw_cylinder_ends() -> Page:
-    """Draw the changes as bars, with the senses that the paper states.
-
-    Returns
-    -------
-    Page
-        The figure.
-    """
+    """Draw the changes as bars, with the senses that the paper states."""
     page = new_page(
         "Marks’ error term at the two ends of the cylinder",
         "three of the four changes go together as the paper states; compression does not",

@@ -16,13 +16,7 @@ _DEGREES: FloatArray = np.linspace(0.0, 360.0, 721)
 
 
 def draw_flywheel() -> Page:
-    """Draw the speed of the shaft over a turn.
-
-    Returns
-    -------
-    Page
-        The figure.
-    """
+    """Draw the speed of the shaft over a turn."""
     comparison = compare_with_paper()
     light, right, closed = comparison.wheels
     engine, mean = closed_cycle(PAPER_ENGINE), PAPER_INPUTS.speed

@@ -15,13 +15,7 @@ _COLOURS = {LONGER: VERMILLION, 1.0: GREEN, SHORTER: BLUE}
 
 
 def draw_osculation() -> Page:
-    """Draw the change of the speed of rest beside the point, for arms of three lengths.
-
-    Returns
-    -------
-    Page
-        The figure.
-    """
+    """Draw the change of the speed of rest beside the point, for arms of three lengths."""
     start = design_pendulum().start
     page = new_page("Zehnder on leaving the point of osculation", "he looks at the parabola on which the ball sits; its slope decides")
     panel = add_panel(page, (0.125, 0.155, 0.695, 0.655), "Arm angle from the point of osculation [deg]", "Change of the speed of rest [%]")

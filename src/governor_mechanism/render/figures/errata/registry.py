@@ -21,14 +21,6 @@ DRAWINGS: Mapping[Paper, Callable[[], Page]] = {
 def draw_erratum(paper: Paper) -> Page:
     """Draw the main error of a paper.
 
-    Parameters
-    ----------
-    paper
-        The paper.
-
-    Returns
-    -------
-    Page
-        The figure; `save` writes it.
+    Result: the figure; `save` writes it.
     """
     return DRAWINGS[paper]()

@@ -30,18 +30,7 @@ _J_PER_KJ = 1e3
 
 
 def engine_plate_refusal(run: Trajectory) -> str:
-    """Return why there is no plate of a run; empty if there is one.
-
-    Parameters
-    ----------
-    run
-        Run of an engine with a flywheel.
-
-    Returns
-    -------
-    str
-        The reason.
-    """
+    """Return why there is no plate of a run; empty if there is one."""
     angles = run.readings["crank_angle"]
     return "" if len(angles) > 1 and angles[-1] - angles[0] >= math.tau else "the shaft makes no complete turn"
 
@@ -49,15 +38,7 @@ def engine_plate_refusal(run: Trajectory) -> str:
 def draw_engine_plate(run: Trajectory) -> Plate:
     """Draw the plate of a run over a turn at least.
 
-    Parameters
-    ----------
-    run
-        Run of an engine with a flywheel.
-
-    Returns
-    -------
-    Plate
-        The figure; `save` writes it.
+    Result: the figure; `save` writes it.
     """
     plate = EnginePlate("Engine and flywheel", run.scene.title, f"engine {run.cost.engine}", _CAPTIONS)
     _draw_forces(plate, run)

@@ -105,15 +105,8 @@ class IsochronousPlateData:
 def has_isochronous_parabolas(scene: Scene) -> bool:
     """Return whether the plate can show a scene: a rhombic pendulum governor with gravity and centrifugal force.
 
-    Parameters
-    ----------
-    scene
-        Scene of any machine.
-
-    Returns
-    -------
-    bool
-        True for a pendulum governor with the balls at the joints, links as long as the arms and lugs below the suspensions.
+    Result: true for a pendulum governor with the balls at the joints, links as long as the arms and lugs
+    below the suspensions.
     """
     if len(scene.parts) != 1 or scene.part.machine != "pendulum_governor" or not (scene.gravity and scene.has_centrifugal):
         return False

@@ -51,18 +51,12 @@ _REASON = (
 )
 
 
-def isochronous_figure(scene: Scene) -> Plate:
+def isochronous_figure(
+    scene: Scene,  # scene of a rhombic pendulum governor; another scene raises MechanismError
+) -> Plate:
     """Draw Zehnder's plate for a scene with isochronous parabolas (`has_isochronous_parabolas`).
 
-    Parameters
-    ----------
-    scene
-        Scene of a rhombic pendulum governor; another scene raises MechanismError.
-
-    Returns
-    -------
-    Plate
-        The figure; `save` writes it.
+    Result: the figure; `save` writes it.
     """
     data = IsochronousPlateData(scene)
     plate = Plate("The isochronous parabolas and the governor’s circle", scene.title, _SOURCE, _CAPTIONS)

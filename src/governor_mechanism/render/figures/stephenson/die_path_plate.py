@@ -15,22 +15,7 @@ _BOTTOM, _HEIGHT, _LEFT, _RIGHT, _GAP = 0.135, 0.655, 0.085, 0.965, 0.012
 
 
 def draw_die_path_plate(title: str, paths: Sequence[DiePaths], own_suspension: str) -> Plate:
-    """Draw a panel for each suspension.
-
-    Parameters
-    ----------
-    title
-        Title of the scene.
-    paths
-        Paths of the die by suspension.
-    own_suspension
-        Suspension of the scene, which is marked.
-
-    Returns
-    -------
-    Plate
-        The plate.
-    """
+    """Draw a panel for each suspension."""
     plate = Plate("The die in the link", title, SOURCE, {})
     width = (_RIGHT - _LEFT - _GAP * (len(paths) - 1)) / len(paths)
     reach = 1.3 * max(float(np.max(np.abs(one.displacements))) for one in paths) * MM_PER_M

@@ -30,19 +30,10 @@ _END_COLOURS = (BLUE, VERMILLION)
 _END_LINE_STYLES: tuple[Any, ...] = ("-", DASHED)
 
 
-def draw_gear_plate(gear: ValveGear) -> Plate:
-    """Draw the plate of a gear.
-
-    Parameters
-    ----------
-    gear
-        The gear in its positions from full forward to full back gear.
-
-    Returns
-    -------
-    Plate
-        The plate.
-    """
+def draw_gear_plate(
+    gear: ValveGear,  # the gear in its positions from full forward to full back gear
+) -> Plate:
+    """Draw the plate of a gear."""
     plate = Plate("The valve in every gear", gear.title, _SOURCE, _CAPTIONS)
     _draw_polar_curves(plate.add_plate_panel(_POLAR_RECT), gear)
     curves = (

@@ -39,18 +39,7 @@ _PANELS: tuple[tuple[str, str, Callable[[ValveGear], FloatArray]], ...] = (
 
 
 def valve_gears_figure(study: ValveGears) -> Page:
-    """Draw lead, travel and inequality of the cut-off of valve gears over their mean cut-off.
-
-    Parameters
-    ----------
-    study
-        The gears.
-
-    Returns
-    -------
-    Page
-        The figure.
-    """
+    """Draw lead, travel and inequality of the cut-off of valve gears over their mean cut-off."""
     count = len(study.gears)
     title = f"{_COUNT_WORDS.get(count, count)} valve gears compared" if count > 1 else study.gears[0].title
     page = Page(*_PAGE_SIZE, title, "from full forward gear (solid) over mid gear (circle) to full back gear (dashed)")

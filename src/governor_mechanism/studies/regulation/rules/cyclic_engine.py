@@ -98,22 +98,14 @@ class CyclicEngine:
         return 0.5 * (low + high)
 
 
-def build_cyclic_engine(engine: Scene, point: SteadyEngine, values: Values) -> CyclicEngine:
+def build_cyclic_engine(
+    engine: Scene,  # scene of a governed engine whose gas acts at every instant
+    point: SteadyEngine,
+    values: Values,
+) -> CyclicEngine:
     """Return the engine with other values, at the load of an operating point of its twin with mean torque.
 
-    Parameters
-    ----------
-    engine
-        Scene of a governed engine whose gas acts at every instant.
-    point
-        Steady state of the same engine with mean torque.
-    values
-        Other values of the scene.
-
-    Returns
-    -------
-    CyclicEngine
-        The engine, started in the middle of the insensitivity band.
+    Result: the engine, started in the middle of the insensitivity band.
     """
     scene = with_values(engine, {**values, **point.start, LOAD: point.scene.document["load"]["fraction"]})
     trial = CyclicEngine(scene=scene, point=point, fluctuation=0.0)

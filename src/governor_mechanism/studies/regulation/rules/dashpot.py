@@ -114,17 +114,7 @@ class DashpotCheck(RuleCheck):
 def check_dashpot(mean_engine: Scene, point: SteadyEngine) -> DashpotCheck:
     """Run the engine with mean torque through a load step with several dashpots.
 
-    Parameters
-    ----------
-    mean_engine
-        Scene of a governed engine with mean torque.
-    point
-        Its steady state at half load.
-
-    Returns
-    -------
-    DashpotCheck
-        Settling times and the limit of stability.
+    Result: settling times and the limit of stability.
     """
     before = find_steady_engine(mean_engine, {"load.fraction": LOAD_BEFORE})
     settling_times, histories = [], []

@@ -170,18 +170,12 @@ class RegulatingForceCheck(RuleCheck):
         return {name: getattr(self, name).tolist() for name in ("frictions", "sleeve_forces", "widths")}
 
 
-def check_dead_band(point: SteadyEngine) -> DeadBandCheck:
+def check_dead_band(
+    point: SteadyEngine,  # steady state of an engine under a governor whose sleeve carries a weight
+) -> DeadBandCheck:
     """Run the engine with mean torque under dry friction on its sleeve: out of the band, and to rest.
 
-    Parameters
-    ----------
-    point
-        Steady state of an engine under a governor whose sleeve carries a weight.
-
-    Returns
-    -------
-    DeadBandCheck
-        Widths of the band and speeds at rest.
+    Result: widths of the band and speeds at rest.
     """
     bands = [point.find_insensitivity_band(friction) for friction in FRICTIONS]
     shown_band = point.find_insensitivity_band(SHOWN_FRICTION)
@@ -199,22 +193,14 @@ def check_dead_band(point: SteadyEngine) -> DeadBandCheck:
     )
 
 
-def check_regulating_force(weak: SteadyEngine, mean_engine: Scene, strong_engine: Scene) -> RegulatingForceCheck:
+def check_regulating_force(
+    weak: SteadyEngine,
+    mean_engine: Scene,
+    strong_engine: Scene,  # scene of the same engine under Hartung's governor
+) -> RegulatingForceCheck:
     """Measure the dead bands of a weak and a strong governor on the same engine under the same friction.
 
-    Parameters
-    ----------
-    weak
-        Steady state under a Porter governor.
-    mean_engine
-        The engine with mean torque.
-    strong_engine
-        Scene of the same engine under Hartung's governor.
-
-    Returns
-    -------
-    RegulatingForceCheck
-        Widths of the bands.
+    Result: widths of the bands.
     """
     strong = find_steady_engine(_exchange_governor(mean_engine, strong_engine))
     strong_force = float(run_uncertified(with_values(strong.scene, {DURATION: 0.1})).readings["governor.static_sleeve_force"][0])
@@ -225,21 +211,11 @@ def check_regulating_force(weak: SteadyEngine, mean_engine: Scene, strong_engine
     )
 
 
-def measure_dead_band(point: SteadyEngine, friction: float) -> float:
-    """Return the difference of the speeds at which the sleeve breaks away upwards and downwards, over the equilibrium speed.
-
-    Parameters
-    ----------
-    point
-        Steady state from which a change of the load drives the speed away.
-    friction
-        Friction on the sleeve, N.
-
-    Returns
-    -------
-    float
-        Width of the dead band.
-    """
+def measure_dead_band(
+    point: SteadyEngine,  # steady state from which a change of the load drives the speed away
+    friction: float,  # friction on the sleeve, N
+) -> float:
+    """Return the difference of the speeds at which the sleeve breaks away upwards and downwards, over the equilibrium speed."""
     changes = (-BREAKAWAY_LOAD_CHANGE, BREAKAWAY_LOAD_CHANGE)
     rising, falling = (_find_breakaway_speed(point, friction, HALF_LOAD + change) for change in changes)
     return (rising - falling) / point.governor_speed

@@ -141,17 +141,7 @@ def check_droop(mean_engine: Scene, point: SteadyEngine) -> DroopCheck:
 
     The gear keeps the speed of the engine, and the throttle its place, so that the droop alone changes.
 
-    Parameters
-    ----------
-    mean_engine
-        Scene of a governed engine with mean torque.
-    point
-        Its steady state at half load.
-
-    Returns
-    -------
-    DroopCheck
-        Growth rates and two runs.
+    Result: growth rates and two runs.
     """
     astatic_offset = find_astatic_offset(mean_engine, point)
     offsets = np.linspace(float(point.scene.part_of("governor")[0].dimensions["offset"]), astatic_offset, N_DROOPS)

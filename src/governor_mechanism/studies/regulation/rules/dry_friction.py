@@ -106,15 +106,7 @@ class DryFrictionCheck(RuleCheck):
 def check_dry_friction(point: SteadyEngine) -> DryFrictionCheck:
     """Displace the sleeve of an engine that hunts without friction, and see whether friction brings it to rest.
 
-    Parameters
-    ----------
-    point
-        Steady state of an engine with mean torque.
-
-    Returns
-    -------
-    DryFrictionCheck
-        Limiting displacements.
+    Result: limiting displacements.
     """
     limit = find_damping_limit(point)
     # A harmonic motion of amplitude A and frequency w loses 4 W A to friction and pi w (c0 - c) A^2 to the missing dashpot per period.

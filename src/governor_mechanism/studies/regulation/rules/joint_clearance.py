@@ -98,22 +98,14 @@ class ClearanceCheck(RuleCheck):
         return {"clearances": self.clearances.tolist(), "governors": amplitudes}
 
 
-def check_clearance(engine: Scene, mean_engine: Scene, cyclic_engine: CyclicEngine) -> ClearanceCheck:
+def check_clearance(
+    engine: Scene,  # scene of a governed engine whose gas acts at every instant
+    mean_engine: Scene,
+    cyclic_engine: CyclicEngine,
+) -> ClearanceCheck:
     """Run the governed engine with clearance between links and sleeve: under its Porter governor, and under one with a light sleeve.
 
-    Parameters
-    ----------
-    engine
-        Scene of a governed engine whose gas acts at every instant.
-    mean_engine
-        The same engine with mean torque.
-    cyclic_engine
-        The engine in the middle of its band.
-
-    Returns
-    -------
-    ClearanceCheck
-        Amplitudes against clearances.
+    Result: amplitudes against clearances.
     """
     light = _build_light_engine(engine, mean_engine, cyclic_engine)
     friction = cyclic_engine.find_friction(SHAKING_RATIO)

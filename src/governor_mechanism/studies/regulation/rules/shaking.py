@@ -155,22 +155,14 @@ class OilBrakeCheck(RuleCheck):
         return {**{name: values.tolist() for name, values in curves.items()}, "thresholds": list(self.thresholds)}
 
 
-def check_shaking(engine: Scene, point: SteadyEngine, cyclic_engine: CyclicEngine) -> ShakingCheck:
+def check_shaking(
+    engine: Scene,  # scene of a governed engine whose gas acts at every instant
+    point: SteadyEngine,
+    cyclic_engine: CyclicEngine,
+) -> ShakingCheck:
     """Run the governed engine at constant load under friction of several strengths.
 
-    Parameters
-    ----------
-    engine
-        Scene of a governed engine whose gas acts at every instant.
-    point
-        Steady state of the same engine with mean torque.
-    cyclic_engine
-        The engine in the middle of its band.
-
-    Returns
-    -------
-    ShakingCheck
-        Amplitudes and thresholds.
+    Result: amplitudes and thresholds.
     """
     frictions = [friction_on_sleeve(cyclic_engine.find_friction(ratio)) for ratio in RATIOS]
     engines = {inertia: build_cyclic_engine(engine, point, {INERTIA: inertia}) for inertia in FLYWHEELS}
@@ -185,15 +177,7 @@ def check_shaking(engine: Scene, point: SteadyEngine, cyclic_engine: CyclicEngin
 def check_oil_brake(cyclic_engine: CyclicEngine) -> OilBrakeCheck:
     """Run the governed engine at constant load with several dashpots under half the friction that would hold the sleeve.
 
-    Parameters
-    ----------
-    cyclic_engine
-        The engine in the middle of its band.
-
-    Returns
-    -------
-    OilBrakeCheck
-        Amplitudes and decay rates.
+    Result: amplitudes and decay rates.
     """
     friction = friction_on_sleeve(cyclic_engine.find_friction(SHAKING_RATIO))
     dashpots = [dashpot_on_sleeve(damping) for damping in OIL_BRAKES]

@@ -123,27 +123,16 @@ class SteadyEngine:
         return travel * slope / float(reduction.output_derivative(coefficients, SLEEVE_READING)[0])
 
 
-def find_steady_engine(mean_engine: Scene, values: Values = NO_VALUES, *, sleeve_lift: float | None = None) -> SteadyEngine:
+def find_steady_engine(
+    mean_engine: Scene,  # scene of a governed engine with the mean torque of its gas
+    values: Values = NO_VALUES,
+    *,
+    # lift of the sleeve near the steady state, m; if None, the governor starts as in the scene
+    sleeve_lift: float | None = None,
+) -> SteadyEngine:
     """Return the steady state of an engine with mean torque at half load.
 
-    Parameters
-    ----------
-    mean_engine
-        Scene of a governed engine with the mean torque of its gas.
-    values
-        Other values of the scene.
-    sleeve_lift
-        Lift of the sleeve near the steady state, m; if None, the governor starts as in the scene.
-
-    Returns
-    -------
-    SteadyEngine
-        The steady state.
-
-    Raises
-    ------
-    MechanismError
-        If there is none.
+    Raises MechanismError if there is none.
     """
     scene = with_values(mean_engine, {LOAD: HALF_LOAD, **values})
     if sleeve_lift is not None:
