@@ -18,7 +18,7 @@ import governor_mechanism as gm
 from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.render.film.frame_data import FrameData
 from governor_mechanism.render.film.frame_painter import FramePainter
-from governor_mechanism.render.film.frame_schedules import schedule_frames
+from governor_mechanism.render.film.writer import schedule_frames
 from render.stub_run import GOVERNOR_DIMENSIONS, fake_run
 
 

@@ -29,8 +29,7 @@ from governor_mechanism.render.figures.work_precision import _VARIANT_STYLES
 from governor_mechanism.render.style import INK, MUTED
 from governor_mechanism.studies.regression import FittedParameter, fit_slope
 from governor_mechanism.studies.work_precision.results import WorkPrecisionPoint
-from governor_mechanism.studies.work_precision.settings import build_ladders
-from governor_mechanism.studies.work_precision.study import ErrorBenchmark
+from governor_mechanism.studies.work_precision.study import ErrorBenchmark, build_ladders
 from governor_mechanism.types import FloatArray
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests"))

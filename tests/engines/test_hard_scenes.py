@@ -22,7 +22,7 @@ from governor_mechanism.model.results.outcome import Outcome
 from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.observables.evaluation import ReadingEvaluator
 from governor_mechanism.scenes.parser import parse_scene_document
-from governor_mechanism.studies.hard_cases.registry import HARD_CASES
+from governor_mechanism.studies.hard_cases.study import HARD_CASES
 
 SLIDER_IN_TURNING_PLANE = """
 machine = "custom"

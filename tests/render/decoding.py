@@ -6,9 +6,9 @@ import numpy as np
 from PIL import Image
 
 from governor_mechanism.render.film.frame_data import FrameData
-from governor_mechanism.render.film.frame_schedules import schedule_frames
 from governor_mechanism.render.film.painters import SideBySidePainter
 from governor_mechanism.render.film.timing import choose_slow_down
+from governor_mechanism.render.film.writer import schedule_frames
 
 
 def decode_film(path):

@@ -12,7 +12,7 @@ from PIL import Image
 
 import governor_mechanism as gm
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.render.figures.overview import choose_overview
+from governor_mechanism.render.figures.time_series import choose_overview
 from governor_mechanism.render.film.engine_room_painter import EngineRoomPainter
 from governor_mechanism.render.film.frame_data import FrameData
 from governor_mechanism.render.film.still import write_still

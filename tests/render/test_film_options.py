@@ -19,9 +19,8 @@ from governor_mechanism.render.film.frame_data import FrameData
 from governor_mechanism.render.film.frame_painter import FramePainter
 from governor_mechanism.render.film.moving_parts import CurvePanel
 from governor_mechanism.render.film.overlays import ForceArrows
-from governor_mechanism.render.film.periodic_motion import MIN_FRAMES_PER_TURN
 from governor_mechanism.render.film.svg_animation import TOLERANCE, key_frames
-from governor_mechanism.render.film.timing import select_timing
+from governor_mechanism.render.film.timing import MIN_FRAMES_PER_TURN, select_timing
 from governor_mechanism.render.forces import find_forces
 from governor_mechanism.render.geometry.attached import shapes_of
 from governor_mechanism.render.geometry.primitives import Lines

@@ -6,12 +6,10 @@ import numpy as np
 import pytest
 
 from governor_mechanism.model.results.film_options import FilmOptions
-from governor_mechanism.render.film.broken_lines import break_lines, shares_within
-from governor_mechanism.render.film.elevation_overlay import ElevationOverlay
 from governor_mechanism.render.film.frame_canvas import FrameCanvas
 from governor_mechanism.render.film.frame_data import FrameData
-from governor_mechanism.render.film.frame_painter import FramePainter
-from governor_mechanism.render.film.label_placement import LABEL_PITCH, place_labels
+from governor_mechanism.render.film.frame_painter import ElevationOverlay, FramePainter
+from governor_mechanism.render.film.label_placement import LABEL_PITCH, break_lines, place_labels, shares_within
 from governor_mechanism.render.film.labels import find_labels
 from governor_mechanism.render.film.plot_heading import MIN_NAME_HEIGHT, PlotHeading
 from governor_mechanism.render.geometry.attached import shapes_of

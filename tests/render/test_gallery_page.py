@@ -9,8 +9,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from governor_mechanism.render.page.gallery import POSTER_MOMENT, make_gallery
-from governor_mechanism.render.page.poster import draw_poster
+from governor_mechanism.render.page.gallery import POSTER_MOMENT, draw_poster, make_gallery
 from governor_mechanism.render.page.views import show_run
 from render.stub_run import GOVERNOR_DIMENSIONS, fake_run
 

@@ -15,8 +15,8 @@ from governor_mechanism.model.force_elements import Damper, Spring
 from governor_mechanism.model.joints import Distance, Pin, RotationalDriver, TranslationalDriver, Weld
 from governor_mechanism.render.film.frame_data import FrameData
 from governor_mechanism.render.film.frame_painter import FramePainter
-from governor_mechanism.render.film.frame_schedules import schedule_frames
 from governor_mechanism.render.film.timing import choose_slow_down
+from governor_mechanism.render.film.writer import schedule_frames
 from governor_mechanism.render.geometry.outlines import make_arrow, make_band, make_plate_outline
 from governor_mechanism.render.geometry.points import convex_hull, point_path, wheel_radii
 from governor_mechanism.render.geometry.primitives import Circle, Lines, Polygon, bounding_box

@@ -9,9 +9,8 @@ import pytest
 from numpy.testing import assert_array_equal
 
 from governor_mechanism.model.results.pictures import Theme
-from governor_mechanism.render.film.encoders import FilmFrames
 from governor_mechanism.render.film.gif_encoder import GifWriter, Palette
-from governor_mechanism.render.film.gif_frame_rate import FRAME_RATES, choose_gif_settings
+from governor_mechanism.render.film.writer import FRAME_RATES, FilmFrames, choose_gif_settings
 from render.decoding import decode_film
 
 

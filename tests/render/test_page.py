@@ -24,14 +24,12 @@ from governor_mechanism.render.geometry.attached import Attached, Flexible, axes
 from governor_mechanism.render.geometry.primitives import Circle, Lines, Polygon
 from governor_mechanism.render.geometry.recording import move_points, record_parts
 from governor_mechanism.render.page.colours import colour_rules, darken, role_rules, series_rules
-from governor_mechanism.render.page.packing import pack_numbers
-from governor_mechanism.render.page.page_data import ANGLE_QUANTUM, RELATIVE_QUANTUM, collect_data
+from governor_mechanism.render.page.page_data import ANGLE_QUANTUM, RELATIVE_QUANTUM, collect_data, pack_numbers
 from governor_mechanism.render.page.part_names import MACHINE_NAMES, PART_NAMES, SAME_AS
 from governor_mechanism.render.page.picture import Picture
-from governor_mechanism.render.page.sampling import MAX_ROTATION, SAMPLE_RATE, choose_sample_times
 from governor_mechanism.render.page.tracks import TOLERANCE, TrackTable
 from governor_mechanism.render.page.views import show_run
-from governor_mechanism.render.page.writer import SCRIPTS, make_page
+from governor_mechanism.render.page.writer import MAX_ROTATION, SAMPLE_RATE, SCRIPTS, choose_sample_times, make_page
 from governor_mechanism.render.style import FILM_COLOURS, INK, MUTED, PAPER, ROLE_STYLES, SERIES_COLOURS, parse_rgb
 from render.stub_effects import fake_run_with_effects
 from render.stub_run import GOVERNOR_DIMENSIONS, fake_run

@@ -14,8 +14,8 @@ from governor_mechanism.errors import MechanismError
 from governor_mechanism.model.results.outcome import Outcome
 from governor_mechanism.render.figures.hard_cases import hard_case_figure
 from governor_mechanism.studies.hard_cases import linkage_cases, solutions, study
-from governor_mechanism.studies.hard_cases.registry import HARD_CASES
 from governor_mechanism.studies.hard_cases.results import Verdict
+from governor_mechanism.studies.hard_cases.study import HARD_CASES
 
 
 @pytest.fixture(scope="module")

@@ -10,10 +10,10 @@ import pytest
 from scipy.special import ellipk
 
 import governor_mechanism as gm
-from governor_mechanism.studies.sweep.default_quantities import choose_quantities
 from governor_mechanism.studies.sweep.oscillation import ReadingSamples, find_turning_points, mean_value
 from governor_mechanism.studies.sweep.quantities import parse_quantities
 from governor_mechanism.studies.sweep.rules import SETTLED_RATIO, STATISTICS, RunNumbers, Taken
+from governor_mechanism.studies.sweep.run import choose_quantities
 
 
 def oscillation(n_per_period, phase=0.4, *, is_smooth=True):

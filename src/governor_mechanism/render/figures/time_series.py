@@ -2,33 +2,24 @@
 
 import math
 import textwrap
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from matplotlib.artist import Artist
 from matplotlib.gridspec import SubplotSpec
+from matplotlib.lines import Line2D
 from matplotlib.ticker import LogLocator, NullLocator
 
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.model.events import EventKind
+from governor_mechanism.model.events import Event, EventKind
 from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.render.figures.band_plot import LINE_WIDTH, band_handles, draw_range_band
-from governor_mechanism.render.figures.event_marks import (
-    MAX_EVENT_LINES,
-    STRIP_BORDER_HEIGHT,
-    STRIP_ROW_HEIGHT,
-    EventTimes,
-    draw_event_lines,
-    draw_event_strip,
-    event_handles,
-    group_event_times,
-)
-from governor_mechanism.render.figures.overview import choose_overview
 from governor_mechanism.render.figures.page import (
     FIGURE_DPI,
     READING_NOISE_RATIO,
+    SERIES_LINE_STYLES,
     Page,
     Panel,
     add_legend,
@@ -36,12 +27,128 @@ from governor_mechanism.render.figures.page import (
     format_plain_ticks,
     use_plain_decades,
 )
+from governor_mechanism.render.machines.engine_room.arrangement import find_governed_engine
+from governor_mechanism.render.machines.registry import find_drawing_class
 from governor_mechanism.render.number_format import display_unit_of, format_closing_lines, format_label, format_name, format_rounded_up
 from governor_mechanism.render.range_bands import PlotSize, RangeBand, count_turns, find_range_band
 from governor_mechanism.render.refined_curves import refine_curve
 from governor_mechanism.render.shown_readings import ShownReading, chosen_readings, name_to_plot, shown_readings
-from governor_mechanism.render.style import BLUE, GREEN, MUTED, PAPER, SANS_FONT, VERMILLION
+from governor_mechanism.render.style import BLUE, GREEN, INK, MUTED, PAPER, SANS_FONT, SERIES_COLOURS, SKY, VERMILLION
 from governor_mechanism.types import FloatArray
+
+MAX_EVENT_LINES = 30
+"""Largest number of events with a line each."""
+STRIP_BORDER_HEIGHT, STRIP_ROW_HEIGHT = 0.1, 0.2
+"""Height of the strip of events without its rows, and of a row, inches."""
+_EVENT_NAME_WIDTH = 0.85
+"""Width of the names of events before the strip, inches."""
+_MAX_NAMED_KINDS = 6
+"""Largest number of event kinds in the legend."""
+
+_EVENT_STYLES: dict[EventKind, tuple[str, Any]] = {
+    EventKind.STICK: (VERMILLION, (0, (4, 2))),
+    EventKind.REST: (SERIES_COLOURS[3], (0, (1, 1.5))),
+    EventKind.SLIP: (GREEN, (0, (7, 1.5, 1.5, 1.5))),
+    EventKind.SEPARATION: (SKY, (0, (1, 1.5))),
+    EventKind.IMPACT: (INK, (0, (1, 2))),
+}
+_OTHER_EVENT_STYLE = (MUTED, (0, (5, 2, 1, 2)))
+"""Colour and dashes of the lines of other event kinds."""
+
+EventTimes = Mapping[tuple[str, str, Any], Sequence[float]]
+"""Times of events, s, by label, colour and dashes."""
+
+
+def group_event_times(events: Sequence[Event]) -> EventTimes:
+    """Return the times, s, of the events by label, colour and dashes: those of the kind, and of each named crossing its own."""
+    names = list(dict.fromkeys(event.subject for event in events if event.kind == EventKind.CROSSING))
+    times: dict[tuple[str, str, Any], list[float]] = {}
+    for event in events:
+        if event.kind == EventKind.CROSSING:
+            number = names.index(event.subject) % len(SERIES_COLOURS)
+            # From the last colour: the first one is that of the curves.
+            style = format_name(event.subject), SERIES_COLOURS[-1 - number], SERIES_LINE_STYLES[number]
+        else:
+            colour, dashes = _EVENT_STYLES.get(event.kind, _OTHER_EVENT_STYLE)
+            style = event.kind.value, colour, dashes
+        times.setdefault(style, []).append(event.time)
+    return times
+
+
+def draw_event_lines(panel: Panel, event_times: EventTimes) -> None:
+    """Draw a line at the time of each event."""
+    for (label, colour, dashes), times in event_times.items():
+        lines = panel.vlines(times, 0.0, 1.0, transform=panel.get_xaxis_transform(), colors=colour)
+        lines.set(linewidth=0.8, zorder=1, linestyle=dashes, gid=label)
+
+
+def draw_event_strip(page: Page, cell: SubplotSpec, times: FloatArray, event_times: EventTimes) -> Panel:
+    """Draw a tick at the time of each event over the times (n,) s of a run, in a row for each kind, whose name and number precede it."""
+    place = cell.get_position(page)
+    left = place.x0 + _EVENT_NAME_WIDTH / page.get_figwidth()
+    panel = page.add_panel((left, place.y0, place.x1 - left, place.height), grid="x")
+    for row, ((name, colour, _), occurrences) in enumerate(event_times.items()):
+        panel.vlines(occurrences, row - 0.36, row + 0.36, colors=colour, linewidth=1.0).set_gid(name)
+    labels = [f"{name} ({len(occurrences)})" for (name, _, _), occurrences in event_times.items()]
+    panel.set_yticks(range(len(event_times)), labels)
+    panel.tick_params(axis="y", length=0.0)
+    panel.set(xlim=(times[0], times[-1]), ylim=(len(event_times) - 0.4, -0.6))
+    return panel
+
+
+def event_handles(event_times: EventTimes) -> list[Artist]:
+    """Return the entries of a legend of event kinds and named crossings with their numbers."""
+    return [
+        Line2D([], [], color=colour, linestyle=dashes, linewidth=1.2, label=name if len(times) == 1 else f"{name} ({len(times)})")
+        for (name, colour, dashes), times in list(event_times.items())[:_MAX_NAMED_KINDS]
+    ]
+
+
+MAX_OVERVIEW_READINGS = 12
+"""Largest number of readings in an overview: six rows of panels, which fill a page."""
+FEW_READINGS = 8
+"""Number of readings up to which all are shown: four rows of panels, which are seen at a glance."""
+MIN_HEADLINES = 6
+"""Number of headline readings from which on they make an overview without others."""
+
+_ENGINE_READINGS = ("shaft_speed", "gas_torque", "load_torque", "throttle_opening", "cut_off")
+"""Readings of a governed engine that show how it is regulated, by plain name; the governor's own reading comes first."""
+
+
+def choose_overview(run: Trajectory, readings: Mapping[str, ShownReading]) -> dict[str, ShownReading]:
+    """Return all readings if they are at most FEW_READINGS, or else an overview of at most MAX_OVERVIEW_READINGS, in their order.
+
+    It has the headline readings: those that show how a governed engine is regulated, then those that films show beside each machine, and
+    the coordinates of the machines. Less than MIN_HEADLINES are filled up by the other readings in their order. Of equal readings, such as
+    the travels of two pistons on one rod, it has the first.
+    """
+    if len(readings) <= FEW_READINGS:
+        return dict(readings)
+    headlines = [name for name in dict.fromkeys(_headline_readings(run)) if name in readings]
+    chosen: list[str] = []
+    for name in headlines if len(headlines) >= MIN_HEADLINES else dict.fromkeys((*headlines, *readings)):
+        if len(chosen) < MAX_OVERVIEW_READINGS and not any(_are_equal(readings[name], readings[one]) for one in chosen):
+            chosen.append(name)
+    return {name: one for name, one in readings.items() if name in chosen}
+
+
+def _headline_readings(run: Trajectory) -> Iterator[str]:
+    """Yield names of readings, the most telling first; not every run has all of them."""
+    parts = run.scene.parts
+    prefixes = [f"{part.name}." if len(parts) > 1 else "" for part in parts]
+    if governed := find_governed_engine(run.scene):
+        yield governed.governor_reading
+        yield from (f"{governed.engine.name}.{name}" for name in _ENGINE_READINGS)
+    for part, prefix in zip(parts, prefixes, strict=True):
+        yield from (prefix + name for name in find_drawing_class(part).panel_readings)
+    yield from (f"{prefix}{part.mechanism.coordinate}" for part, prefix in zip(parts, prefixes, strict=True))
+
+
+def _are_equal(one: ShownReading, other: ShownReading) -> bool:
+    """Return whether two readings would give the same panel."""
+    noise = READING_NOISE_RATIO * max(one.scale, other.scale, float(np.ptp(one.values)))
+    return one.unit == other.unit and bool(np.abs(one.values - other.values).max() <= noise)
+
 
 _FIGURE_WIDTH, _ROW_HEIGHT, _ONLY_PLOT_HEIGHT = 9.6, 1.9, 3.2
 """Width of the figure, height of a row of plots and of an only plot, inches."""

@@ -3,20 +3,32 @@
 A second of film is a second of the run, except for very short or long runs; the caption then states how much the film is slowed or sped up.
 """
 
+import io
 import os
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass, replace
+from itertools import pairwise
 from pathlib import Path
+from typing import Any, cast
+
+import numpy as np
+from matplotlib.colors import to_hex
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
+from matplotlib.text import Text
 
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.files.atomic_write import atomic_write
 from governor_mechanism.model.results.film_options import DEFAULT_OPTIONS, FilmOptions, FilmView
+from governor_mechanism.model.results.pictures import Theme
 from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.model.scene import Scene
-from governor_mechanism.render.film.encoders import FilmFrames, OpenEncoder, open_gif, open_svg, open_video, open_webm
 from governor_mechanism.render.film.frame_data import find_parts
-from governor_mechanism.render.film.frame_schedules import Schedule, schedule_equal_steps, schedule_frames, schedule_video_frames
-from governor_mechanism.render.film.gif_frame_rate import choose_gif_settings
+from governor_mechanism.render.film.gif_encoder import GifWriter, Palette, RgbaPixels
+from governor_mechanism.render.film.layout import REFERENCE_SIZE
+from governor_mechanism.render.film.moving_parts import pale_colour
 from governor_mechanism.render.film.options import (
     PAGE_SUFFIX,
     VIDEO_SUFFIXES,
@@ -24,12 +36,201 @@ from governor_mechanism.render.film.options import (
     require_suitable_options,
     require_video_writer,
 )
-from governor_mechanism.render.film.painters import make_painter
+from governor_mechanism.render.film.painters import Painter, make_painter
+from governor_mechanism.render.film.svg_animation import write_animation
 from governor_mechanism.render.film.timing import Timing, select_room_timing, select_slow_down, select_time_span, select_timing
 from governor_mechanism.render.machines.engine_room.settling import settled_time
 from governor_mechanism.render.shown_readings import chosen_readings
+from governor_mechanism.render.style import FILM_COLOURS, parse_rgb
+from governor_mechanism.render.theme import themed_colour
+from governor_mechanism.types import FloatArray
 from governor_mechanism.units.arguments import PATH, check_arguments
 from governor_mechanism.units.quantities import format_value
+
+AddFrame = Callable[[int, int], None]
+"""Append the frame of a number, with its display time in hundredths of a second, to a file."""
+N_PALETTE_SAMPLES = 5
+"""Number of frames from which the palette is chosen."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class FilmFrames:
+    """The frames of a film: their painter, display times (hundredths of a second), rate (1/s), theme; a GIF of `few_colours` is smaller."""
+
+    painter: Painter
+    delays: Sequence[int]
+    frame_rate: float
+    theme: Theme
+    few_colours: bool = False
+
+
+OpenEncoder = Callable[[Path, FilmFrames], AbstractContextManager[AddFrame]]
+"""Opens a file for the frames of a film."""
+
+
+def choose_palette(film: FilmFrames) -> Palette:
+    """Return the palette of a film: the colours of its artists, also of those that only show later, and blends from a few frames."""
+    painter, n_frames = film.painter, len(film.delays)
+    samples = [painter.paint(int(k)).copy() for k in np.unique(np.linspace(0, n_frames - 1, N_PALETTE_SAMPLES).astype(int))]
+    shown = {to_hex(colour) for canvas in painter.canvases for colour in artist_colours(canvas.figure)}
+    whole_curves = (pale_colour(colour) for colour in FILM_COLOURS)
+    film_colours = (to_hex(themed_colour(colour, film.theme)) for colour in (*FILM_COLOURS, *whole_curves))
+    return Palette([parse_rgb(colour) for colour in film_colours if colour in shown], samples, few_colours=film.few_colours)
+
+
+def artist_colours(figure: Figure) -> Iterator[Any]:
+    """Yield the colours of all lines, patches and texts of a figure."""
+    for artist in figure.findobj():
+        match artist:
+            case Text():
+                yield artist.get_color()
+            case Line2D():
+                yield from (artist.get_color(), artist.get_markeredgecolor(), artist.get_markerfacecolor())
+            case Patch():
+                yield from (artist.get_facecolor(), artist.get_edgecolor())
+
+
+@contextmanager
+def open_gif(path: Path, film: FilmFrames) -> Iterator[AddFrame]:
+    """Open a GIF; its palette is chosen from a few frames."""
+    painter, palette = film.painter, choose_palette(film)
+    with path.open("wb") as file:
+        writer = GifWriter(file, palette)
+        yield lambda k, delay: writer.add(painter.draw(k), delay)
+        writer.close()
+
+
+@contextmanager
+def _open_codec(path: Path, film: FilmFrames, codec: str, options: Sequence[str] = ()) -> Iterator[AddFrame]:
+    """Open a video with a codec and options of ffmpeg."""
+    import imageio.v2 as imageio
+
+    # The codecs need an even number of rows and columns.
+    settings = {"format": "FFMPEG", "fps": film.frame_rate, "codec": codec, "quality": 8, "macro_block_size": 2}
+    with cast(Any, imageio).get_writer(path, **settings, output_params=list(options)) as writer:
+
+        def add_frame(k: int, delay: int) -> None:
+            pixels = film.painter.draw(k)
+            rows, columns = pixels.shape[0] % 2, pixels.shape[1] % 2
+            writer.append_data(np.pad(pixels[..., :3], ((0, rows), (0, columns), (0, 0)), mode="edge"))
+
+        yield add_frame
+
+
+def open_video(path: Path, film: FilmFrames) -> AbstractContextManager[AddFrame]:
+    """Open an MP4."""
+    return _open_codec(path, film, "libx264")
+
+
+def open_webm(path: Path, film: FilmFrames) -> AbstractContextManager[AddFrame]:
+    """Open a WebM; without these options it takes a second per frame."""
+    return _open_codec(path, film, "libvpx-vp9", ("-deadline", "realtime", "-cpu-used", "5"))
+
+
+@contextmanager
+def open_svg(path: Path, film: FilmFrames) -> Iterator[AddFrame]:
+    """Open an animated drawing, which is written from all frames at once."""
+    yield lambda k, delay: None
+    write_animation(path, film.painter.canvases[0], sum(film.delays) / 100, len(film.delays))
+
+
+MAX_GIF_SIZE = 700e3
+"""Largest GIF (bytes) of the default height for which no frame rate is requested. Edges, of which a film consists, grow with the height."""
+FRAME_RATES = (25.0, 20.0, 50 / 3, 100 / 7, 12.5, 100 / 9, 10.0)
+"""Frame rates (1/s) to choose from: frames last 4 to 10 hundredths of a second."""
+_N_PROBES = 12
+"""Number of frames whose changes are measured."""
+_SAFETY = 1.04
+"""Factor of the estimated size: with 12 frames it is within 4 % of that of the films of the shipped scenes."""
+_ROUNDING = 0.999
+"""Factor of a lowest rate: a measured turn of 1 s allows 10 frames a second."""
+
+
+def choose_gif_settings(
+    film: FilmFrames,
+    lowest_rate: float = 0.0,  # lowest frame rate (1/s) with which its motion is still understood
+) -> tuple[float, bool]:
+    """Return the highest rate (1/s) up to that of the film with which its file is small enough, or the lowest that is allowed.
+
+    Results: float, the frame rate, 1/s; bool, whether the file is to have few colours; only if it would be
+    too large at the frame rate of the film.
+    """
+    n_frames = len(film.delays)
+    if n_frames < 2 * _N_PROBES:
+        return film.frame_rate, False
+    limit = MAX_GIF_SIZE * film.painter.paint(0).shape[0] / REFERENCE_SIZE
+    if _estimate_size(film, _measure_changes(film), film.frame_rate) <= limit:
+        return film.frame_rate, False
+    changes = _measure_changes(replace(film, few_colours=True))
+    rates = [
+        film.frame_rate,
+        *(rate for rate in FRAME_RATES if 0.999 * lowest_rate <= rate < film.frame_rate),
+    ]  # 10 frames a turn at 1 turn/s
+    return next((rate for rate in rates if _estimate_size(film, changes, rate) <= limit), rates[-1]), True
+
+
+def _estimate_size(film: FilmFrames, changes: tuple[float, float, float], rate: float) -> float:
+    """Return the bytes of a film at a frame rate (1/s), from the bytes of its first frame and of its changes."""
+    (first, single, double), ratio = changes, film.frame_rate / rate
+    return _SAFETY * (first + len(film.delays) / ratio * (single + (double - single) * (ratio - 1.0)))
+
+
+def _measure_changes(film: FilmFrames) -> tuple[float, float, float]:
+    """Return the bytes of the first frame, and the mean bytes of a frame after the one before, and after the one before that."""
+    painter, n_frames = film.painter, len(film.delays)
+    palette = choose_palette(film)
+    changes = []
+    for k in np.linspace(0, n_frames - 3, _N_PROBES).astype(int).tolist():
+        frames = [painter.paint(k + step).copy() for step in range(3)]
+        alone = _encoded_size(palette, frames[:1])
+        changes.append([_encoded_size(palette, [frames[0], later]) - alone for later in frames[1:]])
+    single, double = np.mean(changes, axis=0).tolist()
+    return _encoded_size(palette, [painter.paint(0)]), single, double
+
+
+def _encoded_size(palette: Palette, frames: Sequence[RgbaPixels]) -> int:
+    """Return the bytes of a GIF of frames."""
+    file = io.BytesIO()
+    writer = GifWriter(file, palette)
+    for frame in frames:
+        writer.add(frame, 4)
+    writer.close()
+    return file.tell()
+
+
+FrameSchedule = tuple[FloatArray, list[int]]
+"""Times of the frames (s) and the display time of each in hundredths of a second."""
+Schedule = Callable[[float, float, float, float], FrameSchedule]
+"""Returns the frames from a start to a stop (s) at a frame rate (1/s) and a slow-down."""
+
+
+def schedule_frames(start: float, stop: float, frames_per_second: float, slow_down: float = 1.0) -> FrameSchedule:
+    """Return the frames of a film whose frames may last differently long.
+
+    The display times add up to `slow_down` times the shown duration. Each frame is shown from half a step before its time to half a step
+    after it, so the first and the last frame are shown half as long as the others.
+    """
+    hundredths = max(round((stop - start) * slow_down * 100), 1)
+    steps = round(hundredths / 100 * frames_per_second)
+    if steps < 1:
+        return np.array([start]), [hundredths]
+    times = np.linspace(start, stop, steps + 1)
+    edges = [0, *(round(hundredths * (k + 0.5) / steps) for k in range(steps)), hundredths]
+    return times, [end_edge - start_edge for start_edge, end_edge in pairwise(edges)]
+
+
+def schedule_equal_steps(start: float, stop: float, frames_per_second: float, slow_down: float = 1.0) -> FrameSchedule:
+    """Return frames from the start to the stop, between which a drawing moves evenly: as in a GIF, but at equal times."""
+    times, delays = schedule_frames(start, stop, frames_per_second, slow_down)
+    return (times, delays) if len(times) > 1 else (np.array([start, stop]), [delays[0], 0])
+
+
+def schedule_video_frames(start: float, stop: float, frames_per_second: float, slow_down: float = 1.0) -> FrameSchedule:
+    """Return one frame at the middle of each step: every frame of a video lasts equally long."""
+    duration = (stop - start) * slow_down
+    count = max(round(duration * frames_per_second), 1)
+    return start + (stop - start) * (np.arange(count) + 0.5) / count, [round(100 * duration / count)] * count
+
 
 FilmProgress = Callable[[int, int], None]
 """Called with the number of frames done and in total."""

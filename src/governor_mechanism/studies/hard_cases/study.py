@@ -18,11 +18,15 @@ from governor_mechanism.model.results.outcome import Outcome
 from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.scenes.parser import parse_scene_document
+from governor_mechanism.studies.hard_cases import governor_cases, linkage_cases, weight_cases
 from governor_mechanism.studies.hard_cases.case import HardCase
-from governor_mechanism.studies.hard_cases.registry import HARD_CASES
 from governor_mechanism.studies.hard_cases.results import HardCaseRow, HardCasesReport, Verdict
 from governor_mechanism.studies.run_comparison import compare_motions, compare_runs
 from governor_mechanism.units.quantities import format_value
+
+HARD_CASES: dict[str, HardCase] = {case.name: case for case in (*weight_cases.CASES, *linkage_cases.CASES, *governor_cases.CASES)}
+"""The hard cases, in the order of the study."""
+
 
 MAX_WALL_TIME = 20.0
 """Longest time of a run that passes, s."""

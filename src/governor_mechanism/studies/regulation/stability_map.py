@@ -6,7 +6,12 @@ from typing import Any
 
 import numpy as np
 
-from governor_mechanism.closed_form.governed_engine import vyshnegradskii_parameters
+from governor_mechanism.closed_form.governed_engine import CharacteristicCoefficients, pendulum_coefficients, vyshnegradskii_parameters
+from governor_mechanism.closed_form.pendulum.kinematics import PendulumGovernor
+from governor_mechanism.effects.centrifugal import Centrifugal
+from governor_mechanism.effects.dashpot import Dashpot
+from governor_mechanism.effects.gravity import Gravity
+from governor_mechanism.effects.stops import Stops
 from governor_mechanism.engines.initial_state import initial_state
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.files.plain_values import finite_or_none
@@ -14,19 +19,48 @@ from governor_mechanism.files.printed_result import PrintedResult
 from governor_mechanism.files.table import make_data_frame
 from governor_mechanism.machines.flywheel_engine.dimensions import MEAN
 from governor_mechanism.machines.flywheel_engine.machine import FlywheelEngine
-from governor_mechanism.model.coupling.couplings import ControlCoupling
+from governor_mechanism.machines.pendulum import machine as pendulum
+from governor_mechanism.model.coupling.couplings import ControlCoupling, FollowCoupling
+from governor_mechanism.model.part import FreeSpindle
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.scenes.changed_document import parse_scene_with, replace_document_value
 from governor_mechanism.scenes.schema import rate_key
 from governor_mechanism.statics.linearisation import Linearisation
 from governor_mechanism.statics.scene_linearisation import linearise_scene
-from governor_mechanism.studies.regulation.characteristic_polynomial import characteristic_coefficients_of
-from governor_mechanism.studies.regulation.governed_engine import GovernedEngine
+from governor_mechanism.studies.regression import SLEEVE_READING
+from governor_mechanism.studies.regulation.governed_engine import GovernedEngine, OperatingPoint
 from governor_mechanism.studies.regulation.periodic_motion import find_periodic_motion
 from governor_mechanism.studies.sweep.parameters import SweepAxis, parse_axes
 from governor_mechanism.studies.sweep.workers import compute_in_parallel
 from governor_mechanism.types import DataFrame, FloatArray
 from governor_mechanism.units.short_repr import short_repr
+
+
+def characteristic_coefficients_of(governed: GovernedEngine, point: OperatingPoint) -> CharacteristicCoefficients | None:
+    """Return the polynomial of the loop with mean torque, by Vyshnegradskii's theory with the reaction of the governor.
+
+    Result: coefficients; None unless a pendulum governor without further effects than a linear dashpot on its
+    sleeve, and stops, regulates the engine.
+    """
+    part = next(one for one in governed.scene.parts if one.name == governed.governor)
+    dashpots = [one for one in part.effects if isinstance(one, Dashpot)]
+    others = [one for one in part.effects if not isinstance(one, Dashpot | Gravity | Centrifugal | Stops)]
+    if part.machine != pendulum.PendulumGovernor.name or others:
+        return None
+    if any(one.reading != SLEEVE_READING or one.quadratic for one in dashpots):
+        return None
+    is_follower = any(isinstance(one, FollowCoupling) for one in governed.scene.couplings)
+    return pendulum_coefficients(
+        PendulumGovernor(**part.dimensions, gravity=part.gravity),
+        arm_angle=point.coordinate,
+        flywheel_inertia=governed.shaft_inertia,
+        torque_slope=governed.torque_slope(point),
+        sleeve_damping=sum(one.linear for one in dashpots),
+        gear_ratio=abs(governed.ratio),
+        spindle_inertia=part.spindle.inertia if isinstance(part.spindle, FreeSpindle) else 0.0,
+        reacts=not is_follower,
+    )
+
 
 DEFAULT_COUNT = 40
 """Number of values of each parameter unless they are given."""

@@ -18,9 +18,44 @@ from governor_mechanism.model.scene import Scene
 from governor_mechanism.scenes.changed_document import parse_scene_with, replace_document_value
 from governor_mechanism.scenes.parser import parse_scene_document
 from governor_mechanism.studies.sweep.quantities import find_display_unit
-from governor_mechanism.studies.sweep.scene_value import find_scene_value
 from governor_mechanism.units.problems import ProblemCode, ProblemCollector
 from governor_mechanism.units.quantities import QUANTITY_KINDS, format_value, number_or_text
+
+
+def find_scene_value(
+    document: Mapping[str, Any],
+    key: str,  # dotted key; an item of a list is meant by its name or its number, counted from 1
+    kind: str | None,  # kind of quantity; None if only words are allowed
+) -> float | str | bool | None:
+    """Return the value at a dotted key of a document.
+
+    Result: a number in SI or a word; None if the document leaves the key out, or has something else there.
+    """
+    from governor_mechanism.scenes.quantities import parse_si
+
+    value: Any = document
+    for name in key.split("."):
+        value = _find_item(value, name)
+    if not isinstance(value, str | bool | int | float):
+        return None
+    if kind is None or isinstance(value, bool):
+        return float(value) if isinstance(value, int | float) and not isinstance(value, bool) else value
+    try:
+        return parse_si(value, kind, key)
+    except MechanismError:  # a word that stands for a value, as "equilibrium"
+        return value if isinstance(value, str) else None
+
+
+def _find_item(table: Any, name: str) -> Any:
+    """Return the value of a name in a table, or the item of a name or number in a list; None if there is none."""
+    if isinstance(table, Mapping):
+        return table.get(name)
+    if not isinstance(table, list | tuple):
+        return None
+    if name.isdecimal() and 1 <= int(name) <= len(table):
+        return table[int(name) - 1]
+    return next((item for item in table if isinstance(item, Mapping) and item.get("name") == name), None)
+
 
 MAX_SWEEP_ROWS = 10_000_000
 """Maximum number of rows of a sweep; a larger number suggests a slip."""
