@@ -9,11 +9,11 @@ import pytest
 
 from coupled_scenes import coupled_scene, discs_part
 from governor_mechanism.effects.dry_friction import DryFriction
-from governor_mechanism.mechanics.dynamics.equations.equations_of_motion import N_ENERGY_STATES, evaluate_state_derivative
+from governor_mechanism.mechanics.dynamics.equations.equations_of_motion import evaluate_state_derivative
 from governor_mechanism.mechanics.dynamics.equations.inverse_dynamics import compute_inverse_dynamics
 from governor_mechanism.mechanics.dynamics.forces.contact_modes import ContactMode
 from governor_mechanism.mechanics.dynamics.forces.loads import initial_lags
-from governor_mechanism.mechanics.dynamics.system.arrays import make_system_workspace
+from governor_mechanism.mechanics.dynamics.system.arrays import N_ENERGY_STATES, make_system_workspace
 from governor_mechanism.mechanics.dynamics.system.event_functions import EventFunctionKind
 from governor_mechanism.mechanics.dynamics.system.lowering import make_system
 from governor_mechanism.mechanics.kinematics.time_functions import stack_local_cubics
