@@ -22,23 +22,36 @@ CANDIDATES := python3 python3.14 python3.13 python3.12 python3.11
 
 unexport PYTHONDONTWRITEBYTECODE # tests start many processes, each of which would translate all sources again
 
-.PHONY: run test test-all test-docs docs test-browser check package lock gallery gallery-page pictures contact-sheet errata certificates kernel-coverage mutants benchmark clean
+BUILD_KERNELS = $(BIN)/python kernel_build/build.py
+
+.PHONY: run kernels kernel-comparison test test-all test-docs docs test-browser check package lock gallery gallery-page pictures contact-sheet errata certificates kernel-coverage mutants benchmark clean
 
 run: $(VENV)/installed
+	$(BUILD_KERNELS)
 	$(BIN)/governor-mechanism run porter --out renders/latest
 	@echo
 	$(BIN)/governor-mechanism crosscheck porter
 
+kernels: $(VENV)/installed
+	$(BUILD_KERNELS)
+
+kernel-comparison: $(VENV)/installed kernels
+	$(BIN)/python kernel_build/comparison.py
+
 test: $(VENV)/installed-test
+	$(BUILD_KERNELS)
 	$(BIN)/python -m pytest -n auto --dist worksteal -m "not long" --hypothesis-profile=quick
 
 test-all: $(VENV)/installed-test
+	$(BUILD_KERNELS)
 	$(BIN)/python -m pytest -n auto --dist worksteal
 
 test-docs: $(VENV)/installed-test
+	$(BUILD_KERNELS)
 	$(BIN)/python -m pytest -n 2 tests/docs/check_commands.py
 
 docs: $(VENV)/installed-docs
+	$(BUILD_KERNELS)
 	$(BIN)/python -m sphinx -W --keep-going -n -q -b html docs docs/_build/html
 
 test-browser: $(VENV)/installed-test docs
@@ -64,18 +77,22 @@ gallery: $(VENV)/installed gallery-page
 	$(BIN)/python docs/pictures/gallery.py
 
 gallery-page: $(VENV)/installed
+	$(BUILD_KERNELS)
 	$(BIN)/python docs/pictures/gallery_page.py
 
 pictures: $(VENV)/installed
+	$(BUILD_KERNELS)
 	$(BIN)/python docs/pictures/shown.py
 
 contact-sheet: $(VENV)/installed
 	$(BIN)/python docs/pictures/contact_sheet.py
 
 errata: $(VENV)/installed
+	$(BUILD_KERNELS)
 	$(BIN)/python docs/errata/generate.py
 
 certificates: $(VENV)/installed-test
+	$(BUILD_KERNELS)
 	$(BIN)/python benchmarks/certificates.py --state
 
 kernel-coverage: $(VENV)/installed-test
@@ -85,6 +102,7 @@ mutants: $(VENV)/installed-test
 	$(BIN)/python benchmarks/mutants.py
 
 benchmark: $(VENV)/installed-test
+	$(BUILD_KERNELS)
 	$(BIN)/python benchmarks/write_results.py
 
 $(VENV)/python:
@@ -111,4 +129,4 @@ $(VENV)/installed-docs: $(VENV)/python pyproject.toml constraints.txt
 	@touch $@ $(VENV)/installed
 
 clean:
-	rm -rf $(VENV) renders/latest renders/gallery renders/pages docs/_build docs/_generated
+	rm -rf $(VENV) renders/latest renders/gallery renders/pages docs/_build docs/_generated src/governor_mechanism/_kernels

@@ -36,6 +36,7 @@ def test_the_wheel_holds_the_scenes_and_finds_them(tmp_path):
         templates = {path.relative_to(source).as_posix() for ending in ("toml", "txt") for path in source.rglob(f"*.{ending}")}
         assert templates
         assert templates <= set(archive.namelist())
+        assert not [name for name in archive.namelist() if "/_kernels/" in name]  # the library of this platform
     names, scene = listed(tmp_path / "installed")
     assert names == sorted(path.stem for path in (ROOT / "models").glob("*.toml"))
     assert "porter" in scene

@@ -12,7 +12,8 @@ import sys
 
 import pytest
 
-from governor_mechanism.numerics.jit import PACKAGE_ROOT, jit, jit_in_place
+from governor_mechanism.numerics.jit import jit, jit_in_place
+from governor_mechanism.numerics.kernel_library import PACKAGE_ROOT
 
 UNCOUNTED = {"jit_in_place"}
 SCALAR = re.compile(r"None|float|int|bool|\w+Status|tuple\[(float|int|bool|\w+Status)(, (float|int|bool))*\]")
@@ -110,7 +111,7 @@ def test_an_error_in_a_called_kernel_reaches_python():
 @pytest.mark.long
 def test_what_kernels_allocate_is_freed_and_steps_allocate_nothing():
     """Kernels that count no references must neither keep nor free the arrays that they are given."""
-    environment = os.environ | {"NUMBA_NRT_STATS": "1"}
+    environment = os.environ | {"NUMBA_NRT_STATS": "1", "GOVERNOR_MECHANISM_JIT": "1"}
     answer = subprocess.run([sys.executable, "-c", COUNT_ALLOCATIONS], capture_output=True, text=True, check=True, env=environment)
     counts = json.loads(answer.stdout)
     assert len(counts) == 18

@@ -1,8 +1,6 @@
-"""Numba decorators for the kernels, and their compile cache on disk."""
+"""Decorators of the kernels: each is called in the library of `make kernels`, or compiled by numba into a cache on disk."""
 
-import hashlib
 import os
-import re
 import shutil
 import sys
 import tempfile
@@ -15,24 +13,19 @@ from typing import Any, TypeVar, cast
 import numpy as np
 
 from governor_mechanism.numerics.compilation_progress import has_moving_line
+from governor_mechanism.numerics.kernel_library import PACKAGE_ROOT, digest_sources, find_kernel
 
 CompiledFunction = TypeVar("CompiledFunction", bound=Callable[..., object])
 
 USES_COMPILER = os.environ.get("GOVERNOR_MECHANISM_JIT") != "0"
 """Whether kernels are compiled. With GOVERNOR_MECHANISM_JIT=0 they run as Python, some 100 times slower, for a debugger."""
 
-PACKAGE_ROOT = Path(__file__).parents[1]
-"""Folder of this package."""
-
-KERNEL_IMPORT_PATTERN = re.compile(rb"numerics\.jit import")
-"""Import that marks a file with kernels."""
-
-KERNEL_FOLDERS = {"numerics", "effects", "mechanics", "integrators", "engines"}
-"""Folders whose files all enter the cache key: kernels there use constants and compile functions of modules without kernels."""
+USES_LIBRARY = os.environ.get("GOVERNOR_MECHANISM_JIT") != "1"
+"""Whether kernels of the library are called. With GOVERNOR_MECHANISM_JIT=1 numba compiles all."""
 
 
 class Kernel:
-    """A function, with options of numba's compiler, that is compiled when it is first called.
+    """A function, with options of numba's compiler, that is compiled: beforehand, into the library, or when it is first called.
 
     Called by Python, it is compiled with all that it calls; called by a compiled function, it becomes a part of that one.
     A division by zero gives infinity or NaN, as in numpy; callers check the results.
@@ -45,17 +38,36 @@ class Kernel:
 
     def __call__(self, *args: Any) -> Any:
         """Call the machine code."""
-        return self._dispatcher(*args)
+        return self._machine_code(*args)
 
     @property
     def is_loaded(self) -> bool:
         """Whether Python has called the function in this process."""
-        return "_dispatcher" in self.__dict__
+        return "_machine_code" in self.__dict__
 
     @property
     def is_compiled(self) -> bool:
-        """Whether the machine code is loaded or in the cache."""
-        return self.is_loaded or any(kernel_cache_folder().rglob(f"*.{self.__wrapped__.__name__}-*.nbi"))
+        """Whether the machine code is loaded, in the library, or in the cache."""
+        if self.is_loaded or self._library_code is not None:
+            return True
+        return any(kernel_cache_folder().rglob(f"*.{self.__wrapped__.__name__}-*.nbi"))
+
+    @cached_property
+    def _machine_code(self) -> Callable[..., Any]:
+        """What calls the machine code: in the library, or compiled by numba."""
+        return self._library_code or self._dispatcher
+
+    @cached_property
+    def _library_code(self) -> Callable[..., Any] | None:
+        """What calls the machine code in the library; None if it has none."""
+        return find_kernel(self.__wrapped__, self._call_with_other_types) if USES_LIBRARY else None
+
+    def _call_with_other_types(self, *args: Any) -> Any:
+        """Let numba compile the function for arguments of types that the library does not know."""
+        if "_dispatcher" not in self.__dict__:
+            text = f"kernels: {self.__wrapped__.__name__} is called with other types than in the library; numba compiles it"
+            print(text, file=sys.stderr, flush=True)
+        return self._dispatcher(*args)
 
     def signature_of(self, arguments: tuple[Any, ...]) -> tuple[Any, ...]:
         """Return the types of arguments, for which the function is compiled."""
@@ -123,12 +135,7 @@ def kernel_cache_folder() -> Path:
     Its name contains a hash of the text of all kernels. Numba checks only the file that defines a kernel, and would keep a
     kernel that calls a changed kernel of another file.
     """
-    digest = hashlib.sha256()
-    for path in sorted(PACKAGE_ROOT.glob("**/*.py")):
-        source = path.read_bytes()
-        if KERNEL_IMPORT_PATTERN.search(source) or KERNEL_FOLDERS & set(path.relative_to(PACKAGE_ROOT).parts):
-            digest.update(source)
-    name = f"kernels-{digest.hexdigest()[:16]}"
+    name = f"kernels-{digest_sources()[:16]}"
     package_cache = PACKAGE_ROOT / "__pycache__"
     if "NUMBA_CACHE_DIR" in os.environ:
         return Path(os.environ["NUMBA_CACHE_DIR"]) / "governor-mechanism" / name

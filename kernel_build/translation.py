@@ -1,0 +1,165 @@
+"""Translation of all kernels to one module of LLVM: each function typed once, and all optimised once, together."""
+
+import re
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from importlib import import_module
+from typing import Any
+
+import llvmlite.binding as llvm
+from numba.core.registry import cpu_target
+from numba.core.runtime import rtsys
+
+from governor_mechanism.numerics.kernel_linking import LinkedLibrary, paused_garbage_collection
+
+REFERENCE_COUNTS = """
+declare void @release_block(ptr)
+
+define void @NRT_incref(ptr %block) noinline {
+  %is_none = icmp eq ptr %block, null
+  br i1 %is_none, label %end, label %count
+count:
+  %before = load i64, ptr %block
+  %after = add i64 %before, 1
+  store i64 %after, ptr %block
+  br label %end
+end:
+  ret void
+}
+
+define void @NRT_decref(ptr %block) noinline {
+  %is_none = icmp eq ptr %block, null
+  br i1 %is_none, label %end, label %count
+count:
+  %before = load i64, ptr %block
+  %after = sub i64 %before, 1
+  store i64 %after, ptr %block
+  %is_last = icmp eq i64 %after, 0
+  br i1 %is_last, label %release, label %end
+release:
+  call void @release_block(ptr %block)
+  br label %end
+end:
+  ret void
+}
+"""
+"""What counts the references to a block of memory. A block belongs to one call of a kernel, so that no other thread counts it."""
+
+ADDRESS_PATTERN = re.compile(r"inttoptr \(i64 \d{6,} to ptr\)")
+"""An address of this process, which only texts of errors use."""
+
+
+@dataclass(frozen=True)
+class TypedKernel:
+    """A kernel whose types are known.
+
+    Attributes
+    ----------
+    name
+        Module and name, by which it is found.
+    symbol
+        Name of its function in the intermediate representation.
+    argument_types, result_type
+        Types of numba.
+    library
+        Its code, without that of what it calls.
+    """
+
+    name: str
+    symbol: str
+    argument_types: tuple[Any, ...]
+    result_type: Any
+    library: LinkedLibrary
+
+    @property
+    def entry(self) -> str:
+        """Name of the function that the caller calls."""
+        return f"kernel_{self.name.rpartition('.')[2].replace(':', '_')}"
+
+    @property
+    def slot_types(self) -> list[str]:
+        """Types of the values into which the arguments are flattened."""
+        values = [str(argument.type) for argument in self.library._final_module.get_function(self.symbol).arguments]
+        return values[2:]  # the first two point to the result, and to what is raised
+
+
+def type_kernels(signatures: Mapping[Any, tuple[Any, ...]]) -> Iterator[TypedKernel]:
+    """Type kernels with all that they call, each function once."""
+    context = cpu_target.target_context
+    rtsys.initialize(context)  # translated to machine code here, while that is possible
+    context.codegen()._library_class = LinkedLibrary  # no machine code of functions of numba, nor their optimisation for this processor
+    for kernel, signature in signatures.items():
+        with paused_garbage_collection():
+            kernel._linked_dispatcher.compile(signature)
+        result = kernel._linked_dispatcher.overloads[signature]
+        yield TypedKernel(_name_of(kernel), result.fndesc.llvm_func_name, signature, result.fndesc.restype, result.library)
+
+
+def _name_of(kernel: Any) -> str:
+    """Return module and name of a kernel that is a global of its module; others cannot be found again."""
+    if getattr(import_module(kernel.__module__), kernel.__name__, None) is not kernel:
+        raise ValueError(f"kernel {kernel.__qualname__} of {kernel.__module__} is called by Python, but no global of its module")
+    return f"{kernel.__module__}:{kernel.__name__}"
+
+
+def link_kernels(kernels: list[TypedKernel]) -> Any:
+    """Return one module with the code of all kernels, each with an entry; nothing else can be called from outside."""
+    module = llvm.parse_assembly("")
+    for library in _all_libraries([kernel.library for kernel in kernels]):
+        part = library._final_module.clone()
+        for function in part.functions:
+            if not function.is_declaration and function.linkage == llvm.Linkage.external:
+                function.linkage = "weak_odr"  # several libraries define the same
+        module.link_in(part)
+    header = f'target triple = "{module.triple}"\ntarget datalayout = "{module.data_layout}"\n'
+    for text in (REFERENCE_COUNTS, *(_entry_of(kernel) for kernel in kernels)):
+        module.link_in(llvm.parse_assembly(header + text))
+    entries = {kernel.entry for kernel in kernels}
+    for value in [*module.functions, *module.global_variables]:
+        if not value.is_declaration and value.name not in entries:
+            value.linkage = "internal"
+    return module
+
+
+def _all_libraries(libraries: list[Any]) -> list[Any]:
+    """Return libraries and all that they need, each once; without that of numba's reference counts."""
+    found = {}
+    waiting = list(libraries)
+    while waiting:
+        library = waiting.pop()
+        if library is not rtsys.library and library not in found:
+            found[library] = True
+            waiting += library._linking_libraries
+    return list(found)
+
+
+def _entry_of(kernel: TypedKernel) -> str:
+    """Return the entry of a kernel: it takes one slot of 8 bytes for each flattened argument, and the result after them."""
+    values = kernel.slot_types
+    types = ["ptr", "ptr", *values]
+    lines = [f'declare i32 @"{kernel.symbol}"({", ".join(types)})', f"define i32 @{kernel.entry}(ptr %slots) {{"]
+    lines += [f"  %result = getelementptr i64, ptr %slots, i64 {len(values)}", "  %error = alloca ptr", "  store ptr null, ptr %error"]
+    for i, value in enumerate(values):
+        lines += [f"  %slot{i} = getelementptr i64, ptr %slots, i64 {i}", f"  %value{i} = load {value}, ptr %slot{i}, align 8"]
+    arguments = ["ptr %result", "ptr %error", *(f"{value} %value{i}" for i, value in enumerate(values))]
+    lines += [f'  %status = call i32 @"{kernel.symbol}"({", ".join(arguments)})', "  ret i32 %status", "}"]
+    return "\n".join(lines)
+
+
+def optimise(module: Any) -> bytes:
+    """Optimise a module for the least processor of this platform, and return its machine code."""
+    triple = llvm.get_process_triple()
+    cpu = "x86-64" if triple.startswith("x86_64") else "generic"
+    machine = llvm.Target.from_triple(triple).create_target_machine(cpu=cpu, opt=3, reloc="pic", codemodel="small")
+    options = llvm.create_pipeline_tuning_options(speed_level=3)
+    options.loop_vectorization = True
+    builder = llvm.create_pass_builder(machine, options)
+    first = llvm.create_new_module_pass_manager()
+    first.add_global_dead_code_eliminate_pass()
+    first.run(module, builder)
+    module = llvm.parse_assembly(ADDRESS_PATTERN.sub("null", str(module)))
+    passes = builder.getModulePassManager()
+    passes.add_refprune_pass()
+    passes.run(module, builder)
+    module.verify()
+    return machine.emit_object(module)

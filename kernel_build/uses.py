@@ -1,0 +1,70 @@
+"""Short calculations that together call every kernel that Python calls, with the types with which it always does."""
+
+from collections.abc import Callable, Mapping
+from functools import partial
+
+import numpy as np
+
+import governor_mechanism as gm
+from governor_mechanism.engines import select_engine
+from governor_mechanism.engines.base import RunRequest
+from governor_mechanism.engines.multibody.engine import MultibodyEngine, MultibodyRunner
+from governor_mechanism.scenes.parser import parse_scene_document
+
+SHORT, STRIKING = (0.0, 0.01), (0.0, 0.05)
+"""Reported times of a run without contacts, and of one that strikes a stop, s."""
+
+STRIKING_GOVERNOR = {
+    "machine": "pendulum_governor",
+    "dimensions": {"arm": 0.3, "offset": 0.04, "ball_mass": 5.0, "sleeve_mass": 20.0},
+    "effects": {
+        "gravity": True,
+        "centrifugal": True,
+        "dashpot": {"arm_angle": 0.5},
+        "dry_friction": {"sleeve": 10.0},
+        "stops": {"arm_angle": [0.5, 0.8], "restitution": 0.0},
+    },
+    "spindle": {"speed": 6.0},
+    "start": {"arm_angle": 0.505},
+    "run": {"duration": 0.05, "accuracy": 1e-4},
+}
+"""A governor that strikes its stop and rests on it: its contacts need all rules."""
+
+
+def run(engine: str, model: str, times: tuple[float, ...] = SHORT) -> tuple[object, ...]:
+    """Run a shipped scene, and return what is computed after a run only when it is read."""
+    return read_results(gm.run(model, engine=engine, times=times))
+
+
+def strike_stop(engine: str, accuracy: float) -> tuple[object, ...]:
+    """Run a governor that falls on its stop."""
+    scene = parse_scene_document(STRIKING_GOVERNOR)
+    return read_results(select_engine(engine, scene, None)[0].run(scene, times=STRIKING, accuracy=accuracy))
+
+
+def read_results(trajectory: gm.Trajectory) -> tuple[object, ...]:
+    """Return what is computed only when it is read."""
+    return trajectory.events, trajectory.reactions, trajectory.energy
+
+
+def integrate_implicitly() -> None:
+    """Take no step with the method for stiff motion."""
+    scene = gm.load("stiff_flyball")
+    request = RunRequest(times=np.array(SHORT), accuracy=1e-3, certify=False, reason="asked for")
+    integrator = MultibodyRunner(MultibodyEngine(), scene, request).integrator
+    integrator.make_implicit_integrator().compile_kernel(integrator.input_cubics(0.0), integrator.initial_state)
+
+
+USES: Mapping[str, Callable[[], object]] = {
+    "reduced": partial(run, "reduced", "porter"),
+    "reduced, contacts": partial(strike_stop, "reduced", 1e-3),
+    "reduced, gas in cylinders": partial(run, "reduced", "air_engine"),
+    "multibody": partial(run, "multibody", "porter"),
+    "multibody, contacts": partial(strike_stop, "multibody", 1e-1),
+    "multibody, gas in cylinders": partial(run, "multibody", "air_engine"),
+    "multibody, stiff": integrate_implicitly,
+    "impulse": partial(run, "impulse", "porter_dry_friction"),
+    "equilibria": partial(gm.equilibria, "porter"),
+    "equilibria with several coordinates": partial(run, "multibody", "haug_governor"),
+    "kinematics": partial(gm.kinematics, "porter", "arm_angle", [0.5, 0.6]),
+}

@@ -1,0 +1,136 @@
+"""The library of kernels: the bits of numba, threads and processes, no memory kept, and one sentence where it cannot be used."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import governor_mechanism as gm
+from governor_mechanism.mechanics.contact.rules import find_active_stop
+from governor_mechanism.mechanics.dynamics.equations.body_forces import inertia_of_plane
+from governor_mechanism.mechanics.dynamics.system.lowering import make_system
+from governor_mechanism.numerics import kernel_library
+from governor_mechanism.numerics.jit import Kernel, jit
+from governor_mechanism.numerics.kernel_library import count_live_blocks, find_kernel, read_index
+
+ROOT = Path(__file__).parents[2]
+SMALL_KERNELS = ["inertia_of_plane", "find_active_stop", "is_locked", "record_event"]
+
+has_library = (index := read_index()) is not None and not kernel_library.find_obstacle(index)
+needs_library = pytest.mark.skipif(not has_library, reason="make kernels has not built the library")
+
+
+@needs_library
+def test_the_library_returns_the_bits_of_numba():
+    command = [sys.executable, ROOT / "kernel_build" / "comparison.py", "--duration", "0.1"]
+    options = ["--scenes", "porter_dry_friction", "--kernels", *SMALL_KERNELS]
+    answer = subprocess.run([*command, *options], capture_output=True, text=True, check=False)
+    assert answer.returncode == 0, answer.stdout + answer.stderr
+    assert " 0 different; 0 blocks of memory kept" in answer.stdout
+    assert all(f"{name} " in answer.stdout for name in SMALL_KERNELS[:2]), answer.stdout
+
+
+def bits_of_run(engine):
+    run = gm.run("porter_dry_friction", engine=engine, times=[0.0, 0.05], accuracy=1e-4)
+    return run.poses.tobytes() + run.velocities.tobytes()
+
+
+@needs_library
+def test_threads_call_kernels_at_once_and_no_memory_is_kept():
+    engines = ["reduced", "multibody", "impulse"] * 4
+    expected = {engine: bits_of_run(engine) for engine in set(engines)}
+    with ThreadPoolExecutor(6) as threads:
+        found = list(threads.map(bits_of_run, engines))
+    assert found == [expected[engine] for engine in engines]
+    assert count_live_blocks() == 0
+
+
+@needs_library
+def test_worker_processes_call_kernels():
+    arms = {"dimensions.arm": [0.28, 0.29, 0.3, 0.31]}
+    alone, together = (gm.sweep("porter", arms, ["final arm_angle"], workers=workers) for workers in (1, 2))
+    assert str(alone) == str(together)
+
+
+@needs_library
+def test_numbers_of_numpy_fit_and_other_types_go_to_the_fallback():
+    refused = []
+    call = find_kernel(inertia_of_plane.__wrapped__, lambda *arguments: refused.append(arguments))
+    bodies = make_system(gm.load("porter"))[0].bodies
+    poses = np.linspace(0.1, 0.5, 3 * len(bodies)).reshape(-1, 3)
+    expected = call(bodies, 0, poses, poses)
+    assert expected[0] > 0.0
+    assert call(bodies, np.int64(0), poses, poses) == expected
+    assert not refused
+    cases = [
+        (),
+        (bodies, 0, poses),
+        (bodies, 0, poses, poses, poses),
+        (bodies, 0.0, poses, poses),
+        (bodies, True, poses, poses),
+        (bodies, 2**70, poses, poses),
+        (bodies, 0, poses.astype(int), poses),
+        (bodies, 0, poses.astype(np.float32), poses),
+        (bodies, 0, poses[:, 0], poses),
+        (bodies, 0, np.asfortranarray(poses), poses),
+        (poses, 0, poses, poses),
+        (bodies[["mass", "plane"]].astype([("mass", float), ("plane", int)]), 0, poses, poses),
+        (None, 0, [1.0], "text"),
+    ]
+    for arguments in cases:
+        assert call(*arguments) is None
+        assert len(refused.pop()) == len(arguments)
+    assert not refused
+
+
+@needs_library
+def test_only_globals_of_their_module_are_found():
+    @jit
+    def find_active_stop(value):
+        return value
+
+    assert isinstance(find_active_stop, Kernel)
+    assert find_kernel(find_active_stop.__wrapped__, print) is None
+
+
+@pytest.mark.parametrize(
+    ("change", "reason"),
+    [
+        ({"sources": "0"}, "its kernels were changed since"),
+        ({"platform": "another"}, "it is for another"),
+        ({"library": "missing.so"}, "missing.so"),
+        ({"library": "index.json"}, "index.json"),
+    ],
+)
+def test_a_library_that_cannot_be_used_is_said_in_one_sentence(tmp_path, monkeypatch, capsys, change, reason):
+    index = {"sources": kernel_library.digest_sources(), "platform": kernel_library.platform_name(), "library": "", "kernels": {}}
+    (tmp_path / "index.json").write_text(json.dumps(index | change))
+    monkeypatch.setattr(kernel_library, "LIBRARY_FOLDER", tmp_path)
+    kernel_library._open_library.cache_clear()
+    try:
+        assert find_kernel(find_active_stop.__wrapped__, print) is None
+        assert find_kernel(inertia_of_plane.__wrapped__, print) is None
+        message = capsys.readouterr().err
+        assert message.startswith("kernels: the library is not used (")
+        assert reason in message
+        assert message.count("\n") == 1
+        assert "make kernels" in message
+    finally:
+        kernel_library._open_library.cache_clear()
+
+
+def test_a_damaged_index_counts_as_no_library(tmp_path, monkeypatch, capsys):
+    (tmp_path / "index.json").write_text("{")
+    monkeypatch.setattr(kernel_library, "LIBRARY_FOLDER", tmp_path)
+    kernel_library._open_library.cache_clear()
+    try:
+        assert find_kernel(find_active_stop.__wrapped__, print) is None
+        assert capsys.readouterr().err == ""
+    finally:
+        kernel_library._open_library.cache_clear()
