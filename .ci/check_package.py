@@ -42,7 +42,7 @@ def main() -> None:
         (wheel,), (sdist,) = folder.glob("*.whl"), folder.glob("*.tar.gz")
         for path in (wheel, sdist):
             print(f"{path.name}: {path.stat().st_size / 1000:.0f} kB")
-        if foreign := [name for name in zipfile.ZipFile(wheel).namelist() if "_kernels/" in name]:
+        if foreign := [name for name in zipfile.ZipFile(wheel).namelist() if "/_kernels/" in name]:
             raise SystemExit(f"the wheel is for all platforms, but holds {foreign}")
         if wheel.stat().st_size > MAX_WHEEL_SIZE:
             raise SystemExit(f"the wheel is larger than {MAX_WHEEL_SIZE / 1000:.0f} kB")
