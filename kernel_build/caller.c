@@ -54,8 +54,7 @@ static int is_kind(char kind, const char *format, Py_ssize_t size) {
     case 'd': return found == 'd';
     case 'q': return found == 'q' || (found == 'l' && size == 8);
     case 'b': return found == '?';
-    case 'c': return found == 'Z' && size == 16;
-    default: return found == 'T';
+    default: return found == 'Z' && size == 16;
     }
 }
 
@@ -64,11 +63,12 @@ static int pack_buffer(Packing *packing, PyObject *value, int n_axes, char order
     Py_buffer view;
     int64_t *slot = packing->slot, n_items = 1;
     int size = kind == 'r' ? read_number(&packing->format) : 0;
-    if (PyObject_GetBuffer(value, &view, PyBUF_STRIDES | PyBUF_FORMAT)) {
+    /* numpy would write the format of a record anew at every call: its size has to do */
+    if (PyObject_GetBuffer(value, &view, kind == 'r' ? PyBUF_STRIDES : PyBUF_STRIDES | PyBUF_FORMAT)) {
         PyErr_Clear();
         return 0;
     }
-    int fits = view.ndim == n_axes && is_kind(kind, view.format, view.itemsize) && (size == 0 || view.itemsize == size)
+    int fits = view.ndim == n_axes && (kind == 'r' ? view.itemsize == size : is_kind(kind, view.format, view.itemsize))
         && (order == 'A' || n_axes == 0 || PyBuffer_IsContiguous(&view, order));
     if (fits && order == 0) {
         *packing->slot++ = (int64_t)(intptr_t)view.buf;
