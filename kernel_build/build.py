@@ -93,9 +93,9 @@ def build(compiler: list[str], recipe: str) -> None:
         (temporary / "index.json").write_text(json.dumps(index | {"kernels": kernels}, indent=1), encoding="utf-8")
         os.replace(library, folder / library_name)
         os.replace(temporary / "index.json", folder / "index.json")
-    for path in folder.glob("kernels-*"):
-        if path.name != library_name:
-            path.unlink()
+    for path in folder.iterdir():
+        if path.name not in (library_name, "index.json"):  # an older library, or what an interrupted build left
+            shutil.rmtree(path) if path.is_dir() else path.unlink()
     size = (folder / library_name).stat().st_size / 1e6
     elapsed_time = time.perf_counter() - start_time
     tell(

@@ -9,6 +9,9 @@ import governor_mechanism as gm
 from governor_mechanism.engines import select_engine
 from governor_mechanism.engines.base import RunRequest
 from governor_mechanism.engines.multibody.engine import MultibodyEngine, MultibodyRunner
+from governor_mechanism.mechanics.kinematics.constraint_equations import make_curve_segments
+from governor_mechanism.mechanics.kinematics.constraint_kernels import evaluate_curve
+from governor_mechanism.model.joints import CurveSlot
 from governor_mechanism.scenes.parser import parse_scene_document
 
 SHORT, STRIKING = (0.0, 0.01), (0.0, 0.05)
@@ -31,9 +34,9 @@ STRIKING_GOVERNOR = {
 """A governor that strikes its stop and rests on it: its contacts need all rules."""
 
 
-def run(engine: str, model: str, times: tuple[float, ...] = SHORT) -> tuple[object, ...]:
+def run(engine: str, model: str, times: tuple[float, ...] = SHORT, accuracy: float | None = None) -> tuple[object, ...]:
     """Run a shipped scene, and return what is computed after a run only when it is read."""
-    return read_results(gm.run(model, engine=engine, times=times))
+    return read_results(gm.run(model, engine=engine, times=times, accuracy=accuracy))
 
 
 def strike_stop(engine: str, accuracy: float) -> tuple[object, ...]:
@@ -55,6 +58,13 @@ def integrate_implicitly() -> None:
     integrator.make_implicit_integrator().compile_kernel(integrator.input_cubics(0.0), integrator.initial_state)
 
 
+def follow_curve() -> None:
+    """Locate a point on a curve, as the joint of a point on a curve does at every step."""
+    (curve, *_) = (joint.curve for joint in gm.load("parabolic").mechanism.joints if isinstance(joint, CurveSlot))
+    segments = make_curve_segments(curve)
+    evaluate_curve(segments, 0, len(segments), 0.1)
+
+
 USES: Mapping[str, Callable[[], object]] = {
     "reduced": partial(run, "reduced", "porter"),
     "reduced, contacts": partial(strike_stop, "reduced", 1e-3),
@@ -63,7 +73,8 @@ USES: Mapping[str, Callable[[], object]] = {
     "multibody, contacts": partial(strike_stop, "multibody", 1e-1),
     "multibody, gas in cylinders": partial(run, "multibody", "air_engine"),
     "multibody, stiff": integrate_implicitly,
-    "impulse": partial(run, "impulse", "porter_dry_friction"),
+    "impulse, contacts": partial(run, "impulse", "porter_cyclic", (0.0, 0.15), 1e-1),
+    "impulse, point on a curve": follow_curve,
     "equilibria": partial(gm.equilibria, "porter"),
     "equilibria with several coordinates": partial(run, "multibody", "haug_governor"),
     "kinematics": partial(gm.kinematics, "porter", "arm_angle", [0.5, 0.6]),

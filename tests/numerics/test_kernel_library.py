@@ -6,7 +6,9 @@ import json
 import subprocess
 import sys
 from concurrent.futures import ThreadPoolExecutor
+from importlib import import_module
 from pathlib import Path
+from types import CodeType, ModuleType
 
 import numpy as np
 import pytest
@@ -20,6 +22,9 @@ from governor_mechanism.numerics.jit import Kernel, jit
 from governor_mechanism.numerics.kernel_library import count_live_blocks, find_kernel, read_index
 
 ROOT = Path(__file__).parents[2]
+SOURCE = ROOT / "src" / "governor_mechanism"
+CALLERS = {"mechanics", "engines", "statics", "observables", "studies"}
+"""Folders whose functions may call kernels; functions inside functions of `integrators` are kernels."""
 SMALL_KERNELS = ["inertia_of_plane", "find_active_stop", "is_locked", "record_event"]
 
 has_library = (index := read_index()) is not None and not kernel_library.find_obstacle(index)
@@ -87,6 +92,36 @@ def test_numbers_of_numpy_fit_and_other_types_go_to_the_fallback():
         assert call(*arguments) is None
         assert len(refused.pop()) == len(arguments)
     assert not refused
+
+
+def codes_in(code):
+    """Yield the code of a module and of all functions in it."""
+    yield code
+    for constant in code.co_consts:
+        if isinstance(constant, CodeType):
+            yield from codes_in(constant)
+
+
+def kernels_called_by_python(module):
+    """Yield the kernels that functions of a module use, other than kernels."""
+    names = vars(module)
+    own_kernels = {value.__wrapped__.__code__.co_qualname for value in names.values() if isinstance(value, Kernel)}
+    text = Path(module.__file__).read_text(encoding="utf-8")
+    for code in codes_in(compile(text, module.__file__, "exec")):
+        if code.co_name != "<module>" and code.co_qualname not in own_kernels:
+            places = [names, *(vars(names[name]) for name in code.co_names if isinstance(names.get(name), ModuleType))]
+            yield from (place[name] for place in places for name in code.co_names if isinstance(place.get(name), Kernel))
+
+
+@needs_library
+def test_every_kernel_that_python_calls_is_in_the_library():
+    called = set()
+    for path in sorted(SOURCE.rglob("*.py")):
+        folder = path.relative_to(SOURCE).parts[0]
+        if (folder != "integrators" and "numerics.jit" in path.read_text(encoding="utf-8")) or folder in CALLERS:
+            name = ".".join(("governor_mechanism", *path.relative_to(SOURCE).with_suffix("").parts)).removesuffix(".__init__")
+            called |= {f"{kernel.__module__}:{kernel.__name__}" for kernel in kernels_called_by_python(import_module(name))}
+    assert called == set(index["kernels"])
 
 
 @needs_library
