@@ -17,6 +17,7 @@ import numpy as np
 import governor_mechanism as gm
 from governor_mechanism.numerics.jit import Kernel
 from governor_mechanism.numerics.kernel_library import count_live_blocks
+from uses import USES
 
 ENGINES = ("reduced", "multibody", "impulse")
 
@@ -110,9 +111,8 @@ def main() -> None:
     Kernel._call_with_other_types = lambda kernel, *arguments: calls.add_missing(kernel, *arguments)
     run_scenes(options.scenes or gm.list_models(), options.duration)
     if not options.scenes:
-        gm.equilibria("porter")
-        gm.kinematics("porter", "arm_angle", [0.5, 0.6])
-        gm.sweep("porter", {"dimensions.arm": [0.28, 0.3]}, ["final arm_angle"])
+        for calculate in USES.values():
+            calculate()
     for name, n_calls in sorted(calls.n_calls.items()):
         print(f"{name:34s} {n_calls:7d} calls, {calls.n_different[name]} different")
     n_calls, n_different, n_kept = calls.n_calls.total(), calls.n_different.total(), count_live_blocks()
