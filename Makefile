@@ -2,6 +2,8 @@
 # make test     sets up .venv and passes the tests of every day
 # make test-all passes all tests: also every scene in every engine, hard cases, long runs, commands of the documentation
 # make test-docs runs every command of the README and the documentation as it stands there (minutes)
+# make kernels  compiles all kernels into one library (two minutes, again only when a kernel was changed); test and docs do it too
+# make kernel-comparison compares that library with numba, bit by bit
 # make docs     builds the documentation into docs/_build/html
 # make test-browser drives the interactive pages and the documentation in Chromium
 # make package builds wheel and sdist and tries them in fresh environments of every Python found
@@ -27,7 +29,6 @@ BUILD_KERNELS = $(BIN)/python kernel_build/build.py
 .PHONY: run kernels kernel-comparison test test-all test-docs docs test-browser check package lock gallery gallery-page pictures contact-sheet errata certificates kernel-coverage mutants benchmark clean
 
 run: $(VENV)/installed
-	$(BUILD_KERNELS)
 	$(BIN)/governor-mechanism run porter --out renders/latest
 	@echo
 	$(BIN)/governor-mechanism crosscheck porter
