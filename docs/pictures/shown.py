@@ -33,15 +33,15 @@ SMALLER_FILMS = (
     (25.0, 480),
     (25.0, 440),
     (20.0, 440),
-    (20.0, 400),
-    (50 / 3, 400),
-    (100 / 7, 400),
-    (12.5, 400),
-    (12.5, 360),
-    (12.5, 340),
-    (12.5, 320),
+    (50 / 3, 440),
+    (100 / 7, 440),
+    (12.5, 440),
+    (10.0, 440),
+    (25 / 3, 440),
+    (25 / 3, 400),
+    (20 / 3, 400),
 )
-"""Frame rate (1/s) and height (pixels) of smaller and smaller films. No film gets more frames than it has."""
+"""Frame rate (1/s) and height (pixels) of smaller and smaller films. No film gets more frames than it has; in a lower one words overlap."""
 
 
 def main() -> None:
