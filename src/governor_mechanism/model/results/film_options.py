@@ -323,7 +323,7 @@ DEFAULT_OPTIONS: Final = FilmOptions()
 
 
 def show_film_options(function: _Function) -> _Function:
-    """Show the options of films in the signature of a function that takes them as `**options`, and after the parameters of its docstring."""
+    """Show the options of films in the signature of a function that takes them as `**options`, and in its docstring."""
     *own, _ = inspect.signature(function).parameters.values()
     types = FilmKeywords.__annotations__
     defaults = {one.name: one.default.value if isinstance(one.default, StrEnum) else one.default for one in fields(FilmOptions)}
