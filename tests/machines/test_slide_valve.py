@@ -22,8 +22,7 @@ from governor_mechanism.errors import MechanismError
 from governor_mechanism.machines.slide_valve import EQUAL_CUT_OFFS, SlideValve
 from governor_mechanism.model.results.outcome import Outcome
 from governor_mechanism.model.valve import EQUAL_LEADS, MIDDLE
-from governor_mechanism.observables.valve_motion import valve_motion_of
-from governor_mechanism.observables.valve_timing import find_event_angles
+from governor_mechanism.observables.valve_motion import find_event_angles, valve_motion_of
 from governor_mechanism.scenes.parser import parse_scene_document
 from governor_mechanism.studies.valve_timing import tabulate_valve_timing
 from reference import marks

@@ -17,7 +17,7 @@ from governor_mechanism.engines import ImpulseEngine, MultibodyEngine, ReducedEn
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.machines.mass_elements import thin_arc
 from governor_mechanism.model.results.outcome import Outcome
-from governor_mechanism.observables.valve_timing import find_event_angles
+from governor_mechanism.observables.valve_motion import find_event_angles
 from governor_mechanism.render.figure_files import FigureFiles
 from governor_mechanism.render.figures.registry import write_machine_figures
 from governor_mechanism.scenes.parser import parse_scene_document

@@ -20,8 +20,8 @@ from governor_mechanism.closed_form.pendulum.kinematics import PendulumGovernor
 from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output
 from governor_mechanism.model.events import EventKind, NamedCrossing
 from governor_mechanism.model.speeds import AngleRate
+from governor_mechanism.observables.crossings import CrossedSpeed
 from governor_mechanism.observables.sampled_motion import SampledMotion
-from governor_mechanism.observables.speed_crossings import CrossedSpeed
 from governor_mechanism.scenes.changed_document import parse_scene_with
 from governor_mechanism.scenes.parser import parse_scene_document
 from reference import flywheel

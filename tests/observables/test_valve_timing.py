@@ -10,8 +10,7 @@ import pytest
 
 import governor_mechanism as gm
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.observables.valve_motion import reverse_crank, valve_motion_of
-from governor_mechanism.observables.valve_timing import find_event_angles, find_port_timings
+from governor_mechanism.observables.valve_motion import find_event_angles, find_port_timings, reverse_crank, valve_motion_of
 from governor_mechanism.scenes.parser import parse_scene_document
 from governor_mechanism.units.problems import ProblemCode
 

@@ -15,7 +15,7 @@ import governor_mechanism as gm
 from crank_scenes import SLIDER_CRANK_MASSES, crank_scene, valve_scene
 from governor_mechanism.engines import MultibodyEngine
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.observables.valve_timing import find_event_angles
+from governor_mechanism.observables.valve_motion import find_event_angles
 from governor_mechanism.render.figure_files import FigureFiles
 from governor_mechanism.render.figures.registry import write_machine_figures
 from governor_mechanism.render.figures.slide_valve import marks_plate as marks_construction

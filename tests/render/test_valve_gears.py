@@ -12,8 +12,7 @@ from matplotlib.path import Path
 import governor_mechanism as gm
 from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output_value
 from governor_mechanism.model.results.trajectory import Trajectory
-from governor_mechanism.observables.valve_motion import valve_motion_of
-from governor_mechanism.observables.valve_timing import find_event_angles
+from governor_mechanism.observables.valve_motion import find_event_angles, valve_motion_of
 from governor_mechanism.render.geometry.points import drawn_point_paths
 from governor_mechanism.render.geometry.primitives import Circle, Lines, Polygon, TextShape, bounding_box
 from governor_mechanism.render.machines.generic.drawing import GenericDrawing

@@ -48,7 +48,7 @@ def kinematics(
     >>> motion.poses.shape[0]
     2
     """
-    from governor_mechanism.observables.kinematic_readings import analyse_kinematics
+    from governor_mechanism.observables.derived_readings import analyse_kinematics
 
     return analyse_kinematics(as_scene(scene), over, values, rate, acceleration)
 

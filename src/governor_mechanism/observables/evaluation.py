@@ -1,17 +1,22 @@
-"""Evaluate observables from states, for every engine: readings, rates, energies, joint gaps, and the trajectory of a run."""
+"""Readings, rates, energies, work, joint gaps and the trajectory of a run, evaluated from states, for every engine.
+
+Energy dissipated by dashpots, friction and stops along outputs is not included.
+"""
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from functools import cached_property, partial
 from typing import Any
 
 import numpy as np
+from numpy.polynomial.legendre import leggauss
 
 from governor_mechanism.mechanics.dynamics.characteristic_scales import time_scale
+from governor_mechanism.mechanics.dynamics.equations.inverse_dynamics import InverseDynamics, compute_inverse_dynamics
 from governor_mechanism.mechanics.dynamics.forces.contact_modes import ContactMode
 from governor_mechanism.mechanics.dynamics.forces.contacts import contacts_of, output_forces_of
 from governor_mechanism.mechanics.dynamics.forces.force_elements import CONSERVATIVE_TYPES, element_potential_energy
-from governor_mechanism.mechanics.dynamics.forces.force_laws import gravitational_energy
+from governor_mechanism.mechanics.dynamics.forces.force_laws import gravitational_energy, spindle_inertia, spindle_inertia_rate
 from governor_mechanism.mechanics.dynamics.forces.forced_outputs import forced_output_names
 from governor_mechanism.mechanics.kinematics.assembly import PositionSolver, assembly_notes, mobility_of
 from governor_mechanism.mechanics.kinematics.constraint_equations import constraint_equations_of
@@ -22,8 +27,8 @@ from governor_mechanism.mechanics.kinematics.output_variables import (
     evaluate_readings,
     unwrap_output,
 )
-from governor_mechanism.mechanics.kinematics.time_functions import CubicTimeFunction
-from governor_mechanism.model.coupling.coupled_system import SPINDLE_ANGLE, SPINDLE_SPEED, SPINDLE_TORQUE
+from governor_mechanism.mechanics.kinematics.time_functions import CubicTimeFunction, SpindleSpeedFunction
+from governor_mechanism.model.coupling.coupled_system import SPINDLE_ANGLE, SPINDLE_SPEED, SPINDLE_TORQUE, TurningPlane
 from governor_mechanism.model.mechanism import Mechanism
 from governor_mechanism.model.output_variables import CylinderPressure, StallLimit
 from governor_mechanism.model.part import FreeSpindle
@@ -32,12 +37,151 @@ from governor_mechanism.model.results.energy import Energy
 from governor_mechanism.model.results.outcome import Outcome
 from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.model.scene import Scene
+from governor_mechanism.numerics.hermite import cubic_hermite, cubic_hermite_derivative, quintic_hermite
+from governor_mechanism.numerics.once_per_object import once_per_object
 from governor_mechanism.observables.derived_readings import evaluate_derived_readings
 from governor_mechanism.observables.error_scales import JOINT_GAP, MotionScales, name_of_rate
-from governor_mechanism.observables.rotation import plane_rotations
 from governor_mechanism.observables.run_result import DeferredMotionAnalysis, Observables, RunResult, StateHistory
-from governor_mechanism.observables.work import integrate_work
 from governor_mechanism.types import FloatArray
+
+
+class PlaneRotation:
+    """Rotation of a plane with its spindle.
+
+    Parameters
+    ----------
+    mechanism
+        Mechanism with the bodies of the plane.
+    plane
+        The plane.
+
+    Attributes
+    ----------
+    plane
+        The plane.
+    shaft_index
+        Index of the body that the plane turns with; -1 if its speed is given.
+    speed_function
+        Given speed as a function of time; None where it is not given.
+    """
+
+    def __init__(self, mechanism: Mechanism, plane: TurningPlane) -> None:
+        self.plane, self._mechanism = plane, mechanism
+        self.shaft_index = mechanism.body_index(plane.shaft) if plane.shaft else -1
+        self.speed_function = SpindleSpeedFunction(plane.given_speed, plane.ratio) if plane.given_speed else None
+
+    def speed(self, times: FloatArray, velocities: FloatArray) -> FloatArray:
+        """Return the speed (n,) rad/s at times (n,) s, with velocities (n, bodies, 3)."""
+        return self.of_shaft(velocities) if self.speed_function is None else self.speed_function(times)
+
+    def of_shaft(self, motion: FloatArray) -> FloatArray:
+        """Return the angle or speed (n,) of the plane from poses or velocities (n, bodies, 3)."""
+        column: FloatArray = self.plane.ratio * motion[:, self.shaft_index, 2]
+        return column
+
+    def inertia(self, poses: FloatArray) -> FloatArray:
+        """Return the moment of inertia (n,) kg m2 of the bodies about the spindle at poses (n, bodies, 3)."""
+        masses, (xx, yy, xy, zz) = self._masses, self._second_moments
+        total: FloatArray = spindle_inertia(masses, xx, yy, xy, zz, poses[:, self._bodies, 0], poses[:, self._bodies, 2]).sum(axis=1)
+        return total
+
+    def driving_torque(self, times: FloatArray, poses: FloatArray, velocities: FloatArray) -> FloatArray:
+        """Return the torque (n,) N m that drives the plane at its given speed: the rate of the angular momentum, d(J omega)/dt."""
+        masses, (xx, yy, xy, _), (x, angle) = self._masses, self._second_moments, (poses[:, self._bodies, k] for k in (0, 2))
+        x_rate, angular_velocity = (velocities[:, self._bodies, k] for k in (0, 2))
+        inertia_rate = spindle_inertia_rate(masses, xx, yy, xy, x, angle, x_rate, angular_velocity).sum(axis=1)
+        torque: FloatArray = inertia_rate * self.speed(times, velocities)
+        if self.speed_function is not None and not self.speed_function.is_constant:
+            torque += self.inertia(poses) * self.speed_function.derivative(times)
+        return torque
+
+    @property
+    def _bodies(self) -> list[int]:
+        return list(self.plane.bodies)
+
+    @cached_property
+    def _masses(self) -> FloatArray:
+        return np.array([self._mechanism.bodies[k].mass for k in self.plane.bodies])
+
+    @cached_property
+    def _second_moments(self) -> FloatArray:
+        """Second moments xx, yy, xy and zz of the bodies, kg m2; shape (4, bodies)."""
+        moments = [self._mechanism.bodies[k].second_moments for k in self.plane.bodies]
+        return np.array([[one.xx, one.yy, one.xy, one.zz] for one in moments]).reshape(-1, 4).T
+
+
+@once_per_object
+def plane_rotations(scene: Scene) -> tuple[PlaneRotation, ...]:
+    """Return the rotation of each plane of a scene that turns with a spindle.
+
+    Result: rotations in the order of the planes.
+    """
+    return tuple(PlaneRotation(scene.mechanism, plane) for plane in scene.system.planes)
+
+
+N_GAUSS_POINTS = 4
+"""Gauss points in each interval: order 8."""
+
+
+def integrate_work(
+    scene: Scene,
+    history: StateHistory,  # states at times that include every breakpoint of an input function; shape (n,)
+    # contact mode at each time, or empty if the scene has no contacts
+    contact_modes: Sequence[ContactMode] = (),
+) -> FloatArray:
+    """Return the cumulative work of drivers and force elements.
+
+    Between the times of the history the path is a quintic Hermite interpolant. With contacts it is a cubic one, because
+    accelerations jump; that is inaccurate in the intervals of impacts.
+
+    Result: work done since the first time, J; shape (n,).
+    """
+
+    def evaluate_motion(times: FloatArray, poses: FloatArray, velocities: FloatArray) -> InverseDynamics:
+        return compute_inverse_dynamics(scene, times, poses, velocities, history.lags[: len(times)], contact_modes[: len(times)])
+
+    times, poses, velocities = history.times, history.poses, history.velocities
+    durations = np.diff(times)
+    h = durations[:, np.newaxis, np.newaxis]
+    increments = np.zeros_like(durations)
+    ends = (poses[:-1], poses[1:], velocities[:-1], velocities[1:])
+    if not contact_modes:
+        start_accelerations = evaluate_motion(times, poses, velocities).accelerations[:-1]
+        # A jump at a monitor time belongs to the interval that starts there.
+        end_accelerations = evaluate_motion(np.nextafter(times, -np.inf), poses, velocities).accelerations[1:]
+    for node, weight in zip(*leggauss(N_GAUSS_POINTS), strict=True):
+        fraction = 0.5 * (1.0 + node)
+        if contact_modes:
+            segment_poses, segment_velocities = cubic_hermite(*ends, h, fraction), cubic_hermite_derivative(*ends, h, fraction)
+        else:
+            segment_poses, segment_velocities = quintic_hermite(
+                poses[:-1], velocities[:-1], start_accelerations, poses[1:], velocities[1:], end_accelerations, h, fraction
+            )
+        segment_times = times[:-1] + fraction * durations
+        power = evaluate_motion(segment_times, segment_poses, segment_velocities).power + _compute_dissipated_power(
+            scene, segment_times, segment_poses, segment_velocities, contact_modes
+        )
+        increments += 0.5 * weight * durations * power
+    return np.concatenate([[0.0], np.cumsum(increments)])
+
+
+def _compute_dissipated_power(
+    scene: Scene, times: FloatArray, poses: FloatArray, velocities: FloatArray, contact_modes: Sequence[ContactMode]
+) -> FloatArray:
+    """Return the power (n,) W dissipated by dashpots and sliding friction."""
+    dissipated_power = np.zeros(len(times))
+
+    for effect in (effect for effect in output_forces_of(scene) if effect.dissipates):
+        output = evaluate_output(scene.mechanism, effect.reading, poses)
+        rate = output.rate(velocities)
+        dissipated_power -= effect.evaluate(output.value, rate) * rate
+    for k, contact in enumerate(contacts_of(scene) if contact_modes else ()):
+        if contact.friction is not None:
+            sliding_signs = np.array([mode.sliding_signs[k] for mode in contact_modes[: len(times)]])
+            rate = evaluate_output(scene.mechanism, contact.output_name, poses).rate(velocities)
+            dissipated_power += CubicTimeFunction(contact.friction)(times) * sliding_signs * rate
+    return dissipated_power
+
 
 ERROR_ESTIMATE_FLOOR = 1e-13
 """Smallest error estimate, relative to the scales: two runs may agree to the last digit and share the same rounding error."""

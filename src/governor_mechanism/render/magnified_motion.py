@@ -13,7 +13,7 @@ from governor_mechanism.model.part import FreeSpindle
 from governor_mechanism.model.results.film_options import FilmOptionError
 from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.model.scene import Scene
-from governor_mechanism.observables.kinematic_readings import analyse_kinematics
+from governor_mechanism.observables.derived_readings import analyse_kinematics
 from governor_mechanism.render.geometry.primitives import Vec2
 from governor_mechanism.types import FloatArray
 

@@ -14,8 +14,7 @@ from governor_mechanism.files.plain_values import finite_or_none
 from governor_mechanism.files.printed_result import PrintedResult
 from governor_mechanism.files.table import make_data_frame
 from governor_mechanism.model.scene import Scene
-from governor_mechanism.observables.valve_motion import reverse_crank, valve_of
-from governor_mechanism.observables.valve_timing import CYLINDER_ENDS, PORT_EVENTS
+from governor_mechanism.observables.valve_motion import CYLINDER_ENDS, PORT_EVENTS, reverse_crank, valve_of
 from governor_mechanism.scenes.changed_document import parse_scene_with
 from governor_mechanism.studies.sweep.parameters import parse_axes
 from governor_mechanism.studies.valve_timing import ValveTiming, tabulate_valve_timing

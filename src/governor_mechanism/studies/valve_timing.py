@@ -12,8 +12,7 @@ from governor_mechanism.files.printed_result import PrintedResult
 from governor_mechanism.files.table import make_data_frame
 from governor_mechanism.machines.slide_valve import SlideValve
 from governor_mechanism.model.scene import Scene
-from governor_mechanism.observables.valve_motion import valve_motion_of
-from governor_mechanism.observables.valve_timing import CYLINDER_ENDS, find_port_timings
+from governor_mechanism.observables.valve_motion import CYLINDER_ENDS, find_port_timings, valve_motion_of
 from governor_mechanism.studies.slide_valve.closed_form_timing import ClosedFormEvent, closed_form_event
 from governor_mechanism.types import DataFrame
 from governor_mechanism.units.short_repr import short_repr

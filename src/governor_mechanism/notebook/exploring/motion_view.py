@@ -23,7 +23,7 @@ from governor_mechanism.notebook.exploring.plot_svg import GIVEN_DASHES, GIVEN_N
 from governor_mechanism.notebook.exploring.pose_drawing import PoseDrawing
 from governor_mechanism.notebook.exploring.sliders import Slider
 from governor_mechanism.notebook.exploring.view_state import ViewState
-from governor_mechanism.observables.kinematic_readings import analyse_kinematics
+from governor_mechanism.observables.derived_readings import analyse_kinematics
 from governor_mechanism.render.figures.page import axis_limits_for
 from governor_mechanism.render.style import BLUE, INK, MUTED
 from governor_mechanism.types import FloatArray

@@ -14,9 +14,8 @@ from governor_mechanism.mechanics.dynamics.forces.loads import has_kinks
 from governor_mechanism.model.results.speed_fluctuation import SpeedFluctuation
 from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.model.scene import Scene
-from governor_mechanism.observables.gas_torque import mean_gas_torque
-from governor_mechanism.observables.valve_motion import valve_motion_of
-from governor_mechanism.observables.valve_timing import CYLINDER_ENDS, find_event_angles
+from governor_mechanism.observables.derived_readings import mean_gas_torque
+from governor_mechanism.observables.valve_motion import CYLINDER_ENDS, find_event_angles, valve_motion_of
 from governor_mechanism.studies.sweep.oscillation import ReadingSamples, TurningPoints, find_turning_points, mean_value
 from governor_mechanism.studies.sweep.rows import ROW_NO_OSCILLATION, ROW_NO_VALUE, ROW_NOT_SETTLED
 from governor_mechanism.types import FloatArray

@@ -10,7 +10,7 @@ from governor_mechanism.closed_form import slider_crank as crank
 from governor_mechanism.machines.slide_valve import EQUAL_CUT_OFFS, prescribed_centre, valve_setting
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.model.valve import EQUAL_LEADS
-from governor_mechanism.observables import valve_timing as timing
+from governor_mechanism.observables import valve_motion as timing
 from governor_mechanism.observables.valve_motion import valve_motion_of
 from governor_mechanism.verification.machines.comparisons import Checks, compare_algebraic, compare_reading, note_early_end, run_scene
 from governor_mechanism.verification.machines.slider_crank import CHECKED_CRANK_ANGLES, compare_kinematics, crank_angles

@@ -10,7 +10,7 @@ from governor_mechanism.model.joints import TranslationalDriver
 from governor_mechanism.model.output_variables import PointCoordinate
 from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.model.scene import Scene
-from governor_mechanism.observables import valve_timing as timing
+from governor_mechanism.observables import valve_motion as timing
 from governor_mechanism.observables.valve_motion import valve_motion_of
 from governor_mechanism.scenes.changed_document import parse_scene_with
 from governor_mechanism.types import FloatArray

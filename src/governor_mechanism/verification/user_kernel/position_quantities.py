@@ -14,8 +14,7 @@ from governor_mechanism.model.scene import Scene
 from governor_mechanism.observables.derived_readings import evaluate_derived_readings
 from governor_mechanism.observables.run_result import StateHistory
 from governor_mechanism.observables.static_forces import compute_static_force
-from governor_mechanism.observables.valve_motion import ANGLE_TOLERANCE, has_valve_events, valve_motion_of
-from governor_mechanism.observables.valve_timing import CYLINDER_ENDS, find_event_angles
+from governor_mechanism.observables.valve_motion import ANGLE_TOLERANCE, CYLINDER_ENDS, find_event_angles, has_valve_events, valve_motion_of
 from governor_mechanism.types import FloatArray
 from governor_mechanism.verification.user_kernel.simulated import ROUNDING, Column, Input, Quantity, Simulated, evaluate_with_rounding
 

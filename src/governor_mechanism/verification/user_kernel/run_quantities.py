@@ -13,7 +13,7 @@ from governor_mechanism.model.coupling.coupled_system import SPINDLE_SPEED, SPIN
 from governor_mechanism.model.force_elements import CylinderGas
 from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.model.scene import Scene
-from governor_mechanism.observables.gas_torque import mean_gas_torque
+from governor_mechanism.observables.derived_readings import mean_gas_torque
 from governor_mechanism.types import FloatArray
 from governor_mechanism.verification.user_kernel.simulated import ROUNDING, Column, Input, Quantity, Simulated
 

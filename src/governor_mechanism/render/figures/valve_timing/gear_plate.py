@@ -7,8 +7,7 @@ import numpy as np
 from matplotlib.lines import Line2D
 from matplotlib.patches import Circle
 
-from governor_mechanism.observables.valve_motion import valve_motion_of, valve_of
-from governor_mechanism.observables.valve_timing import CYLINDER_ENDS
+from governor_mechanism.observables.valve_motion import CYLINDER_ENDS, valve_motion_of, valve_of
 from governor_mechanism.render.figures.page import DASHED, MM_PER_M, Panel, Plate, add_legend, polar_points
 from governor_mechanism.render.style import BLUE, INK, MUTED, RULE, SANS_FONT, VERMILLION
 from governor_mechanism.studies.valve_gears import ValveGear
