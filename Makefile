@@ -56,7 +56,7 @@ docs: $(VENV)/installed-docs
 	$(BIN)/python -m sphinx -W --keep-going -n -q -b html docs docs/_build/html
 
 test-browser: $(VENV)/installed-test docs
-	$(BIN)/python tests/browser/chromium.py
+	$(BIN)/python tests/support/chromium.py
 	$(BIN)/python -m pytest tests/browser/check_page.py tests/browser/check_docs.py
 
 check: $(VENV)/installed-test

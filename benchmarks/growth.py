@@ -32,7 +32,7 @@ from governor_mechanism.studies.work_precision.results import WorkPrecisionPoint
 from governor_mechanism.studies.work_precision.study import ErrorBenchmark, build_ladders
 from governor_mechanism.types import FloatArray
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests"))
+sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests" / "support"))
 from chain_mechanisms import four_bar_acceleration, four_bar_chain, hanging_chain
 
 MAX_EXPONENT = 1.5

@@ -27,7 +27,7 @@ from governor_mechanism.model.joints import GROUND
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.types import FloatArray
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests"))
+sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests" / "support"))
 from chain_mechanisms import hanging_chain
 
 END = 10.0

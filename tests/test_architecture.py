@@ -6,6 +6,7 @@ import ast
 import subprocess
 import sys
 from functools import cache
+from importlib.metadata import packages_distributions
 from pathlib import Path
 
 import pytest
@@ -297,6 +298,17 @@ def test_a_run_needs_only_the_packages_of_its_own_engine(tmp_path):
         "PIL",
         "rich",
     }
+
+
+def test_what_the_tests_add_to_the_path_bears_the_name_of_no_other_module(pytestconfig):
+    """A test that means a module of the package, or of a library, never gets one of the tests."""
+    places = [pytestconfig.rootpath / place for place in pytestconfig.getini("pythonpath")]
+    entries = [path for place in places for path in place.iterdir() if path.name != "__pycache__"]
+    added = [path.stem for path in entries if path.suffix == ".py" or path.is_dir()]
+    taken = {part for module in modules() for part in module.split(".")} | set(sys.stdlib_module_names) | set(packages_distributions())
+    assert len(added) > len(places)
+    assert not taken & set(added)
+    assert len(set(added)) == len(added)
 
 
 def test_the_project_does_not_read_what_lies_beside_it():

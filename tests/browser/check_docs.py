@@ -12,7 +12,7 @@ from urllib.parse import unquote
 
 import pytest
 
-from browser.chromium import open_browser
+from chromium import open_browser
 
 SITE = Path(__file__).parents[2] / "docs" / "_build" / "html"
 INTERACTIVE = SITE / "pages"

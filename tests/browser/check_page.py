@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import governor_mechanism as gm
-from browser.chromium import open_browser
+from chromium import open_browser
 from governor_mechanism.render.page.colours import darken
 from governor_mechanism.render.page.picture import Picture
 from governor_mechanism.render.page.views import show_run

@@ -9,7 +9,13 @@ import numpy as np
 import pytest
 from scipy.special import ellipk
 
-from engines.joint_mechanisms import (
+from governor_mechanism.engines import ImpulseEngine, MultibodyEngine, ReducedEngine
+from governor_mechanism.errors import UnsupportedEffect
+from governor_mechanism.mechanics.kinematics.assembly import PositionSolver
+from governor_mechanism.model.results.outcome import Outcome
+from governor_mechanism.model.results.trajectory import Trajectory
+from governor_mechanism.observables.evaluation import time_scale
+from joint_mechanisms import (
     CASES,
     CRANK_INERTIA,
     ENGINE_KINEMATICS,
@@ -27,12 +33,6 @@ from engines.joint_mechanisms import (
     slider_crank_driven_by_a_table,
     wobbling_crank_motion,
 )
-from governor_mechanism.engines import ImpulseEngine, MultibodyEngine, ReducedEngine
-from governor_mechanism.errors import UnsupportedEffect
-from governor_mechanism.mechanics.kinematics.assembly import PositionSolver
-from governor_mechanism.model.results.outcome import Outcome
-from governor_mechanism.model.results.trajectory import Trajectory
-from governor_mechanism.observables.evaluation import time_scale
 
 ROUNDING = 1e-13
 """Accumulated rounding of a thousand steps, relative to the scale of a reading, in the run and in scipy's integration."""

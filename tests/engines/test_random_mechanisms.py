@@ -10,7 +10,6 @@ from functools import cache, cached_property
 import numpy as np
 import pytest
 
-from engines.joint_mechanisms import GRAVITY, body_angle, body_point, ground_point, integrate_state, make_scene
 from governor_mechanism.engines import ImpulseEngine, MultibodyEngine, ReducedEngine
 from governor_mechanism.model.force_elements import Damper, Force, ForceElement, Spring, Torque, TorsionDamper, TorsionSpring
 from governor_mechanism.model.joints import GROUND, Pin, Point, Slider
@@ -20,6 +19,7 @@ from governor_mechanism.model.results.outcome import Outcome
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.model.time_functions import InputFunction
 from governor_mechanism.observables.evaluation import time_scale
+from joint_mechanisms import GRAVITY, body_angle, body_point, ground_point, integrate_state, make_scene
 
 COUNT, SEED = 18, 20261121
 KINDS = ("four-bar", "slider-crank", "inverted")

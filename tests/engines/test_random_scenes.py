@@ -20,7 +20,6 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from certificate_checks import max_difference
-from engines.joint_mechanisms import CASES
 from governor_mechanism.effects.dashpot import Dashpot
 from governor_mechanism.engines import Engine, ImpulseEngine, MultibodyEngine, ReducedEngine
 from governor_mechanism.mechanics.dynamics.characteristic_scales import time_scale
@@ -32,6 +31,7 @@ from governor_mechanism.model.results.outcome import Outcome
 from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.types import FloatArray
+from joint_mechanisms import CASES
 from mirrored_scenes import has_mirror_image, mirror_scene, reading_sign
 from random_machines import MACHINES
 from random_scenes import RandomScene, draw_scene, draw_wild_scene
@@ -250,8 +250,8 @@ def hash_of_runs() -> str:
 def test_runs_repeat_bit_by_bit_also_in_another_process():
     first, again = hash_of_runs(), hash_of_runs()
     assert first == again
-    tests = os.path.dirname(os.path.dirname(__file__))
-    program = "from engines.test_random_scenes import hash_of_runs; print(hash_of_runs())"
-    settings_of_process = {**os.environ, "PYTHONPATH": os.pathsep.join([tests, *sys.path]), "PYTHONHASHSEED": "1"}
+    folder = os.path.dirname(__file__)
+    program = "from test_random_scenes import hash_of_runs; print(hash_of_runs())"
+    settings_of_process = {**os.environ, "PYTHONPATH": os.pathsep.join([folder, *sys.path]), "PYTHONHASHSEED": "1"}
     other = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True, env=settings_of_process)
     assert other.stdout.strip() == first

@@ -8,7 +8,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from engines.joint_mechanisms import (
+from governor_mechanism.engines import ImpulseEngine, MultibodyEngine, ReducedEngine
+from governor_mechanism.model.force_elements import Force
+from governor_mechanism.model.joints import GROUND, Distance, Pin, Point, Slider
+from governor_mechanism.model.results.trajectory import Trajectory
+from governor_mechanism.model.scene import Scene
+from governor_mechanism.model.time_functions import InputFunction
+from governor_mechanism.scenes import library
+from joint_mechanisms import (
     GRAVITY,
     ExactCase,
     bent_pendulum,
@@ -27,13 +34,6 @@ from engines.joint_mechanisms import (
     x_reading,
     y_reading,
 )
-from governor_mechanism.engines import ImpulseEngine, MultibodyEngine, ReducedEngine
-from governor_mechanism.model.force_elements import Force
-from governor_mechanism.model.joints import GROUND, Distance, Pin, Point, Slider
-from governor_mechanism.model.results.trajectory import Trajectory
-from governor_mechanism.model.scene import Scene
-from governor_mechanism.model.time_functions import InputFunction
-from governor_mechanism.scenes import library
 
 EVERY = [(MultibodyEngine(), 1e-10), (ImpulseEngine(), 1e-6), (ReducedEngine(), 1e-10)]
 NAMES = [engine.name for engine, _ in EVERY]

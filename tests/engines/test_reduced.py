@@ -11,17 +11,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import governor_mechanism as gm
-from engines.joint_mechanisms import (
-    body_angle,
-    body_point,
-    ground_point,
-    make_scene,
-    point_mass,
-    rod_body,
-    rotating_body,
-    x_reading,
-    y_reading,
-)
 from governor_mechanism.closed_form.pendulum import dynamics as closed
 from governor_mechanism.effects.dashpot import Dashpot
 from governor_mechanism.effects.dry_friction import DryFriction
@@ -49,6 +38,7 @@ from governor_mechanism.numerics.chebyshev import CHEBYSHEV_NODES, N_CHEBYSHEV_N
 from governor_mechanism.numerics.hermite import quintic_hermite
 from governor_mechanism.scenes.library import shipped_scenes
 from governor_scenes import CROSSED, EXTENDED, PORTER, UNCROSSED_LINKS, WATT, governor_scene, random_governor
+from joint_mechanisms import body_angle, body_point, ground_point, make_scene, point_mass, rod_body, rotating_body, x_reading, y_reading
 from one_coordinate_reference import integrate_one_coordinate
 from reference.zehnder import PORTER_OPEN_MOTION as MOTION
 

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 from scipy.io import netcdf_file
 
-from files.saved_runs import SCENES, saved_run
 from governor_mechanism.files.results import save_csv, save_netcdf, save_summary
+from saved_runs import SCENES, saved_run
 
 FLAGS = {"reading_determined", "reaction_determined"}
 

@@ -11,11 +11,11 @@ import pytest
 from scipy.io import netcdf_file
 
 import governor_mechanism as gm
-from files.saved_runs import SCENES, UNUSUAL_NAMES, saved_run
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.files import netcdf
 from governor_mechanism.files.plain_values import plain_value
 from governor_mechanism.model.results.outcome import Outcome
+from saved_runs import SCENES, UNUSUAL_NAMES, saved_run
 
 ARRAYS = ("times", "poses", "velocities", "joint_gap")
 PLAIN = ("units", "scales", "outcome", "cost", "detail", "error_estimate", "reading_errors", "n_excluded", "mobility", "notes", "events")

@@ -5,7 +5,6 @@ from __future__ import annotations
 import csv
 import json
 import resource
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -18,6 +17,7 @@ from governor_mechanism.files import results as saving
 from governor_mechanism.files.atomic_write import write_all_or_none
 from governor_mechanism.files.plain_values import save_json
 from governor_scenes import EXTENDED, governor_scene
+from saved_runs import UNUSUAL_NAMES
 
 
 @pytest.fixture(scope="module")
@@ -81,11 +81,8 @@ def test_a_failure_while_writing_leaves_the_old_file(save, run, tmp_path, monkey
     assert path.read_text(encoding="utf-8") == "old"
 
 
-UNUSUAL_NAMES = Path(__file__).with_name("unusual_names.toml")
-
-
 def test_no_reading_of_a_netcdf_replaces_other_data_and_texts_are_utf8(tmp_path):
-    unusual = gm.run(str(UNUSUAL_NAMES))
+    unusual = gm.run(UNUSUAL_NAMES)
     saving.save_netcdf(unusual, tmp_path / "run.nc")
     with netcdf_file(tmp_path / "run.nc", mmap=False) as dataset:
         assert all(name.isascii() and name.isidentifier() for name in dataset.variables)

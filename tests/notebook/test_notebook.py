@@ -12,10 +12,10 @@ import pytest
 import rich.console
 
 import governor_mechanism as gm
-from files.saved_runs import saved_run
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.notebook.html import CURVE_HEIGHT, CURVE_WIDTH, draw_small_curve
 from governor_mechanism.units.text_table import format_table
+from saved_runs import saved_run
 
 
 def parsed(html):

@@ -9,6 +9,7 @@ import math
 import numpy as np
 import pytest
 
+from decoding import paint_frames, words_of
 from governor_mechanism.effects.clearance import Clearance
 from governor_mechanism.effects.dashpot import Dashpot
 from governor_mechanism.effects.dry_friction import DryFriction
@@ -24,11 +25,9 @@ from governor_mechanism.render.film.frame_painter import FramePainter
 from governor_mechanism.render.geometry.primitives import Circle, Lines, bounding_box
 from governor_mechanism.render.machines.pendulum.lens import clearance_magnification
 from governor_mechanism.render.machines.registry import drawing_of
-from render.decoding import paint_frames
-from render.stub_effects import ListedEvents, fake_run_with_effects
-from render.stub_machines import fake_machine_run
-from render.stub_run import GOVERNOR_DIMENSIONS, fake_run
-from render.test_film import words_of
+from stub_effects import ListedEvents, fake_run_with_effects
+from stub_machines import fake_machine_run
+from stub_run import GOVERNOR_DIMENSIONS, fake_run
 
 PORTER = GOVERNOR_DIMENSIONS["porter"]
 FRICTION_FORCE = InputFunction(values=(40.0,))

@@ -11,6 +11,7 @@ import pytest
 from PIL import Image
 
 import governor_mechanism as gm
+from decoding import decode_film
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.render.figures.time_series import choose_overview
 from governor_mechanism.render.film.engine_room_painter import EngineRoomPainter
@@ -29,7 +30,6 @@ from governor_mechanism.render.machines.registry import drawing_of
 from governor_mechanism.render.shown_readings import shown_readings
 from governor_mechanism.scenes.library import shipped_scenes
 from governor_mechanism.scenes.parser import parse_scene_document
-from render.decoding import decode_film
 
 STEP = 1.0
 """Time at which the load falls to the half, s."""

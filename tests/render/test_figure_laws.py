@@ -10,6 +10,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.colors import to_hex
 
 import governor_mechanism as gm
+from colour_vision import MIN_CONTRAST, contrast
 from governor_mechanism.model.results.pictures import Theme
 from governor_mechanism.render.figures.design.hartung import sleeve_force_figure, spring_lines_figure
 from governor_mechanism.render.figures.page import SERIES_LINE_STYLES, SERIES_MARKERS, Page
@@ -20,7 +21,6 @@ from governor_mechanism.render.figures.valve_timing.zeuner_plate import draw_zeu
 from governor_mechanism.render.style import BLUE, INK, PAPER, SERIES_COLOURS
 from governor_mechanism.render.theme import OVER_COLOUR_MAP, themed, themed_colour
 from governor_mechanism.studies.design.hartung import design_hartung
-from render.test_palette import MIN_CONTRAST, contrast
 
 FIGURES = {
     "Zeuner's plate": lambda: draw_zeuner_plate(EccentricDiagram(gm.load("slide_valve_marks"))),

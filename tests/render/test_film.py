@@ -12,6 +12,7 @@ from numpy.testing import assert_array_equal
 from PIL import Image
 
 import governor_mechanism as gm
+from decoding import decode_film, paint_frames, pixel_of, words_of
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.model.results.outcome import Outcome
 from governor_mechanism.render.film.frame_canvas import FRAME_CLOSING_LINE_LENGTH
@@ -22,8 +23,7 @@ from governor_mechanism.render.film.layout import ELEVATION_RECT
 from governor_mechanism.render.film.writer import schedule_frames
 from governor_mechanism.render.number_format import format_closing_lines
 from governor_mechanism.render.style import FILM_COLOURS, PAPER, ROLE_STYLES, parse_rgb
-from render.decoding import decode_film, paint_frames, pixel_of
-from render.stub_run import GOVERNOR_DIMENSIONS, fake_run
+from stub_run import GOVERNOR_DIMENSIONS, fake_run
 
 
 @pytest.fixture(scope="module")
@@ -171,13 +171,6 @@ def test_films_do_not_import_pyplot():
 def test_progress_counts_to_the_end(porter_film):
     _, calls = porter_film
     assert calls == [(k, 26) for k in range(1, 27)]
-
-
-def words_of(picture):
-    """Return every visible text of a frame with its box in pixels."""
-    renderer = picture.figure.canvas.get_renderer()
-    texts = (text for text in picture.figure.findobj(lambda artist: hasattr(artist, "get_text")) if text.get_visible())
-    return [(text.get_text(), text.get_window_extent(renderer)) for text in texts if text.get_text().strip()]
 
 
 def test_the_numbers_of_a_scale_next_to_wide_arms_are_not_cut_off():

@@ -12,6 +12,7 @@ import pytest
 from matplotlib.text import Text
 
 import governor_mechanism as gm
+from decoding import decode_film, pixel_of
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.model.results.film_options import FilmKeywords, FilmLayout, FilmOptions
 from governor_mechanism.model.results.pictures import Theme
@@ -26,8 +27,7 @@ from governor_mechanism.render.geometry.attached import shapes_of
 from governor_mechanism.render.geometry.primitives import Lines
 from governor_mechanism.render.style import PAPER, ROLE_STYLES, parse_rgb
 from governor_mechanism.render.theme import themed_colour
-from render.decoding import decode_film, pixel_of
-from render.stub_run import GOVERNOR_DIMENSIONS, fake_run
+from stub_run import GOVERNOR_DIMENSIONS, fake_run
 
 PERIOD = 1.7
 """Period of the stub run, s."""

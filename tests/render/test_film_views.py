@@ -10,6 +10,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 import governor_mechanism as gm
+from decoding import pixel_of
 from governor_mechanism.effects.stops import Stops
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.machines.pendulum.machine import PendulumGovernor
@@ -26,8 +27,7 @@ from governor_mechanism.render.geometry.projection import EYE_DISTANCE_RATIO
 from governor_mechanism.render.magnified_motion import magnify_motion
 from governor_mechanism.render.style import ROLE_STYLES, parse_rgb
 from governor_mechanism.scenes.parser import parse_scene_document
-from render.decoding import pixel_of
-from render.stub_run import GOVERNOR_DIMENSIONS, fake_run, governor_poses
+from stub_run import GOVERNOR_DIMENSIONS, fake_run, governor_poses
 
 PERIOD, MEAN, SWING = 1.7, 40.0, 8.0
 """Period (s), mean arm angle and amplitude (degrees) of the stub run."""

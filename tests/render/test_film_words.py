@@ -14,7 +14,7 @@ from governor_mechanism.render.film.labels import find_labels
 from governor_mechanism.render.film.plot_heading import MIN_NAME_HEIGHT, PlotHeading
 from governor_mechanism.render.geometry.attached import shapes_of
 from governor_mechanism.render.geometry.primitives import Lines, TextShape, bounding_box
-from render.stub_run import GOVERNOR_DIMENSIONS, fake_run
+from stub_run import GOVERNOR_DIMENSIONS, fake_run
 
 COLUMN = 147.0
 """Width (pixels) of one of three plots side by side, the narrowest place of a heading."""

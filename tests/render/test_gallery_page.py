@@ -11,7 +11,7 @@ from numpy.testing import assert_allclose
 
 from governor_mechanism.render.page.gallery import POSTER_MOMENT, draw_poster, make_gallery
 from governor_mechanism.render.page.views import show_run
-from render.stub_run import GOVERNOR_DIMENSIONS, fake_run
+from stub_run import GOVERNOR_DIMENSIONS, fake_run
 
 
 @pytest.fixture(scope="module")

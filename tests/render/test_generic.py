@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 import governor_mechanism as gm
+from decoding import decode_film
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.model.force_elements import Damper, Spring
 from governor_mechanism.model.joints import Distance, Pin, RotationalDriver, TranslationalDriver, Weld
@@ -22,8 +23,7 @@ from governor_mechanism.render.geometry.points import convex_hull, point_path, w
 from governor_mechanism.render.geometry.primitives import Circle, Lines, Polygon, bounding_box
 from governor_mechanism.render.machines.registry import drawing_of
 from governor_mechanism.render.number_format import format_film_speed
-from render.decoding import decode_film
-from render.stub_machines import MACHINES, fake_machine_run
+from stub_machines import MACHINES, fake_machine_run
 
 
 @pytest.fixture(scope="module", params=MACHINES)

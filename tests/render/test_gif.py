@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 from numpy.testing import assert_array_equal
 
+from decoding import decode_film
 from governor_mechanism.model.results.pictures import Theme
 from governor_mechanism.render.film.gif_encoder import GifWriter, Palette
 from governor_mechanism.render.film.writer import FRAME_RATES, FilmFrames, choose_gif_settings
-from render.decoding import decode_film
 
 
 def make_frame(colour):

@@ -15,8 +15,8 @@ from governor_mechanism.render.machines.engine_room.governor_elevation import Go
 from governor_mechanism.render.machines.pendulum.lens import lift_magnification
 from governor_mechanism.render.machines.registry import drawing_of
 from governor_mechanism.render.machines.throttle_gear import ThrottleGear
-from render.stub_effects import fake_run_with_effects
-from render.stub_run import GOVERNOR_DIMENSIONS, fake_run
+from stub_effects import fake_run_with_effects
+from stub_run import GOVERNOR_DIMENSIONS, fake_run
 
 
 def make_gear(side, half_lift):

@@ -27,7 +27,7 @@ from governor_mechanism.render.figures.parabolic.isochronous_data import (
 from governor_mechanism.render.figures.parabolic.isochronous_plate import ZEHNDER_VERDICTS, isochronous_figure
 from governor_mechanism.scenes.library import load_scene, shipped_scenes
 from reference import zehnder
-from render.stub_run import governor_scene_of
+from stub_run import governor_scene_of
 
 RHOMBUSES = ("porter", "watt", "watt_crossed", "watt_improved")
 

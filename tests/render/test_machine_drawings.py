@@ -10,6 +10,7 @@ import sys
 import numpy as np
 import pytest
 
+from decoding import pixel_of
 from governor_mechanism.machines.pendulum.machine import PendulumGovernor
 from governor_mechanism.model.part import Part
 from governor_mechanism.render.film.frame_data import FrameData
@@ -19,8 +20,7 @@ from governor_mechanism.render.geometry.outlines import make_bar, make_hatching
 from governor_mechanism.render.geometry.primitives import Circle, Lines, Polygon, TextShape, bounding_box, drawn_ball_radius, round_step
 from governor_mechanism.render.machines.generic.drawing import GenericDrawing
 from governor_mechanism.render.machines.registry import MACHINE_DRAWINGS, drawing_of
-from render.decoding import pixel_of
-from render.stub_run import GOVERNOR_DIMENSIONS, fake_run, sleeve_height
+from stub_run import GOVERNOR_DIMENSIONS, fake_run, sleeve_height
 
 
 def as_unknown(part: Part) -> Part:

@@ -31,8 +31,8 @@ from governor_mechanism.render.page.tracks import TOLERANCE, TrackTable
 from governor_mechanism.render.page.views import show_run
 from governor_mechanism.render.page.writer import MAX_ROTATION, SAMPLE_RATE, SCRIPTS, choose_sample_times, make_page
 from governor_mechanism.render.style import FILM_COLOURS, INK, MUTED, PAPER, ROLE_STYLES, SERIES_COLOURS, parse_rgb
-from render.stub_effects import fake_run_with_effects
-from render.stub_run import GOVERNOR_DIMENSIONS, fake_run
+from stub_effects import fake_run_with_effects
+from stub_run import GOVERNOR_DIMENSIONS, fake_run
 
 MEAN_ANGLE, AMPLITUDE, RATE, SPEED = np.radians(40.0), np.radians(8.0), 2 * np.pi / 1.7, 4 * np.pi
 """Motion of `fake_run`: angles in rad, its circular frequency and the mean speed of the spindle in rad/s."""

@@ -17,7 +17,7 @@ from governor_mechanism.render.film.frame_data import FrameData
 from governor_mechanism.render.film.moving_parts import Curve, pale_colour, plot_curves
 from governor_mechanism.render.range_bands import PlotSize, count_turns, find_range_band, make_range_band
 from governor_mechanism.render.style import BLUE, GREEN
-from render.stub_run import GOVERNOR_DIMENSIONS, fake_run
+from stub_run import GOVERNOR_DIMENSIONS, fake_run
 
 SIZE = PlotSize(width=400.0, height=100.0, line_width=2.0, limits=(-2.0, 2.0))
 """A plot in which an oscillation needs 9 pixels: at most 44 are seen."""

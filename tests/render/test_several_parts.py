@@ -10,6 +10,7 @@ from numpy.testing import assert_allclose, assert_array_equal
 
 import governor_mechanism as gm
 from coupled_scenes import coupled_scene, engine_part, porter_part
+from decoding import decode_film
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.model.coupling.couplings import GearCoupling
 from governor_mechanism.model.time_functions import InputFunction, LinearFunction
@@ -18,7 +19,6 @@ from governor_mechanism.render.film.frame_painter import FramePainter
 from governor_mechanism.render.geometry.primitives import Circle, Lines
 from governor_mechanism.render.machines.registry import drawing_of
 from governor_mechanism.render.shown_readings import shown_readings
-from render.decoding import decode_film
 
 GAIN, LAG = -20.0, 0.3
 

@@ -12,6 +12,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from PIL import Image
 
 import governor_mechanism as gm
+from colour_vision import VISIONS, lab
 from crank_scenes import SLIDER_CRANK_MASSES, crank_scene, valve_scene
 from governor_mechanism.engines import MultibodyEngine
 from governor_mechanism.errors import MechanismError
@@ -31,7 +32,6 @@ from governor_mechanism.render.machines.slide_valve.steam_key import PHASE_NAMES
 from governor_mechanism.render.shown_readings import chosen_readings, shown_readings
 from governor_mechanism.render.style import ROLE_STYLES
 from governor_mechanism.scenes.changed_document import parse_scene_with
-from render.test_palette import VISIONS, lab
 
 CASES = {
     "marks": {},

@@ -9,7 +9,7 @@ import pytest
 import governor_mechanism as gm
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.render.film.options import VIDEO_SUFFIXES, require_video_writer
-from render.stub_run import GOVERNOR_DIMENSIONS, fake_run
+from stub_run import GOVERNOR_DIMENSIONS, fake_run
 
 
 @pytest.mark.parametrize("suffix", VIDEO_SUFFIXES)

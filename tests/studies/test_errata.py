@@ -33,8 +33,8 @@ LARGEST_PICTURE = 200_000
 SHIFTS = {row[0]: row[4] for row in marks.VALVE_EVENTS[4]}
 """Delay of the valve events by the finite eccentric rod, deg."""
 
-# Printed, as in the paper, and right, recomputed apart from this package; the references of tests/reference state how. Without a printed
-# number a statement is wrong.
+# Printed, as in the paper, and right, recomputed apart from this package; tests/support/reference/ states how. Without a
+# printed number a statement is wrong.
 NUMBERS = {
     "redtenbacher": {
         "back-pressure": ("-0.2714", flywheel.TERMS_AT_PRINTED_ANGLES[2]),

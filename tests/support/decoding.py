@@ -37,3 +37,10 @@ def pixel_of(view, x, y):
     left, top, right, bottom = view.rect
     column, row = (left + right) / 2 - 0.5, (top + bottom) / 2 - 0.5
     return column + (x - view.x) * view.scale, row - (y - view.y) * view.scale
+
+
+def words_of(picture):
+    """Return every visible text of a frame with its box in pixels."""
+    renderer = picture.figure.canvas.get_renderer()
+    texts = (text for text in picture.figure.findobj(lambda artist: hasattr(artist, "get_text")) if text.get_visible())
+    return [(text.get_text(), text.get_window_extent(renderer)) for text in texts if text.get_text().strip()]

@@ -11,7 +11,7 @@ import typer
 
 from governor_mechanism.cli.main import app
 
-ROOT = Path(__file__).parents[1]
+ROOT = Path(__file__).parents[2]
 MADE = {"_build", "_generated"}
 PAGES = [ROOT / "README.md", *sorted(path for path in (ROOT / "docs").rglob("*.md") if not MADE & set(path.parts))]
 

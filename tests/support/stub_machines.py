@@ -34,7 +34,7 @@ from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.model.scene import RunSettings, Scene
 from governor_mechanism.model.time_functions import InputFunction, PrescribedMotion
 from governor_mechanism.types import FloatArray
-from render.stub_run import FAKE_COST
+from stub_run import FAKE_COST
 
 MachineDescription = tuple[list[Body], list[Joint], list[ForceElement], Mapping[str, FloatArray]]
 

@@ -13,7 +13,7 @@ from governor_mechanism.machines.pendulum.machine import PendulumBuilder, Pendul
 from governor_mechanism.model.effect import Effect
 from governor_mechanism.model.events import Event
 from governor_mechanism.model.results.trajectory import Trajectory
-from render.stub_run import fake_run, sleeve_lift
+from stub_run import fake_run, sleeve_lift
 
 
 @dataclasses.dataclass(frozen=True)
