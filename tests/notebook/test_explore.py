@@ -10,9 +10,12 @@ from xml.etree import ElementTree
 
 import numpy as np
 import pytest
+from matplotlib.path import Path
 
 import governor_mechanism as gm
 from governor_mechanism.notebook.exploring.plot_svg import BOTTOM, LEFT, RIGHT, TOP, Plot
+from governor_mechanism.render.geometry.primitives import Polygon
+from governor_mechanism.render.machines.registry import drawing_of
 from governor_mechanism.render.style import GREEN, INK
 
 SVG = "{http://www.w3.org/2000/svg}"
@@ -21,6 +24,15 @@ SVG = "{http://www.w3.org/2000/svg}"
 def pictures(view):
     """The drawing and the curve of a view, parsed."""
     return [picture for (picture,) in ElementTree.fromstring(view.pictures_html)]
+
+
+def group_by_role(shapes):
+    """Outlines by what they show."""
+    groups = {}
+    for shape in shapes:
+        if isinstance(shape, Polygon):
+            groups.setdefault(shape.role, []).append(shape)
+    return groups
 
 
 def text_of(view):
@@ -59,6 +71,54 @@ def test_the_drawing_shows_the_pose_to_scale():
     scale = (end - start) / float(bar_text.text.removesuffix(" mm"))
     # The bar is written to 0.1 pixels of some 80.
     assert 0.5 * (right - left) / scale == pytest.approx(1e3 * view.equilibrium.readings["ball_radius"], rel=3e-3)
+
+
+@pytest.mark.parametrize("scene", ["porter", "watt"])
+def test_the_throttle_lever_passes_beside_arms_and_links_at_every_speed(scene):
+    view = gm.explore(scene)
+    (low, high), first = view.ranges["spindle_speed"], view.values["spindle_speed"]
+    for speed in (low, first, 0.5 * (first + high), high):
+        view.set("spindle_speed", speed)
+        shapes = view._view.drawing_at(view._state.position)._drawing.moving_shapes(view._state.pose, 0.0)
+        outlines = {role: [Path(shape.points) for shape in group] for role, group in group_by_role(shapes).items()}
+        (lever,) = outlines["throttle lever"]
+        assert len(outlines["arm"]) == len(outlines["link"]) == 2
+        assert not any(lever.intersects_path(other) for other in outlines["arm"] + outlines["link"])
+
+
+@pytest.mark.parametrize("scene", ["porter", "hartnell"])
+def test_the_machine_is_as_high_as_in_its_film(scene):
+    run = gm.run(scene)
+    *_, film_bottom, film_top = drawing_of(run, run.scene.part).bounds
+    view = gm.explore(scene)
+    *_, bottom, top = view._view.drawing_at(view._state.position).box
+    # The drawing leaves room for a quarter of the whole travel, the film for what the run reaches: a tenth of it in the Hartnell governor.
+    assert 1.0 <= (top - bottom) / (film_top - film_bottom) < 1.2
+
+
+def test_a_drawing_does_not_change_while_the_pose_stays_in_its_range():
+    """Bearings and lever do not jump while a slider is dragged a little, but for a far pose they move."""
+    view = gm.explore("porter", "arm")
+    first = view._view.drawing_at(view._state.position)
+    view.set("spindle_speed", "117 rpm")
+    assert view._view.drawing_at(view._state.position) is first
+    view.set("spindle_speed", "200 rpm")
+    assert view._view.drawing_at(view._state.position) is not first
+    view.set("spindle_speed", "120 rpm")
+    assert view._view.drawing_at(view._state.position) is first
+
+
+def test_stops_end_the_range_of_a_motion():
+    scene = gm.load("four_bar_chain").replace({"effects.stops.crank_angle": ["40 deg", "140 deg"]})
+    # To a step of the positions at which stops are examined.
+    assert gm.explore(scene).ranges["crank_angle"] == pytest.approx(np.radians([40.0, 140.0]), abs=math.pi / 1e4)
+
+
+def test_stops_end_the_travel_of_a_drawing():
+    view = gm.explore("hartung_dubois")
+    angles = view._view.drawing_at(view._state.position).readings["lever_angle"]
+    assert np.degrees(angles).min() >= -15.0
+    assert np.degrees(angles).max() <= 15.0
 
 
 def test_the_chosen_speed_is_marked_where_it_meets_the_curve():

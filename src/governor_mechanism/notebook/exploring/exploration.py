@@ -55,9 +55,10 @@ class Exploration:
         self._sliders = {one.name: one for one in find_sliders(self._document, _shown_part(scene, self._view), keys, self._check_key)}
         self._variable = self._view.variable
         self._values = {name: one.value for name, one in self._sliders.items()} | {self._variable.name: self._variable.value}
-        self._problem, self._box = "", self._view.drawing.box
+        self._problem = ""
         self._panel: Panel | None = None
         self._state = self._view.solve(self._variable.value, None)
+        self._box = self._view.drawing_at(self._state.position).box
         self._update(is_geometry_new=not all(one.is_given for one in self._sliders.values()))
 
     @property
@@ -216,9 +217,10 @@ class Exploration:
     def _draw(self) -> None:
         """Draw the pictures, and hand them to the notebook."""
         # The view stays where it is, so that what is made longer looks longer.
-        box = enclose_boxes([self._box, self._view.drawing.box])
+        drawing = self._view.drawing_at(self._state.position)
+        box = enclose_boxes([self._box, drawing.box])
         is_impossible = bool(self._problem)
-        self._drawing = self._view.drawing.draw(self._state.pose, box, is_faded=bool(self.problem))
+        self._drawing = drawing.draw(self._state.pose, box, is_faded=bool(self.problem))
         self._plot = self._view.plot(self._state, self._reading, is_faded=is_impossible) if self._reading or self.speed_curve else ""
         if self._panel is not None:
             self._panel.refresh()

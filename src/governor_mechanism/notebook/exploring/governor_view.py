@@ -1,7 +1,7 @@
 """View of a governor: its equilibria at a spindle speed, on its speed curve."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -12,15 +12,16 @@ from governor_mechanism.errors import MechanismError
 from governor_mechanism.mechanics.kinematics.output_variables import READING_UNITS
 from governor_mechanism.mechanics.kinematics.time_functions import SpindleSpeedFunction
 from governor_mechanism.mechanics.reduction.lagrangian import SingleDofReduction
-from governor_mechanism.model.part import Spindle
+from governor_mechanism.model.part import FreeSpindle, Spindle
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.notebook.exploring.plot_svg import GIVEN_DASHES, GIVEN_NAME, Plot, label_axis
 from governor_mechanism.notebook.exploring.pose_drawing import PoseDrawing
 from governor_mechanism.notebook.exploring.sliders import Slider
-from governor_mechanism.notebook.exploring.view_state import ViewState
+from governor_mechanism.notebook.exploring.view_state import ViewState, travel_within_stops
 from governor_mechanism.render.geometry.primitives import Vec2
 from governor_mechanism.render.style import BLUE, GREEN, INK, MUTED, VERMILLION
-from governor_mechanism.statics.equilibria import Equilibrium, find_equilibria
+from governor_mechanism.statics.equilibria import Equilibrium, find_equilibria, find_equilibria_or_empty
+from governor_mechanism.statics.equilibrium_speed import evaluate_readings
 from governor_mechanism.statics.speed_curve import SpeedCurve, compute_speed_curve
 from governor_mechanism.types import BoolArray
 from governor_mechanism.units.quantities import DISPLAY_UNITS, format_quantity, format_reading_name
@@ -30,7 +31,10 @@ CURVE_POINTS = 150
 SLIDER_RATIO = math.sqrt(2)
 """Factor by which the slider goes beyond the shown speeds: a dimension of half or double its value moves them by about so much."""
 N_POSES = 13
-"""Number of poses that decide how large the drawing is: one for some 7 degrees of an arm. They take most of the time of a drawing."""
+"""Number of poses that decide how large the drawing is: one for some 2 degrees of an arm. They take most of the time of a drawing."""
+WORKING_SHARE = 0.25
+"""Share of the travel for which a machine is drawn: some 20 degrees of an arm, over which governors regulate. For the whole travel a
+throttle lever would have to pass through arms and links."""
 SPEED = "spindle_speed"
 """Name of the variable."""
 SHOWN_SHARE = 0.1
@@ -55,6 +59,8 @@ class GovernorView:
         Slider of the spindle speed; its range is that of the plot.
     given
         The speed curve of the first scene, which the plot shows beside it.
+    film_speeds
+        Lowest and highest speed of the first scene, rad/s: the drawing has room for the equilibria between them.
     """
 
     scene: Scene
@@ -62,6 +68,7 @@ class GovernorView:
     speed_curve: SpeedCurve
     variable: Slider
     given: SpeedCurve
+    film_speeds: Vec2
     kinematics: None = None
 
     @property
@@ -69,17 +76,45 @@ class GovernorView:
         """No choice: the plot shows the speed curve."""
         return {}
 
+    def drawing_at(self, position: float) -> PoseDrawing:
+        """Return the drawing for a range of the travel around a position: the working range, or one beside it by whole halves of it."""
+        low, high = self._working_range
+        half = 0.5 * (high - low)
+        steps = math.ceil(max(low - position, position - high, 0.0) / half)
+        first, last = _travel_of(self.speed_curve)
+        start = min(max(low + math.copysign(steps * half, position - low), first), last - 2 * half)
+        if start not in self._drawings:
+            self._drawings[start] = self._draw_over(start, start + 2 * half)
+        return self._drawings[start]
+
     @cached_property
-    def drawing(self) -> PoseDrawing:
-        """Drawing over the whole travel."""
-        chosen = np.linspace(0, CURVE_POINTS - 1, N_POSES).astype(int)
-        readings = {name: values[chosen] for name, values in self.speed_curve.readings.items()}
-        poses = self.reduction.evaluate(self.speed_curve.coordinate[chosen]).poses
-        return PoseDrawing(scene=self.scene, poses=poses, readings=readings)
+    def _drawings(self) -> dict[float, PoseDrawing]:
+        """The drawings so far, by the start of their range."""
+        return {}
+
+    @cached_property
+    def _working_range(self) -> Vec2:
+        """The part of the travel that a film shows, with a margin: from the start to the equilibria, within the stops."""
+        start = self._start_position()
+        found = [find_equilibria_or_empty(self.scene, speed) for speed in self.film_speeds]
+        reached = [_preferred(equilibria, start).coordinate for equilibria in found if equilibria]
+        if self._given_start is not None or not reached:
+            reached.append(start)
+        low, high = travel_within_stops(self.scene, self.speed_curve.coordinate, self.speed_curve.readings)
+        first, last = np.clip([min(reached), max(reached)], low, high).tolist()
+        width = min(max(WORKING_SHARE * float(np.ptp(self.speed_curve.coordinate)), last - first), high - low)
+        first = min(max(0.5 * (first + last - width), low), high - width)
+        return first, first + width
+
+    def _draw_over(self, low: float, high: float) -> PoseDrawing:
+        """Return the drawing for a range of the travel."""
+        coefficients = self.reduction.evaluate(np.linspace(low, high, N_POSES))
+        readings = evaluate_readings(self.reduction.mechanism, coefficients)
+        return PoseDrawing(scene=self.scene, poses=coefficients.poses, readings=readings)
 
     def with_scene(self, scene: Scene) -> "GovernorView":
         """Return the view of a changed scene, with the same range of speeds."""
-        return replace(_analyse(scene), variable=self.variable, given=self.given)
+        return replace(_analyse(scene), variable=self.variable, given=self.given, film_speeds=self.film_speeds)
 
     def check_geometry(self, scene: Scene) -> object:
         """Raise MechanismError if a changed scene has no travel."""
@@ -98,7 +133,7 @@ class GovernorView:
             sentence = "; ".join(error.problems)
             problem = f"{sentence[:1].upper()}{sentence[1:]}. The drawing keeps its last pose."
             return ViewState(value=value, position=position, pose=pose, sentences=(), problem=problem)
-        shown = min(equilibria, key=lambda one: (not (one.stable or one.astatic), abs(one.coordinate - position)))
+        shown = _preferred(equilibria, position)
         others = [f"{self._place_of(one)} ({_kind_of(one)})" for one in equilibria if one is not shown]
         sentence = f"At {speed}: {_kind_of(shown)} equilibrium at {self._place_of(shown)}{self._other_readings(shown)}."
         also = (f"Also in equilibrium at {', '.join(others)}.",) if others else ()
@@ -137,8 +172,14 @@ class GovernorView:
 
     def _start_position(self) -> float:
         """Return the leading coordinate at the start of the scene; the middle of the travel if it starts in equilibrium."""
+        start = self._given_start
+        return 0.5 * sum(_travel_of(self.speed_curve)) if start is None else start
+
+    @property
+    def _given_start(self) -> float | None:
+        """The leading coordinate at the start of the scene; None if it starts in equilibrium."""
         start = self.scene.start.values.get(self.reduction.mechanism.coordinate)
-        return start if isinstance(start, float) else 0.5 * sum(_travel_of(self.speed_curve))
+        return start if isinstance(start, float) else None
 
     def _unit_of(self, reading: str) -> str:
         return READING_UNITS[self.reduction.mechanism.reading(reading).quantity]
@@ -179,7 +220,25 @@ def _analyse(scene: Scene) -> GovernorView:
     alone = _at_given_speed(scene)
     curve = compute_speed_curve(alone, CURVE_POINTS)
     variable = Slider(name=SPEED, words="spindle speed", key="", kind="angular_speed", unit="rad/s", value=0.0, low=0.0, high=1.0)
-    return GovernorView(scene=alone, reduction=SingleDofReduction(alone), speed_curve=curve, variable=variable, given=curve)
+    return GovernorView(
+        scene=alone,
+        reduction=SingleDofReduction(alone),
+        speed_curve=curve,
+        variable=variable,
+        given=curve,
+        film_speeds=_speed_range(rotating_part_alone(scene).spindle),
+    )
+
+
+def _speed_range(spindle: Spindle | FreeSpindle) -> Vec2:
+    """Return the lowest and the highest speed (rad/s) that is given for a spindle."""
+    speeds = spindle.speeds if isinstance(spindle, Spindle) else (SpindleSpeedFunction(spindle).start_speed,)
+    return min(map(abs, speeds)), max(map(abs, speeds))
+
+
+def _preferred(equilibria: Sequence[Equilibrium], position: float) -> Equilibrium:
+    """Return the equilibrium at which a mechanism comes to rest from a position: the nearest that is not unstable."""
+    return min(equilibria, key=lambda one: (not (one.stable or one.astatic), abs(one.coordinate - position)))
 
 
 def _travel_of(curve: SpeedCurve) -> Vec2:

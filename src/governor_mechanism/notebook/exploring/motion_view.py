@@ -22,7 +22,7 @@ from governor_mechanism.model.scene import Scene
 from governor_mechanism.notebook.exploring.plot_svg import GIVEN_DASHES, GIVEN_NAME, Plot, label_axis
 from governor_mechanism.notebook.exploring.pose_drawing import PoseDrawing
 from governor_mechanism.notebook.exploring.sliders import Slider
-from governor_mechanism.notebook.exploring.view_state import ViewState
+from governor_mechanism.notebook.exploring.view_state import ViewState, travel_within_stops
 from governor_mechanism.observables.derived_readings import analyse_kinematics
 from governor_mechanism.render.figures.page import axis_limits_for
 from governor_mechanism.render.style import BLUE, INK, MUTED
@@ -79,9 +79,12 @@ class MotionView:
         changing = [name for name, values in motion.readings.items() if name != motion.over and np.ptp(values) > 0.0]
         return {name: units[name] for name in sorted(changing, key=lambda name: units[name] != "m") if name in units}
 
+    def drawing_at(self, position: float) -> PoseDrawing:
+        """Return the drawing over the whole travel, through which a film goes too."""
+        return self._drawing
+
     @cached_property
-    def drawing(self) -> PoseDrawing:
-        """Drawing over the whole travel."""
+    def _drawing(self) -> PoseDrawing:
         return PoseDrawing(scene=self.scene, poses=self.kinematics.poses, readings=dict(self.kinematics.readings))
 
     def with_scene(self, scene: Scene) -> "MotionView":
@@ -160,6 +163,8 @@ def make_motion_view(scene: Scene) -> MotionView:
     margin = END_MARGIN * (travel.high - travel.low)
     values = np.linspace(travel.low + margin, travel.high - margin, TURN_POINTS)
     start = float(alone.start.values[mechanism.coordinate]) if _has_number(alone, mechanism.coordinate) else float(values.mean())
+    readings = analyse_kinematics(alone, mechanism.coordinate, values).readings
+    values = np.linspace(*travel_within_stops(alone, values, readings), TURN_POINTS)
     return _view_over(alone, mechanism.coordinate, values, min(max(start, float(values[0])), float(values[-1])))
 
 

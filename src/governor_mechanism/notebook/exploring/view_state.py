@@ -4,13 +4,20 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Protocol
 
+import numpy as np
+
+from governor_mechanism.effects.stops import Stops
 from governor_mechanism.mechanics.kinematics.kinematic_analysis import Kinematics
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.notebook.exploring.pose_drawing import PoseDrawing
 from governor_mechanism.notebook.exploring.sliders import Slider
+from governor_mechanism.render.geometry.primitives import Vec2
 from governor_mechanism.statics.equilibria import Equilibrium
 from governor_mechanism.statics.speed_curve import SpeedCurve
 from governor_mechanism.types import FloatArray
+
+STOP_POINTS = 10_001
+"""Number of positions at which it is found out whether stops allow them: in steps of less than 0.02 degrees of an arm."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -53,9 +60,8 @@ class View(Protocol):
     def variable(self) -> Slider:
         """The slider of the variable."""
 
-    @property
-    def drawing(self) -> PoseDrawing:
-        """Drawing over the whole travel."""
+    def drawing_at(self, position: float) -> PoseDrawing:
+        """Return the drawing whose layout leaves room for the motion around a position."""
 
     @property
     def speed_curve(self) -> SpeedCurve | None:
@@ -80,3 +86,15 @@ class View(Protocol):
 
     def plot(self, state: ViewState, reading: str, *, is_faded: bool) -> str:
         """Return the picture of the curve with the state marked."""
+
+
+def travel_within_stops(scene: Scene, coordinate: FloatArray, readings: Mapping[str, FloatArray]) -> Vec2:
+    """Return the ends of a travel, given by the values (n,) of its coordinate and readings, as far as the stops of a scene allow."""
+    positions = np.linspace(coordinate[0], coordinate[-1], STOP_POINTS)
+    is_free = np.ones(STOP_POINTS, dtype=np.bool_)
+    for stops in scene.effects:
+        if isinstance(stops, Stops) and stops.reading in readings:
+            values = np.interp(positions, coordinate, readings[stops.reading])
+            is_free &= (values >= stops.low) & (values <= stops.high)
+    free = positions[is_free] if is_free.sum() > 1 else positions
+    return float(free[0]), float(free[-1])
