@@ -31,7 +31,7 @@ FOLDERS = [
     {"files"},
     {"verification", "studies"},
     {"render"},
-    {"notebook"},
+    {"notebook", "papers"},
     {"__init__"},
     {"api"},
     {"cli", "pytest_plugin"},
@@ -53,13 +53,14 @@ INNER_FOLDERS = {
         {"__init__"},
     ],
     "engines/impulse": [{"pymunk"}, {"*"}],
+    "papers": [{"errata", "rules"}],
     "verification": [{"report"}, {"machines", "user_kernel"}, {"junit"}],
 }
 """The same order inside folders; "*" stands for every other module."""
 
 ONLY = {
     "pymunk": {"engines/impulse/pymunk"},
-    "matplotlib": {"render"},
+    "matplotlib": {"render", "papers"},
     "PIL": {"render"},
     "imageio": {"render"},
     "pint": {"units"},
@@ -209,6 +210,19 @@ def test_inside_a_folder_imports_point_one_way_too(folder):
     assert not wrong
 
 
+def test_only_the_public_functions_and_the_command_line_know_the_papers():
+    """Nothing else imports them; these two do so inside a function, when they are asked."""
+    users = {module: path for module, path in modules().items() if folder_of(module) != "papers"}
+    users = {module: path for module, path in users.items() if any(folder_of(other) == "papers" for other in dependencies(path))}
+    assert {folder_of(module) for module in users} == {"api", "cli"}
+    for path in users.values():
+        assert "papers" not in "".join(map(ast.unparse, (node for node in ast.parse(path.read_text()).body if is_import(node))))
+
+
+def is_import(node: ast.AST) -> bool:
+    return isinstance(node, ast.Import | ast.ImportFrom)
+
+
 def test_no_import_cycles():
     """Also none that only a type checker sees."""
     graph = {module: set(dependencies(path)) - {module} for module, path in modules().items()}
@@ -239,7 +253,7 @@ def test_closed_forms_and_simulation_never_meet(folder):
     others = {folder_of(other) for module, path in modules().items() if folder_of(module) == folder for other in dependencies(path)}
     if folder == "closed_form":
         assert others <= {"errors", "types", "numerics", "closed_form"}
-    elif folder not in {"verification", "studies", "render", "cli", "api", "__init__"}:
+    elif folder not in {"verification", "studies", "render", "papers", "cli", "api", "__init__"}:
         assert "closed_form" not in others
 
 

@@ -44,6 +44,8 @@ from governor_mechanism.model.results.reaction import Reaction as Reaction
 from governor_mechanism.model.results.trajectory import Trajectory as Trajectory
 from governor_mechanism.model.scene import Scene as Scene
 from governor_mechanism.notebook.exploring.exploration import Exploration as Exploration
+from governor_mechanism.papers.errata.results import Errata as Errata
+from governor_mechanism.papers.rules.study import PaperRules as PaperRules
 from governor_mechanism.scenes.described_scene import SceneDescription as SceneDescription
 from governor_mechanism.scenes.library import SceneSource as SceneSource
 from governor_mechanism.statics.controlling_force import ControllingForce as ControllingForce
@@ -58,11 +60,9 @@ from governor_mechanism.studies.design.governed_engine import GovernedEngineDesi
 from governor_mechanism.studies.design.hartnell import HartnellDesign as HartnellDesign
 from governor_mechanism.studies.design.pendulum import PendulumDesign as PendulumDesign
 from governor_mechanism.studies.effect_ablation import EffectsStudy as EffectsStudy
-from governor_mechanism.studies.errata.results import Errata as Errata
 from governor_mechanism.studies.hard_cases.results import HardCasesReport as HardCasesReport
 from governor_mechanism.studies.kernel_compilation import KernelCompilation as KernelCompilation
 from governor_mechanism.studies.regulation.load_change import LoadChangeStudy as LoadChangeStudy
-from governor_mechanism.studies.regulation.paper_rules import PaperRules as PaperRules
 from governor_mechanism.studies.regulation.stability_map import StabilityMap as StabilityMap
 from governor_mechanism.studies.sweep.cluster import ClusterClient as ClusterClient
 from governor_mechanism.studies.sweep.results import Sweep as Sweep

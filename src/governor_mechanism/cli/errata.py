@@ -40,7 +40,7 @@ def errata(
         result = gm.errata(paper, simulate=simulate)
     files = []
     if figures.formats:
-        from governor_mechanism.render.figures.errata.registry import draw_erratum
+        from governor_mechanism.papers.errata.drawings import draw_erratum
 
         with console.show_status("drawing"):
             files = [path for one in result.papers for path in figures.save(draw_erratum(one), f"errata_{one}")]

@@ -152,7 +152,7 @@ def rules(*, figures: FigureFiles, as_json: console.AsJson = False) -> console.C
         study = gm.paper_rules(progress)
     files = [study.save_json(figures.folder / "paper_rules.json")]
     if figures.formats:
-        from governor_mechanism.render.figures.paper_rules import paper_rules_figure
+        from governor_mechanism.papers.rules.figure import paper_rules_figure
 
         files += figures.save(paper_rules_figure(study), "paper_rules")
     return console.CommandResult(text=[study], values=study.as_json(), files=files)

@@ -17,21 +17,16 @@ from typing import Any
 
 from governor_mechanism.files.printed_result import PrintedResult
 from governor_mechanism.files.table import make_data_frame
+from governor_mechanism.papers.rules.cyclic_engine import build_cyclic_engine
+from governor_mechanism.papers.rules.dashpot import DashpotCheck, check_dashpot
+from governor_mechanism.papers.rules.dead_band import DeadBandCheck, RegulatingForceCheck, check_dead_band, check_regulating_force
+from governor_mechanism.papers.rules.droop import DroopCheck, check_droop
+from governor_mechanism.papers.rules.dry_friction import DryFrictionCheck, check_dry_friction
+from governor_mechanism.papers.rules.joint_clearance import ClearanceCheck, check_clearance
+from governor_mechanism.papers.rules.rule import RuleCheck
+from governor_mechanism.papers.rules.shaking import OilBrakeCheck, ShakingCheck, check_oil_brake, check_shaking
+from governor_mechanism.papers.rules.steady_engine import find_steady_engine
 from governor_mechanism.scenes.library import load_scene
-from governor_mechanism.studies.regulation.rules.cyclic_engine import build_cyclic_engine
-from governor_mechanism.studies.regulation.rules.dashpot import DashpotCheck, check_dashpot
-from governor_mechanism.studies.regulation.rules.dead_band import (
-    DeadBandCheck,
-    RegulatingForceCheck,
-    check_dead_band,
-    check_regulating_force,
-)
-from governor_mechanism.studies.regulation.rules.droop import DroopCheck, check_droop
-from governor_mechanism.studies.regulation.rules.dry_friction import DryFrictionCheck, check_dry_friction
-from governor_mechanism.studies.regulation.rules.joint_clearance import ClearanceCheck, check_clearance
-from governor_mechanism.studies.regulation.rules.rule import RuleCheck
-from governor_mechanism.studies.regulation.rules.shaking import OilBrakeCheck, ShakingCheck, check_oil_brake, check_shaking
-from governor_mechanism.studies.regulation.rules.steady_engine import find_steady_engine
 from governor_mechanism.types import DataFrame
 from governor_mechanism.units.short_repr import short_repr
 from governor_mechanism.units.text_table import format_table

@@ -7,9 +7,9 @@ from typing import Any, ClassVar
 import numpy as np
 
 from governor_mechanism.model.scene import Scene
-from governor_mechanism.studies.regulation.rules.cyclic_engine import CyclicEngine, build_cyclic_engine
-from governor_mechanism.studies.regulation.rules.rule import RuleCheck, Verdict
-from governor_mechanism.studies.regulation.rules.steady_engine import (
+from governor_mechanism.papers.rules.cyclic_engine import CyclicEngine, build_cyclic_engine
+from governor_mechanism.papers.rules.rule import RuleCheck, Verdict
+from governor_mechanism.papers.rules.steady_engine import (
     INERTIA,
     SteadyEngine,
     dashpot_on_sleeve,

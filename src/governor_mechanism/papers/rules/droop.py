@@ -9,10 +9,9 @@ import numpy as np
 from governor_mechanism.model.coupling.couplings import ControlCoupling
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.model.time_functions import TableFunction
-from governor_mechanism.studies.regression import run_uncertified
-from governor_mechanism.studies.regulation.rules.cyclic_engine import gear_to_speed
-from governor_mechanism.studies.regulation.rules.rule import RuleCheck, Verdict
-from governor_mechanism.studies.regulation.rules.steady_engine import (
+from governor_mechanism.papers.rules.cyclic_engine import gear_to_speed
+from governor_mechanism.papers.rules.rule import RuleCheck, Verdict
+from governor_mechanism.papers.rules.steady_engine import (
     DURATION,
     ENGINE_SPEED,
     HALF_LOAD,
@@ -24,6 +23,7 @@ from governor_mechanism.studies.regulation.rules.steady_engine import (
     load_step,
     with_values,
 )
+from governor_mechanism.studies.regression import run_uncertified
 from governor_mechanism.types import FloatArray
 
 OFFSET = "part.governor.dimensions.offset"

@@ -7,7 +7,7 @@ from typing import Any
 
 from governor_mechanism.files.printed_result import PrintedResult
 from governor_mechanism.files.table import make_data_frame
-from governor_mechanism.studies.errata.erratum import PAPER_REFERENCES, Erratum, Paper, check_cause, check_paper
+from governor_mechanism.papers.errata.erratum import PAPER_REFERENCES, Erratum, Paper, check_cause, check_paper
 from governor_mechanism.studies.printed_numbers import CAUSE_NOUNS, Cause
 from governor_mechanism.types import DataFrame
 from governor_mechanism.units.short_repr import short_repr

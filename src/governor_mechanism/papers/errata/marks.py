@@ -11,7 +11,7 @@ from dataclasses import replace
 from functools import partial
 
 from governor_mechanism.closed_form.slide_valve import Eccentric, event_angle
-from governor_mechanism.studies.errata.erratum import Erratum, Paper
+from governor_mechanism.papers.errata.erratum import Erratum, Paper
 from governor_mechanism.studies.printed_numbers import Cause
 
 ECCENTRIC = Eccentric(radius=0.060, rod=0.240, advance=math.radians(30.0))

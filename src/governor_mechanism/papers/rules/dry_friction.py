@@ -6,11 +6,10 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from governor_mechanism.studies.regression import run_uncertified
-from governor_mechanism.studies.regulation.rules.dashpot import find_damping_limit
-from governor_mechanism.studies.regulation.rules.droop import find_growth_rate
-from governor_mechanism.studies.regulation.rules.rule import RuleCheck, Verdict
-from governor_mechanism.studies.regulation.rules.steady_engine import (
+from governor_mechanism.papers.rules.dashpot import find_damping_limit
+from governor_mechanism.papers.rules.droop import find_growth_rate
+from governor_mechanism.papers.rules.rule import RuleCheck, Verdict
+from governor_mechanism.papers.rules.steady_engine import (
     DURATION,
     INTERVAL,
     SLEEVE,
@@ -21,6 +20,7 @@ from governor_mechanism.studies.regulation.rules.steady_engine import (
     start_at_rest,
     with_values,
 )
+from governor_mechanism.studies.regression import run_uncertified
 from governor_mechanism.types import FloatArray
 
 FRICTION = 0.5

@@ -9,10 +9,10 @@ import numpy as np
 
 from governor_mechanism.effects.clearance import CLEARANCE_READING
 from governor_mechanism.model.scene import Scene
-from governor_mechanism.studies.regulation.rules.cyclic_engine import CyclicEngine, build_cyclic_engine, gear_to_speed
-from governor_mechanism.studies.regulation.rules.rule import RuleCheck, Verdict
-from governor_mechanism.studies.regulation.rules.shaking import SHAKING_RATIO
-from governor_mechanism.studies.regulation.rules.steady_engine import (
+from governor_mechanism.papers.rules.cyclic_engine import CyclicEngine, build_cyclic_engine, gear_to_speed
+from governor_mechanism.papers.rules.rule import RuleCheck, Verdict
+from governor_mechanism.papers.rules.shaking import SHAKING_RATIO
+from governor_mechanism.papers.rules.steady_engine import (
     INERTIA,
     dashpot_on_sleeve,
     find_coordinate_at,

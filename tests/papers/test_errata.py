@@ -19,10 +19,10 @@ from documentation_pages import ROOT, check_options
 from governor_mechanism.cli.errata import PaperChoice
 from governor_mechanism.cli.main import app
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.render.figures.errata.registry import DRAWINGS, draw_erratum
+from governor_mechanism.papers.errata.drawings import DRAWINGS, draw_erratum
+from governor_mechanism.papers.errata.erratum import PAPER_REFERENCES, Paper, make_number_erratum
+from governor_mechanism.papers.errata.simulation import SIMULATIONS, simulated_speeds
 from governor_mechanism.studies.design.pendulum import design_pendulum
-from governor_mechanism.studies.errata.erratum import PAPER_REFERENCES, Paper, make_number_erratum
-from governor_mechanism.studies.errata.simulation import SIMULATIONS, simulated_speeds
 from governor_mechanism.studies.printed_numbers import CAUSE_MEANINGS, CAUSE_NOUNS, Cause, PrintedNumber
 from reference import flywheel, hartung, marks, zehnder
 

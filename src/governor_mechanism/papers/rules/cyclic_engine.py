@@ -8,8 +8,7 @@ import numpy as np
 from governor_mechanism.model.events import EventKind
 from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.model.scene import Scene
-from governor_mechanism.studies.regression import run_uncertified
-from governor_mechanism.studies.regulation.rules.steady_engine import (
+from governor_mechanism.papers.rules.steady_engine import (
     ACCURACY,
     DURATION,
     ENGINE_SPEED,
@@ -23,6 +22,7 @@ from governor_mechanism.studies.regulation.rules.steady_engine import (
     friction_on_sleeve,
     with_values,
 )
+from governor_mechanism.studies.regression import run_uncertified
 from governor_mechanism.types import FloatArray
 
 SAMPLES_PER_TURN = 400

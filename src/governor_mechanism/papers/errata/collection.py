@@ -3,13 +3,13 @@
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
 
-from governor_mechanism.studies.errata.dubois import list_dubois_errata
-from governor_mechanism.studies.errata.erratum import Erratum, Paper, check_paper
-from governor_mechanism.studies.errata.marks import list_marks_errata
-from governor_mechanism.studies.errata.redtenbacher import list_redtenbacher_errata
-from governor_mechanism.studies.errata.results import Errata
-from governor_mechanism.studies.errata.simulation import SIMULATIONS
-from governor_mechanism.studies.errata.zehnder import list_zehnder_errata
+from governor_mechanism.papers.errata.dubois import list_dubois_errata
+from governor_mechanism.papers.errata.erratum import Erratum, Paper, check_paper
+from governor_mechanism.papers.errata.marks import list_marks_errata
+from governor_mechanism.papers.errata.redtenbacher import list_redtenbacher_errata
+from governor_mechanism.papers.errata.results import Errata
+from governor_mechanism.papers.errata.simulation import SIMULATIONS
+from governor_mechanism.papers.errata.zehnder import list_zehnder_errata
 from governor_mechanism.studies.printed_numbers import Cause
 
 LISTS: Mapping[Paper, Callable[[], Iterator[Erratum]]] = {

@@ -5,6 +5,14 @@ from typing import Any
 
 import numpy as np
 
+from governor_mechanism.papers.rules.dashpot import DashpotCheck
+from governor_mechanism.papers.rules.dead_band import DeadBandCheck, RegulatingForceCheck
+from governor_mechanism.papers.rules.droop import DroopCheck
+from governor_mechanism.papers.rules.dry_friction import DryFrictionCheck
+from governor_mechanism.papers.rules.joint_clearance import ClearanceCheck
+from governor_mechanism.papers.rules.rule import RuleCheck, Verdict
+from governor_mechanism.papers.rules.shaking import OilBrakeCheck, ShakingCheck
+from governor_mechanism.papers.rules.study import PaperRules
 from governor_mechanism.render.figures.page import (
     DASHED,
     MM_PER_M,
@@ -16,14 +24,6 @@ from governor_mechanism.render.figures.page import (
     use_plain_decades,
 )
 from governor_mechanism.render.style import BLUE, GREEN, INK, MUTED, SERIES_COLOURS, SKY, VERMILLION
-from governor_mechanism.studies.regulation.paper_rules import PaperRules
-from governor_mechanism.studies.regulation.rules.dashpot import DashpotCheck
-from governor_mechanism.studies.regulation.rules.dead_band import DeadBandCheck, RegulatingForceCheck
-from governor_mechanism.studies.regulation.rules.droop import DroopCheck
-from governor_mechanism.studies.regulation.rules.dry_friction import DryFrictionCheck
-from governor_mechanism.studies.regulation.rules.joint_clearance import ClearanceCheck
-from governor_mechanism.studies.regulation.rules.rule import RuleCheck, Verdict
-from governor_mechanism.studies.regulation.rules.shaking import OilBrakeCheck, ShakingCheck
 
 _PAGE_SIZE = 8.0, 13.0
 """Width and height of the figure, inches."""

@@ -10,6 +10,7 @@ from collections.abc import Iterator
 from functools import partial
 
 from governor_mechanism.numerics.roots import find_root
+from governor_mechanism.papers.errata.erratum import Erratum, Paper, make_number_erratum
 from governor_mechanism.studies.design.flywheel_paper import (
     PAPER_ENGINE,
     PRINTED_ANGLES,
@@ -17,7 +18,6 @@ from governor_mechanism.studies.design.flywheel_paper import (
     PaperComparison,
     compare_with_paper,
 )
-from governor_mechanism.studies.errata.erratum import Erratum, Paper, make_number_erratum
 from governor_mechanism.studies.printed_numbers import Cause, PrintedNumber
 
 COMMAND = "governor-mechanism design flywheel"

@@ -5,6 +5,8 @@ from collections.abc import Callable, Mapping
 
 import numpy as np
 
+from governor_mechanism.papers.errata.erratum import Paper
+from governor_mechanism.papers.errata.zehnder import LONGER, PROBE_ANGLE_DEG, SHORTER
 from governor_mechanism.scenes.library import load_scene
 from governor_mechanism.scenes.parser import parse_scene_document
 from governor_mechanism.statics.controlling_force import compute_controlling_force
@@ -14,8 +16,6 @@ from governor_mechanism.studies.design.flywheel_paper import compare_with_paper
 from governor_mechanism.studies.design.hartung import PAPER_INPUTS
 from governor_mechanism.studies.design.pendulum import PendulumDesign, design_pendulum
 from governor_mechanism.studies.design.simulated_engines import simulate_wheels
-from governor_mechanism.studies.errata.erratum import Paper
-from governor_mechanism.studies.errata.zehnder import LONGER, PROBE_ANGLE_DEG, SHORTER
 from governor_mechanism.studies.valve_timing import tabulate_valve_timing
 from governor_mechanism.types import FloatArray
 from governor_mechanism.units.constants import RPM

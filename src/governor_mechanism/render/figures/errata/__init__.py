@@ -1,1 +1,0 @@
-"""Figures of the errata: one for the main error of each paper, and each says one thing."""
