@@ -189,7 +189,7 @@ def test_a_linkage_that_was_drawn_closed_is_assembled_from_its_lengths(seed):
     for first, other in ((crank.end, ternary.origin), (b_on_ternary, rocker.end), (c_on_ternary, second.start), (second.end, last.end)):
         m.pin(first, other)
     scene = m.scene()
-    assert not gm.run(scene, times=[0.0], certify=False).notes  # the guess needed no closing
+    assert not any("open" in note for note in gm.run(scene, times=[0.0], certify=False).notes)  # the start needed no closing
     assert scene.document["body"][0]["angle"] == angle
 
 

@@ -8,6 +8,7 @@ from contextlib import contextmanager
 from typing import Any, Final
 
 from governor_mechanism.errors import MechanismError
+from governor_mechanism.scenes.custom.assembly import parse_take
 from governor_mechanism.scenes.custom.bodies import BODY, POINT_MASS
 from governor_mechanism.scenes.custom.elements import FORCE_TABLES, JOINT_TABLES, JOINT_TYPES, LINK, ElementTable
 from governor_mechanism.scenes.custom.field_types import PointRegistry, is_moving, parse_moving_point
@@ -64,6 +65,11 @@ class CallChecks:
         """Check a joint, link or force."""
         with _at(f"{what}:"):
             _TABLES[key][kind].read_ends(table, self._registry)
+
+    def check_assembly(self, take: object) -> None:
+        """Refuse what chooses no assembly."""
+        with _at("assembly"):
+            parse_take(take)
 
     def check_reading(self, name: str, table: Mapping[str, Any]) -> None:
         """Check what is read off the mechanism."""

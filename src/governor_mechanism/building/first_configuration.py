@@ -22,16 +22,20 @@ from governor_mechanism.model.joints import (
     Pin,
     Point,
     Prismatic,
-    RotationalDriver,
     Slider,
     TranslationalDriver,
     Weld,
 )
-from governor_mechanism.model.time_functions import PrescribedMotion
+from governor_mechanism.model.mechanism import Mechanism
+from governor_mechanism.observables.assemblies.blocks import count_undetermined
+from governor_mechanism.observables.assemblies.enumeration import ClosedConfigurations, enumerate_configurations
+from governor_mechanism.observables.assemblies.held_values import angle_driver, hold_needed_angles
+from governor_mechanism.scenes.custom.assembly import HIGHEST, NEAREST, choose_configuration
 from governor_mechanism.scenes.custom.parser import CustomMachineParser
 from governor_mechanism.scenes.parser import parse_scene_document
 from governor_mechanism.types import FloatArray
 from governor_mechanism.units.problems import ProblemCollector
+from governor_mechanism.units.quantities import format_quantity
 
 _Pose = tuple[float, float, float]
 
@@ -109,6 +113,9 @@ N_TRIES: Final = 24
 HEIGHT_TOLERANCE: Final = 1e-6
 """Difference of mean heights, relative to the length scale, below which two configurations are equally high; rounding leaves 1e-13."""
 
+DECIDING_DEVIATION: Final = math.radians(1.0)
+"""Deviation of given angles from those of a configuration, rad, below which they mean it: they are rounded, or measured in a drawing."""
+
 KEPT_TOLERANCE: Final = 1e-9
 """Change of a given position (length scales) or angle (rad) below which the document keeps what the user wrote."""
 
@@ -139,10 +146,44 @@ def place_bodies(
         return dict(document)
     given_angles = {body.name: body.angle for body, table in zip(sketch.bodies, tables, strict=False) if "angle" in table}
     placed = {body.name for body in sketch.bodies[len(tables) :]} | {table["name"] for table in tables if "at" in table}
-    poses = _find_poses(sketch, given_angles, placed)
+    first = _find_first(sketch, given_angles, placed, document.get("assembly"))
     scale = _length_scale(sketch)
-    bodies = [_with_pose(table, body, pose, scale) for body, pose, table in zip(sketch.bodies, poses.tolist(), tables, strict=False)]
-    return {**document, "body": bodies}
+    bodies = [_with_pose(table, body, pose, scale) for body, pose, table in zip(sketch.bodies, first.poses.tolist(), tables, strict=False)]
+    return _with_choice({**document, "body": bodies}, first)
+
+
+def list_assemblies(
+    document: Mapping[str, Any],  # keys and tables of a scene file with a custom machine
+) -> tuple[ClosedConfigurations, list[str]]:
+    """Return all configurations at the given angles, and in words what holds them.
+
+    Raises MechanismError if the given angles do not determine them, with the number of values that are missing.
+    """
+    sketch = CustomMachineParser(_without_open_values(document), None, ProblemCollector()).parse_sketch()
+    tables = document.get("body", [])
+    given_angles = {body.name: body.angle for body, table in zip(sketch.bodies, tables, strict=False) if "angle" in table}
+    held, bodies = hold_needed_angles(_build(sketch), given_angles.items())
+    return enumerate_configurations(PositionSolver(held)), [f"{name} at {format_quantity(given_angles[name], 'rad')}" for name in bodies]
+
+
+@dataclass(frozen=True, eq=False)
+class _First:
+    """First configuration: poses (bodies, 3), the bodies whose angles hold it, and what the key `assembly` must be to take it again."""
+
+    poses: FloatArray
+    held: tuple[str, ...] = ()
+    take: int | str | None = None
+
+
+def _with_choice(document: dict[str, Any], first: _First) -> dict[str, Any]:
+    """Return a document with the key that takes the same assembly again, if several exist and what is given does not decide."""
+    plain = {key: value for key, value in document.items() if key != "assembly"}
+    if first.take is None:
+        return plain
+    sketch = CustomMachineParser(plain, None, ProblemCollector()).parse_sketch()
+    if count_undetermined(PositionSolver(_build(sketch))):
+        return {**plain, "assembly": {"take": first.take, "at": list(first.held)}}
+    return {**plain, "assembly": first.take}
 
 
 def _with_pose(table: dict[str, Any], body: SketchedBody, pose: Sequence[float], scale: float) -> dict[str, Any]:
@@ -194,17 +235,67 @@ def _length_scale(sketch: MechanismSketch) -> float:
     return sketch.length_scale or 1.0
 
 
-def _find_poses(sketch: MechanismSketch, given_angles: Mapping[str, float], placed: set[str]) -> FloatArray:
-    """Return poses (bodies, 3) in which the joints close."""
-    guesses, scale = list(_make_guesses(sketch, given_angles, placed)), _length_scale(sketch)
+def _build(sketch: MechanismSketch) -> Mechanism:
+    return sketch.build([], "", _length_scale(sketch))
+
+
+def _find_first(sketch: MechanismSketch, given_angles: Mapping[str, float], placed: set[str], take: int | str | None) -> _First:
+    """Return the first configuration: the chosen assembly, or the one nearest to the given angles, or the highest."""
+    guesses = list(_make_guesses(sketch, given_angles, placed))
+    is_drawn = len(guesses) == 1 and take is None
+    if not is_drawn:
+        held, names = hold_needed_angles(_build(sketch), given_angles.items())
+        if configurations := _enumerate(PositionSolver(held)):
+            return _choose_first(sketch, configurations, names, given_angles, take)
+    poses, angles = _find_poses(sketch, given_angles, placed, guesses)
+    if is_drawn or not (configurations := _enumerate(_hold_angles(sketch, angles))):
+        return _First(poses)
+    return _choose_first(sketch, configurations, list(angles), given_angles, take)
+
+
+def _enumerate(solver: PositionSolver) -> ClosedConfigurations | None:
+    """Return all configurations; None if there are none, or a motion is left."""
+    with suppress(MechanismError):
+        configurations = enumerate_configurations(solver)
+        return configurations if len(configurations.poses) else None
+    return None
+
+
+def _choose_first(
+    sketch: MechanismSketch,
+    configurations: ClosedConfigurations,
+    held: list[str],
+    given_angles: Mapping[str, float],
+    take: int | str | None,
+) -> _First:
+    """Return the configuration that is taken of all at some held angles; further given angles choose the one nearest to them."""
+    names = [sketch.bodies[k].name for k in configurations.closing]
+    further = {name: angle for name, angle in given_angles.items() if name in names and name not in held}
+    if take is None and further:
+        deviations = [_largest_deviation(sketch, poses, further) for poses in configurations.poses]
+        is_decided = sum(deviation < DECIDING_DEVIATION for deviation in deviations) == 1
+        index = min(range(len(deviations)), key=lambda k: _sum_of_squared_deviations(sketch, configurations.poses[k], further))
+        chosen: int | str | None = None if is_decided else NEAREST
+    else:
+        chosen = take or HIGHEST
+        index = choose_configuration(configurations, take or HIGHEST, configurations.solver.initial_guess)
+    is_only = take is None and len(configurations.poses) == 1
+    return _First(configurations.poses[index], tuple(held), None if is_only else chosen)
+
+
+def _find_poses(
+    sketch: MechanismSketch, given_angles: Mapping[str, float], placed: set[str], guesses: list[FloatArray]
+) -> tuple[FloatArray, dict[str, float]]:
+    """Return poses (bodies, 3) in which the joints close, and the angles (rad) that hold them, given ones first."""
+    scale = _length_scale(sketch)
     if found := _search(sketch, given_angles, guesses):
         chosen = _choose(found, scale)
         free_names = [body.name for body in sketch.bodies if body.can_rotate and body.name not in given_angles]
         held = _find_independent(sketch, free_names, given_angles, chosen) if len(guesses) > 1 else {}
-        if not held:
-            return chosen.poses
         held |= given_angles
-        return _choose(_close_all(_hold_angles(sketch, held), [chosen.poses, *_make_guesses(sketch, held, placed)]), scale).poses
+        if len(held) == len(given_angles):
+            return chosen.poses, held
+        return _choose(_close_all(_hold_angles(sketch, held), [chosen.poses, *_make_guesses(sketch, held, placed)]), scale).poses, held
 
     def distance(one: _Configuration) -> float:
         return _sum_of_squared_deviations(sketch, one.poses, given_angles)
@@ -214,20 +305,16 @@ def _find_poses(sketch: MechanismSketch, given_angles: Mapping[str, float], plac
     if near is not None:
         held_names = list(_find_independent(sketch, given_angles, {}, near))
     is_overdetermined = near is not None and len(held_names) < len(given_angles)
-    if is_overdetermined and (found := _search(sketch, {name: given_angles[name] for name in held_names}, starts)):
-        return min(found, key=distance).poses
+    held = {name: given_angles[name] for name in held_names}
+    if is_overdetermined and (found := _search(sketch, held, starts)):
+        return min(found, key=distance).poses, held
     raise MechanismError(explain_unclosed_joint(_hold_angles(sketch, {}), guesses, held_names, None if near is None else near.poses))
 
 
 def _hold_angles(sketch: MechanismSketch, angles: Mapping[str, float]) -> PositionSolver:
     """Return a solver of the mechanism whose bodies have these angles, rad, as if they were driven."""
-    drivers = [
-        RotationalDriver(
-            name=f"angle of {name}", first=Point(body=GROUND), second=Point(body=name), motion=PrescribedMotion.constant_rate(angle, 0.0)
-        )
-        for name, angle in angles.items()
-    ]
-    return PositionSolver(replace(sketch, joints=[*sketch.joints, *drivers]).build([], "", _length_scale(sketch)))
+    drivers = [angle_driver(name, angle) for name, angle in angles.items()]
+    return PositionSolver(_build(replace(sketch, joints=[*sketch.joints, *drivers])))
 
 
 def _find_independent(sketch: MechanismSketch, names: Iterable[str], fixed: Mapping[str, float], found: _Configuration) -> dict[str, float]:
@@ -247,6 +334,12 @@ def _sum_of_squared_deviations(sketch: MechanismSketch, poses: FloatArray, angle
     """Return the sum of the squared deviations of poses (bodies, 3) from angles, rad2."""
     found = {body.name: float(pose[2]) for body, pose in zip(sketch.bodies, poses, strict=True)}
     return sum(math.remainder(found[name] - angle, math.tau) ** 2 for name, angle in angles.items())
+
+
+def _largest_deviation(sketch: MechanismSketch, poses: FloatArray, angles: Mapping[str, float]) -> float:
+    """Return the largest deviation of poses (bodies, 3) from angles, rad."""
+    found = {body.name: float(pose[2]) for body, pose in zip(sketch.bodies, poses, strict=True)}
+    return max(abs(math.remainder(found[name] - angle, math.tau)) for name, angle in angles.items())
 
 
 def _make_guesses(sketch: MechanismSketch, given_angles: Mapping[str, float], placed: set[str]) -> Iterator[FloatArray]:

@@ -185,6 +185,22 @@ class MechanismBuilder(BodyBuilder, JointBuilder, ForceBuilder):
             raise MechanismError(f'direction must be "up" or "down"; found {format_value(direction)}')
         self._tables.setdefault("events", {})[name] = {"reading": reading, "value": value, **given_values(direction=direction)}
 
+    def choose_assembly(self, take: int | str) -> None:
+        """Choose one of the ways in which the joints close; see `assemblies`.
+
+        Parameters
+        ----------
+        take
+            Number of the assembly, from 1, or "highest", or "nearest" to the given positions and angles.
+
+        Raises
+        ------
+        MechanismError
+            If it is neither.
+        """
+        self._checks.check_assembly(take)
+        self._keys["assembly"] = take
+
     def document(self) -> dict[str, Any]:
         """Return the document as it stands, with the first configuration that the joints determine.
 

@@ -10,6 +10,7 @@ from governor_mechanism.model.joints import GROUND, Joint
 from governor_mechanism.model.output_variables import Reading
 from governor_mechanism.model.part import FIXED_PLANE, TURNING_PLANE, Part, Start
 from governor_mechanism.model.valve import Valve
+from governor_mechanism.scenes.custom.assembly import ASSEMBLY_TYPE, take_assembly
 from governor_mechanism.scenes.custom.bodies import BODY
 from governor_mechanism.scenes.custom.elements import FORCE_TABLES, JOINT_TABLES, LINK, UNTYPED_FORCE, UNTYPED_JOINT
 from governor_mechanism.scenes.custom.field_types import PointRegistry, is_moving, parse_moving_point, parse_named_points
@@ -50,8 +51,14 @@ CUSTOM_TOP_LEVEL: Final = Table(
         "force": declare("tables", default=None, meaning="springs, dampers, torques and forces, one table [[force]] for each"),
         "readings": declare("table", default=None, meaning="what is read off the mechanism, by name; by default angles of bodies"),
         "valve": declare("table", default=None, meaning="the slide valve that the mechanism moves, for its timing"),
+        "assembly": declare(
+            "assembly",
+            default=None,
+            meaning='which of the ways in which the joints close is taken: its number, "highest", or "nearest" to what is given; '
+            "by default that to which the given positions and angles lead",
+        ),
     },
-    types=TOP_LEVEL_TYPES,
+    types={**TOP_LEVEL_TYPES, "assembly": ASSEMBLY_TYPE},
     unknown_key=unknown_top_level_key,
 )
 """The top level of a scene file with a custom machine."""
@@ -85,7 +92,7 @@ class CustomMachineParser:
             self.collector.add(ProblemCode.MISSING_KEY, text, key="size")
         known_readings = tuple(readings) if readings and are_all_known else None
         valve = self._parse_valve(known_readings, sketch.joints)
-        part = None if self.has_problems else self.collector.attempt("", self._build_part, sketch, readings, length_scale, valve)
+        part = None if self.has_problems else self.collector.attempt("", self._build_part, sketch, readings, length_scale, valve, start)
         return part, start, known_readings
 
     def parse_sketch(self) -> MechanismSketch:
@@ -100,8 +107,11 @@ class CustomMachineParser:
             bodies=all_bodies, joints=joints, force_elements=self._parse_tables("force", {"": UNTYPED_FORCE, **FORCE_TABLES})
         )
 
-    def _build_part(self, sketch: MechanismSketch, readings: list[Reading], length_scale: float, valve: Valve | None) -> Part:
+    def _build_part(self, sketch: MechanismSketch, readings: list[Reading], length_scale: float, valve: Valve | None, start: Start) -> Part:
         mechanism = sketch.build(readings, _leading_coordinate(self.document.get("start"), readings), length_scale, valve)
+        assembly = self.top_level.get("assembly") if self.top_level else None
+        if assembly is not None:
+            mechanism = take_assembly(mechanism, assembly, start, given_angles(self.document, sketch.bodies))
         return Part(name=CUSTOM_PART_NAME, machine=CUSTOM_MACHINE, dimensions={}, mechanism=mechanism, plane=self.registry.plane)
 
     def _tables_under(self, key: str) -> list[Any]:
@@ -202,6 +212,12 @@ class CustomMachineParser:
             return Start()
         rates = assign_rate_keys(readings)
         return parse_start(given, {item.name: (item.quantity, rates[item.name]) for item in readings}, self.collector)
+
+
+def given_angles(document: Mapping[str, Any], bodies: Iterable[SketchedBody]) -> dict[str, float]:
+    """Return the angles that the tables of bodies write, by name, rad."""
+    written = {table.get("name") for table in document.get("body", ()) if isinstance(table, Mapping) and "angle" in table}
+    return {body.name: body.angle for body in bodies if body.name in written}
 
 
 def assign_rate_keys(readings: Iterable[Reading]) -> dict[str, str]:

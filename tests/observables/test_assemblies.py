@@ -1,0 +1,234 @@
+"""All ways in which linkages close: their number, their order, and which of them is taken."""
+
+import math
+
+import numpy as np
+import pytest
+
+import governor_mechanism as gm
+from governor_mechanism.mechanics.kinematics.assembly import PositionSolver
+from governor_mechanism.observables.assemblies.bilinear_systems import count_paths, solve_bilinear_system
+from governor_mechanism.observables.assemblies.enumeration import enumerate_configurations
+
+MAX_GAP = 1e-10
+"""Largest gap of a joint that counts as closed, length scales."""
+
+JANSEN = {"b": 41.5, "c": 39.3, "f": 39.4, "g": 36.7, "j": 50.0, "k": 61.9, "m": 15.0}
+"""Jansen's bars, mm; b and g carry triangles with the sides d, e and h, i."""
+
+
+def triangle_point(base: float, left: float, right: float) -> tuple[str, str]:
+    """Third corner of a triangle whose base lies along x, mm."""
+    x = (base**2 + left**2 - right**2) / (2 * base)
+    return f"{x} mm", f"{math.sqrt(left**2 - x**2)} mm"
+
+
+def jansen(has_pen: bool = False, **angles: str) -> gm.MechanismBuilder:
+    m = gm.Mechanism.build("Jansen leg")
+    rods = {name: m.rod(name, length=f"{length} mm", mass=0.1, angle=angles.get(name)) for name, length in JANSEN.items()}
+    left = rods["b"].point(*triangle_point(41.5, 40.1, 55.8), "left")
+    foot = rods["g"].point(*triangle_point(36.7, 49.0, 65.7), "foot")
+    m.pin(m.ground(0, 0), rods["m"].start)
+    m.pin(m.ground("-38 mm", "-7.8 mm"), rods["b"].start, rods["c"].start)
+    m.pin(rods["m"].end, rods["j"].start, rods["k"].start)
+    m.pin(rods["j"].end, rods["b"].end)
+    m.pin(left, rods["f"].start)
+    m.pin(rods["k"].end, rods["c"].end, rods["g"].start)
+    m.pin(rods["f"].end, rods["g"].end)
+    m.reading("foot_y", y=foot)
+    m.motor(rods["m"], rate="60 rpm")
+    if has_pen:
+        m.weld(foot, m.rod("pen", length="5 mm", mass=1e-3).start)
+    return m
+
+
+def six_bar() -> gm.MechanismBuilder:
+    """Stephenson six-bar that is driven at a pin in its loop of five links."""
+    m = gm.Mechanism.build("Stephenson six-bar")
+    crank, rocker, link = (m.rod(name, length=length, mass=1.0) for name, length in (("crank", 2.2), ("rocker", 2.9), ("link", 2.5)))
+    coupler = m.body("coupler", mass=1.0, inertia=0.1)
+    m.pin(m.ground(0, 0), crank.start)
+    m.pin(m.ground(2.9, 0), rocker.start)
+    m.pin(m.ground([[0.0, -1.5], [1.0, -1.4]], 1.6), link.start)
+    m.pin(crank.end, coupler.origin)
+    m.pin(rocker.end, coupler.point(2.3, 0))
+    m.pin(link.end, coupler.point(1.4, 2.9))
+    return m
+
+
+def four_bar() -> gm.MechanismBuilder:
+    m = gm.Mechanism.build("Four-bar")
+    crank, coupler, rocker = (m.rod(name, length=length, mass=1.0) for name, length in (("crank", 0.1), ("coupler", 0.3), ("rocker", 0.25)))
+    m.pin(m.ground(0, 0), crank.start)
+    m.pin(m.ground(0.3, 0), rocker.start)
+    m.pin(crank.end, coupler.start)
+    m.pin(coupler.end, rocker.end)
+    m.motor(crank, rate="60 rpm")
+    return m
+
+
+def slider_crank() -> gm.MechanismBuilder:
+    m = gm.Mechanism.build("Slider-crank")
+    crank, rod = m.rod("crank", length=0.1, mass=1.0, angle="40 deg"), m.rod("rod", length=0.4, mass=1.0)
+    piston = m.block("piston", mass=1.0)
+    m.pin(m.ground(0, 0), crank.start)
+    m.pin(crank.end, rod.start)
+    m.pin(rod.end, piston.centre)
+    m.slider(m.ground(0, 0), piston.centre)
+    m.motor(crank, rate="60 rpm")
+    return m
+
+
+def find_all(mechanism: gm.Mechanism, guess: np.ndarray | None = None):
+    """All configurations of a mechanism whose drives hold it, from its own guess or another."""
+    solver = PositionSolver(mechanism)
+    solver.initial_guess = solver.initial_guess if guess is None else guess
+    return enumerate_configurations(solver)
+
+
+def driven(m: gm.MechanismBuilder) -> gm.Mechanism:
+    return m.scene().mechanism
+
+
+def random_poses(mechanism: gm.Mechanism, generator: np.random.Generator) -> np.ndarray:
+    size = np.array([mechanism.length_scale, mechanism.length_scale, math.pi])
+    return size * generator.uniform(-1.0, 1.0, size=(len(mechanism.bodies), 3)) * [body.moves for body in mechanism.bodies]
+
+
+LINKAGES = {
+    "four-bar": (four_bar, 2),
+    "slider-crank": (slider_crank, 2),
+    "six-bar": (six_bar, 6),
+    "Jansen's leg": (lambda: jansen(m="0 deg"), 8),
+}
+
+
+@pytest.mark.parametrize("name", LINKAGES)
+def test_all_ways_are_found_with_the_same_numbers_from_any_guess(name):
+    build, count = LINKAGES[name]
+    mechanism = driven(build())
+    solver, found = PositionSolver(mechanism), find_all(mechanism)
+    assert len(found.poses) == count
+    assert found.complete
+    for poses in found.poses:
+        assert np.max(np.abs(solver.equations.residuals(poses))) < MAX_GAP * mechanism.length_scale
+    differences = np.abs(found.poses[:, np.newaxis] - found.poses[np.newaxis]).max(axis=(2, 3)) + np.eye(count)
+    assert np.min(differences) > 1e-3
+    generator = np.random.default_rng(1)
+    for _ in range(10):  # a hundred give the same
+        other = find_all(mechanism, random_poses(mechanism, generator))
+        assert np.allclose(other.poses, found.poses, rtol=0, atol=1e-9)
+
+
+@pytest.mark.parametrize("name", LINKAGES)
+def test_no_start_leads_to_a_way_that_is_not_listed(name):
+    mechanism = driven(LINKAGES[name][0]())
+    solver, found, generator, n_closed = PositionSolver(mechanism), find_all(mechanism), np.random.default_rng(2), 0
+    for _ in range(40):
+        try:
+            poses = solver.solve({}, random_poses(mechanism, generator))
+        except gm.MechanismError:
+            continue
+        n_closed += 1
+        difference = found.poses - poses
+        difference[..., 2] -= np.round(difference[..., 2] / math.tau) * math.tau
+        assert np.min(np.abs(difference).max(axis=(1, 2))) < 1e-6
+    assert n_closed > 10
+
+
+@pytest.mark.parametrize("n", [1, 2, 3, 4])
+def test_bilinear_equations_have_all_their_solutions(n):
+    """2n general equations in two groups of n unknowns have binomial(2n, n) solutions."""
+    generator = np.random.default_rng(n)
+    matrices = generator.normal(size=(2 * n, n + 1, n + 1)) + 1j * generator.normal(size=(2 * n, n + 1, n + 1))
+    found = solve_bilinear_system(matrices)
+    assert found.complete
+    assert len(found.first) == count_paths(n)
+    for first, second in zip(found.first, found.second, strict=True):
+        values = np.einsum("kij,i,j->k", matrices, np.append(1.0, first), np.append(1.0, second))
+        assert np.max(np.abs(values)) < 1e-8 * (1 + np.max(np.abs(first))) * (1 + np.max(np.abs(second)))
+
+
+def mean_heights(poses: np.ndarray) -> np.ndarray:
+    """Mean heights of the mass centres of the leg without its pen, m."""
+    return poses[:, : len(JANSEN), 1].mean(axis=1)
+
+
+@pytest.mark.parametrize("has_pen", [False, True])
+def test_the_highest_of_several_ways_is_taken_and_the_run_says_so(has_pen):
+    scene = jansen(has_pen, m="0 deg").scene(duration="0.1 s")
+    found = find_all(scene.mechanism).poses
+    highest = int(np.argmax(mean_heights(found)))
+    assert np.allclose(found[highest], scene.mechanism.initial_guess, rtol=0, atol=1e-9)
+    (note,) = gm.run(scene, times=[0.0], certify=False).notes
+    assert note == f"the joints close in 8 ways: assembly {highest + 1}, the highest, is taken; assembly = 1 to 8 chooses another"
+    assert gm.Scene.from_dict(scene.document) == scene
+
+
+def test_a_chosen_way_is_taken_without_a_note_whatever_is_fixed_to_the_leg():
+    for number in (1, 4, 7):
+        poses = []
+        for has_pen in (False, True):
+            m = jansen(has_pen, m="0 deg")
+            m.choose_assembly(number)
+            scene = m.scene()
+            assert not scene.mechanism.notes
+            poses.append(np.array(scene.mechanism.initial_guess)[: len(JANSEN)])
+        assert np.allclose(*poses, rtol=0, atol=1e-9)
+        angles = {name: f"{math.degrees(pose[2])} deg" for name, pose in zip(JANSEN, poses[0].tolist(), strict=True)}
+        given = jansen(**{name: angles[name] for name in ("m", "b", "c", "g")}).scene()  # what is given decides
+        assert not given.mechanism.notes
+        assert "assembly" not in given.document
+        assert np.allclose(given.mechanism.initial_guess, poses[0], rtol=0, atol=1e-9)
+
+
+def test_given_angles_that_no_way_has_take_the_nearest_and_a_part_of_them_leaves_several():
+    rough = jansen(m="0 deg", b="80 deg", c="-80 deg", g="170 deg").scene()
+    (note,) = rough.mechanism.notes
+    assert ", the nearest to what is given, is taken" in note
+    exact = math.degrees(rough.mechanism.initial_guess[list(JANSEN).index("b")][2])
+    assert "8 ways" in jansen(m="0 deg", b=f"{exact} deg").scene().mechanism.notes[0]
+
+
+def test_a_free_mechanism_says_at_which_angle_it_closes_in_several_ways():
+    m = gm.Mechanism.build("Four-bar")
+    crank, coupler = m.rod("crank", length=0.1, mass=1.0), m.rod("coupler", length=0.3, mass=1.0)
+    rocker = m.rod("rocker", length=0.25, mass=1.0, angle="100 deg")
+    m.pin(m.ground(0, 0), crank.start)
+    m.pin(m.ground(0.3, 0), rocker.start)
+    m.pin(crank.end, coupler.start)
+    m.pin(coupler.end, rocker.end)
+    scene = m.scene()
+    assert scene.document["assembly"] == {"take": "highest", "at": ["rocker"]}
+    (note,) = scene.mechanism.notes
+    assert note.startswith("the joints close in 2 ways with rocker at 100 deg: ")
+    assert gm.Scene.from_dict(scene.document) == scene
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"assembly": 7}, "there is no assembly 7 of 2: the joints close in 2 ways at the start; give 1 to 2"),
+        ({"assembly": 0}, 'assembly must be a number from 1, "highest", or "nearest" to the given positions and angles; found 0'),
+        (
+            {"assembly": {"take": 1, "at": ["crnk"]}},
+            "assembly.at names the unknown body 'crnk'; bodies are crank, coupler, rocker. Did you mean 'crank'?",
+        ),
+        ({"assembly": 1, "body.coupler.rod.length": 5.0}, "joint 'pin of coupler and rocker' stays open by"),
+    ],
+    ids=["too large", "zero", "body", "length"],
+)
+def test_a_wrong_choice_is_refused(changes, message):
+    scene = four_bar().scene()
+    with pytest.raises(gm.MechanismError) as refusal:
+        scene.replace(changes)
+    assert message in str(refusal.value)
+
+
+def test_a_mechanism_that_is_free_is_refused_with_the_number_of_values_that_must_be_given():
+    m = four_bar()
+    document = {**m.document(), "assembly": 1}
+    document["joint"] = [joint for joint in document["joint"] if joint["type"] != "driven_turn"]
+    document["body"] = [{key: value for key, value in body.items() if key != "angle"} for body in document["body"]]
+    with pytest.raises(gm.MechanismError, match="leave 1 degree of freedom: one value more must be given"):
+        gm.Scene.from_dict(document)
