@@ -219,7 +219,7 @@ class _PathTracker:
 def _solve_each(matrices: ComplexArray, values: ComplexArray) -> ComplexArray:
     """Return the solutions of linear systems; nan for all if one of them is singular."""
     try:
-        solutions: ComplexArray = np.linalg.solve(matrices, values[..., np.newaxis])[..., 0]
+        solutions: ComplexArray = np.linalg.solve(matrices, values[..., np.newaxis])[..., 0].astype(np.complex128, copy=False)
     except np.linalg.LinAlgError:
         solutions = np.full(values.shape, np.nan, complex)
     return solutions
