@@ -2,11 +2,12 @@
 # make test     sets up .venv and passes the tests of every day
 # make test-all passes all tests: also every scene in every engine, hard cases, long runs, commands of the documentation
 # make test-docs runs every command of the README and the documentation as it stands there (minutes)
-# make kernels  compiles all kernels into one library (two minutes, again only when a kernel was changed); test and docs do it too
+# make kernels  builds the library of compiled kernels again, if one was changed (two minutes); run, test and docs do it too
 # make kernel-comparison compares that library with numba, bit by bit
 # make docs     builds the documentation into docs/_build/html
 # make test-browser drives the interactive pages and the documentation in Chromium
 # make package builds wheel and sdist and tries them in fresh environments of every Python found
+# make wheels  builds the wheels of all platforms into dist/; those of other platforms are not tried
 # make lock     writes constraints.txt, the versions that `make run` and `make test` install
 # make gallery-page writes the interactive pages of all shipped scenes, with an index, into renders/pages/
 # make gallery  makes films and figures of every shipped scene and study into renders/gallery/, which is not tracked (many minutes)
@@ -24,35 +25,39 @@ CANDIDATES := python3 python3.14 python3.13 python3.12 python3.11
 
 unexport PYTHONDONTWRITEBYTECODE # tests start many processes, each of which would translate all sources again
 
-BUILD_KERNELS = $(BIN)/python kernel_build/build.py
+INSTALL = $(BIN)/python -m pip install --quiet --disable-pip-version-check --constraint constraints.txt --editable
+PLATFORMS := linux-x86_64 linux-aarch64 darwin-x86_64 darwin-arm64 win32-amd64
+LIBRARY := src/governor_mechanism/_kernels/index.json
+KERNEL_SOURCES := $(shell find src/governor_mechanism/effects src/governor_mechanism/engines src/governor_mechanism/integrators \
+  src/governor_mechanism/mechanics src/governor_mechanism/numerics -name '*.py') $(wildcard kernel_build/*.[pch]*)
 
-.PHONY: run kernels kernel-comparison test test-all test-docs docs test-browser check package lock gallery gallery-page pictures contact-sheet errata certificates kernel-coverage mutants benchmark clean
+ANNOUNCE = test -f $(LIBRARY) || echo "installing; the compiled kernels are built once, which takes a minute or two"
+EXPLAIN = echo "the installation failed; it needs the package index once, also for the packages that build the compiled kernels" \
+  "(numba; and ziglang where there is no C compiler: cc, gcc or clang)" >&2
 
-run: $(VENV)/installed
+.NOTPARALLEL:
+.PHONY: run kernels kernel-comparison test test-all test-docs docs test-browser check package wheels lock gallery gallery-page pictures contact-sheet errata certificates kernel-coverage mutants benchmark clean
+
+run: $(VENV)/installed $(LIBRARY)
 	$(BIN)/governor-mechanism run porter --out renders/latest
 	@echo
 	$(BIN)/governor-mechanism crosscheck porter
 
-kernels: $(VENV)/installed
-	$(BUILD_KERNELS)
+kernels: $(VENV)/installed $(LIBRARY)
 
-kernel-comparison: $(VENV)/installed kernels
+kernel-comparison: $(VENV)/installed-test $(LIBRARY)
 	$(BIN)/python kernel_build/comparison.py
 
-test: $(VENV)/installed-test
-	$(BUILD_KERNELS)
+test: $(VENV)/installed-test $(LIBRARY)
 	$(BIN)/python -m pytest -n auto --dist worksteal -m "not long" --hypothesis-profile=quick
 
-test-all: $(VENV)/installed-test
-	$(BUILD_KERNELS)
+test-all: $(VENV)/installed-test $(LIBRARY)
 	$(BIN)/python -m pytest -n auto --dist worksteal
 
-test-docs: $(VENV)/installed-test
-	$(BUILD_KERNELS)
+test-docs: $(VENV)/installed-test $(LIBRARY)
 	$(BIN)/python -m pytest -n 2 tests/docs/check_commands.py
 
-docs: $(VENV)/installed-docs
-	$(BUILD_KERNELS)
+docs: $(VENV)/installed-docs $(LIBRARY)
 	$(BIN)/python -m sphinx -W --keep-going -n -q -b html docs docs/_build/html
 
 test-browser: $(VENV)/installed-test docs
@@ -66,34 +71,36 @@ check: $(VENV)/installed-test
 	$(BIN)/codespell
 	$(BIN)/mypy
 
-package: $(VENV)/installed-test
+package: $(VENV)/installed-test $(LIBRARY)
 	$(BIN)/python .ci/check_package.py
+
+wheels: $(VENV)/installed-test
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check 'ziglang>=0.13'
+	$(BIN)/python kernel_build/build.py $(PLATFORMS)
+	for platform in $(PLATFORMS); do GOVERNOR_MECHANISM_PLATFORM=$$platform \
+	  $(BIN)/python -m build --wheel --no-isolation --outdir dist . || exit 1; done
 
 lock: $(VENV)/installed-test
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check 'uv>=0.5'
 	$(BIN)/uv pip compile pyproject.toml --extra all --extra test --extra docs --universal --python-version 3.11 --upgrade \
 	  --no-header --no-annotate --no-emit-index-url --output-file constraints.txt
 
-gallery: $(VENV)/installed gallery-page
+gallery: $(VENV)/installed $(LIBRARY) gallery-page
 	$(BIN)/python docs/pictures/gallery.py
 
-gallery-page: $(VENV)/installed
-	$(BUILD_KERNELS)
+gallery-page: $(VENV)/installed $(LIBRARY)
 	$(BIN)/python docs/pictures/gallery_page.py
 
-pictures: $(VENV)/installed
-	$(BUILD_KERNELS)
+pictures: $(VENV)/installed $(LIBRARY)
 	$(BIN)/python docs/pictures/shown.py
 
 contact-sheet: $(VENV)/installed
 	$(BIN)/python docs/pictures/contact_sheet.py
 
-errata: $(VENV)/installed
-	$(BUILD_KERNELS)
+errata: $(VENV)/installed $(LIBRARY)
 	$(BIN)/python docs/errata/generate.py
 
-certificates: $(VENV)/installed-test
-	$(BUILD_KERNELS)
+certificates: $(VENV)/installed-test $(LIBRARY)
 	$(BIN)/python benchmarks/certificates.py --state
 
 kernel-coverage: $(VENV)/installed-test
@@ -102,8 +109,7 @@ kernel-coverage: $(VENV)/installed-test
 mutants: $(VENV)/installed-test
 	$(BIN)/python benchmarks/mutants.py
 
-benchmark: $(VENV)/installed-test
-	$(BUILD_KERNELS)
+benchmark: $(VENV)/installed-test $(LIBRARY)
 	$(BIN)/python benchmarks/write_results.py
 
 $(VENV)/python:
@@ -118,16 +124,24 @@ $(VENV)/python:
 	$$found -m venv $(VENV) && touch $@
 
 $(VENV)/installed: $(VENV)/python pyproject.toml constraints.txt
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check --constraint constraints.txt --editable .
+	@$(ANNOUNCE)
+	$(INSTALL) . || { $(EXPLAIN); exit 1; }
 	@touch $@
 
 $(VENV)/installed-test: $(VENV)/python pyproject.toml constraints.txt
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check --constraint constraints.txt --editable '.[test]'
+	@$(ANNOUNCE)
+	$(INSTALL) '.[test]' || { $(EXPLAIN); exit 1; }
 	@touch $@ $(VENV)/installed
 
 $(VENV)/installed-docs: $(VENV)/python pyproject.toml constraints.txt
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check --constraint constraints.txt --editable '.[docs]'
+	@$(ANNOUNCE)
+	$(INSTALL) '.[docs]' || { $(EXPLAIN); exit 1; }
 	@touch $@ $(VENV)/installed
 
+# after a change of kernels; to install the package builds it too
+$(LIBRARY): $(KERNEL_SOURCES) | $(VENV)/installed
+	@if $(BIN)/python -c 'import numba' 2>/dev/null; then $(BIN)/python kernel_build/build.py; else $(INSTALL) . --no-deps; fi
+	@touch $@
+
 clean:
-	rm -rf $(VENV) renders/latest renders/gallery renders/pages docs/_build docs/_generated src/governor_mechanism/_kernels
+	rm -rf $(VENV) renders/latest renders/gallery renders/pages docs/_build docs/_generated src/governor_mechanism/_kernels kernel_build/built

@@ -6,10 +6,7 @@ Usage: python benchmarks/multibody.py
 from __future__ import annotations
 
 import math
-import os
-import subprocess
 import sys
-import tempfile
 import time
 from collections.abc import Callable
 from dataclasses import replace
@@ -38,7 +35,6 @@ def main() -> None:
     compare_with_one_coordinate()
     compare_with_scipy()
     print_chain_costs()
-    print_compile_times()
 
 
 def compare_with_one_coordinate() -> None:
@@ -76,7 +72,6 @@ def run_cost(engine: MultibodyEngine, scene: Scene, end: float) -> float:
 
     task = RunRequest(times=np.array([end]), accuracy=1e-8, certify=False, reason="")
     follower = MultibodyRunner(engine, scene, task)
-    follower.integrator.compile_kernels()
     started = time.perf_counter()
     follower.integrator.integrate(engine.tolerance or 1e-10)
     return time.perf_counter() - started
@@ -217,18 +212,6 @@ def print_chain_costs() -> None:
         each = run.cost.wall_time / evaluations * 1e6
         print(f"| {count} | {each:.1f} | {each / count:.2f} |")
     print()
-
-
-def print_compile_times() -> None:
-    """Print the times of a first run with compilation, and of a first run in a process with cached kernels."""
-    code = "import governor_mechanism as gm; gm.run('porter', 'multibody', times=[1.0])"
-    with tempfile.TemporaryDirectory() as folder:
-        environment = {**os.environ, "NUMBA_CACHE_DIR": folder, "GOVERNOR_MECHANISM_JIT": "1"}
-        print("| a process with one run of Porter | s |\n|---|---|")
-        for name in ("compiled kernels", "cached kernels"):
-            started = time.perf_counter()
-            subprocess.run([sys.executable, "-c", code], env=environment, check=True, stderr=subprocess.DEVNULL)
-            print(f"| {name} | {time.perf_counter() - started:.1f} |")
 
 
 if __name__ == "__main__":

@@ -102,7 +102,6 @@ def coefficient_declaration(name: str, values: FloatArray) -> str:
 def prepare_reduced_run(scene: Scene) -> ReducedRun:
     """Return the engine with its tables built."""
     runner = ReducedRunner(ReducedEngine(), scene, RunRequest(times=TIMES, accuracy=1e-8, certify=False, reason=""))
-    runner.compile_kernels()
     return runner.get_reduced_run(1.0)
 
 

@@ -5,6 +5,7 @@ Import it before every other module of the package but `numerics.jit`: kernels t
 
 import os
 from collections.abc import Callable, Mapping
+from functools import cached_property
 from typing import Any
 
 os.environ["GOVERNOR_MECHANISM_JIT"] = "0"  # records have attributes that Python reads
@@ -23,7 +24,11 @@ class ObservedKernel(jit.Kernel):
 
     signatures: dict["ObservedKernel", set[Signature]] = {}  # noqa: RUF012 -- shared by all kernels on purpose
     is_inside_kernel = False
-    is_loaded = is_compiled = True
+
+    @cached_property
+    def _dispatcher(self) -> Any:
+        """What types the function; nothing calls it."""
+        return numba.njit(no_cpython_wrapper=True, **self._options)(self.__wrapped__)
 
     def __call__(self, *arguments: Any) -> Any:
         """Call the function of Python."""

@@ -1,16 +1,19 @@
 """Translation of all kernels to one module of LLVM: each function typed once, and all optimised once, together."""
 
+import gc
 import re
 from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass
 from importlib import import_module
 from typing import Any
 
 import llvmlite.binding as llvm
+from numba.core.codegen import JITCodeLibrary
 from numba.core.registry import cpu_target
 from numba.core.runtime import rtsys
 
-from governor_mechanism.numerics.kernel_linking import LinkedLibrary, paused_garbage_collection
+from platforms import Platform
 
 REFERENCE_COUNTS = """
 declare void @release_block(ptr)
@@ -48,6 +51,49 @@ end:
 ADDRESS_PATTERN = re.compile(r"inttoptr \(i64 \d{6,} to ptr\)")
 """An address of this process, which only texts of errors use."""
 
+HEADER_PATTERN = re.compile(r"^target (triple|datalayout) = .*$", re.MULTILINE)
+"""What a module says of its platform."""
+
+
+class _NoMachineCode:
+    """Takes the place of the code generator of a function without machine code."""
+
+    def set_env(self, name: str, environment: Any) -> None:
+        """Do nothing: only messages of errors need the environment of a function."""
+
+
+class UnoptimisedLibrary(JITCodeLibrary):
+    """Code of a function as numba translates it, neither optimised nor translated to machine code."""
+
+    def _optimize_functions(self, ll_module: Any) -> None:
+        ll_module.data_layout = self._codegen._data_layout
+
+    @property
+    def codegen(self) -> Any:
+        """Code generator as far as numba asks for it after the translation."""
+        return _NoMachineCode()
+
+    def finalize(self) -> None:
+        """Finish the code."""
+        self._raise_if_finalized()
+        self._finalize_dynamic_globals()
+        self._finalized = True
+
+    def get_pointer_to_function(self, name: str) -> int:
+        """Return the address of the machine code: there is none."""
+        self._ensure_finalized()
+        return 0
+
+
+@contextmanager
+def paused_garbage_collection() -> Iterator[None]:
+    """Keep Python from searching for cyclic garbage: the compiler makes millions of objects, and few are garbage before its end."""
+    gc.disable()
+    try:
+        yield
+    finally:
+        gc.enable()
+
 
 @dataclass(frozen=True)
 class TypedKernel:
@@ -69,7 +115,7 @@ class TypedKernel:
     symbol: str
     argument_types: tuple[Any, ...]
     result_type: Any
-    library: LinkedLibrary
+    library: UnoptimisedLibrary
 
     @property
     def entry(self) -> str:
@@ -87,11 +133,11 @@ def type_kernels(signatures: Mapping[Any, tuple[Any, ...]]) -> Iterator[TypedKer
     """Type kernels with all that they call, each function once."""
     context = cpu_target.target_context
     rtsys.initialize(context)  # translated to machine code here, while that is possible
-    context.codegen()._library_class = LinkedLibrary  # no machine code of functions of numba, nor their optimisation for this processor
+    context.codegen()._library_class = UnoptimisedLibrary
     for kernel, signature in signatures.items():
         with paused_garbage_collection():
-            kernel._linked_dispatcher.compile(signature)
-        result = kernel._linked_dispatcher.overloads[signature]
+            kernel._dispatcher.compile(signature)
+        result = kernel._dispatcher.overloads[signature]
         yield TypedKernel(_name_of(kernel), result.fndesc.llvm_func_name, signature, result.fndesc.restype, result.library)
 
 
@@ -146,18 +192,26 @@ def _entry_of(kernel: TypedKernel) -> str:
     return "\n".join(lines)
 
 
-def optimise(module: Any) -> bytes:
-    """Optimise a module for the least processor of this platform, and return its machine code."""
-    triple = llvm.get_process_triple()
-    cpu = "x86-64" if triple.startswith("x86_64") else "generic"
+def as_text(module: Any) -> str:
+    """Return a module without what no entry needs, and without addresses of this process."""
+    machine = llvm.Target.from_triple(llvm.get_process_triple()).create_target_machine()
+    passes = llvm.create_new_module_pass_manager()
+    passes.add_global_dead_code_eliminate_pass()
+    passes.run(module, llvm.create_pass_builder(machine, llvm.create_pipeline_tuning_options()))
+    return ADDRESS_PATTERN.sub("null", str(module))
+
+
+def optimise(text: str, platform: Platform | None) -> bytes:
+    """Optimise a module for the least processor of a platform, or of this one, and return its machine code."""
+    llvm.initialize_all_targets()
+    llvm.initialize_all_asmprinters()
+    triple, cpu = (platform.triple, platform.cpu) if platform else (llvm.get_process_triple(), "generic")
     machine = llvm.Target.from_triple(triple).create_target_machine(cpu=cpu, opt=3, reloc="pic", codemodel="small")
+    header = f'target triple = "{triple}"\ntarget datalayout = "{machine.target_data}"\n'
+    module = llvm.parse_assembly(header + HEADER_PATTERN.sub("", text))
     options = llvm.create_pipeline_tuning_options(speed_level=3)
     options.loop_vectorization = True
     builder = llvm.create_pass_builder(machine, options)
-    first = llvm.create_new_module_pass_manager()
-    first.add_global_dead_code_eliminate_pass()
-    first.run(module, builder)
-    module = llvm.parse_assembly(ADDRESS_PATTERN.sub("null", str(module)))
     passes = builder.getModulePassManager()
     passes.add_refprune_pass()
     passes.run(module, builder)

@@ -9,6 +9,7 @@ import governor_mechanism as gm
 from governor_mechanism.engines import select_engine
 from governor_mechanism.engines.base import RunRequest
 from governor_mechanism.engines.multibody.engine import MultibodyEngine, MultibodyRunner
+from governor_mechanism.engines.multibody.implicit import RadauLimits
 from governor_mechanism.mechanics.kinematics.constraint_equations import make_curve_segments
 from governor_mechanism.mechanics.kinematics.constraint_kernels import evaluate_curve
 from governor_mechanism.model.joints import CurveSlot
@@ -51,11 +52,14 @@ def read_results(trajectory: gm.Trajectory) -> tuple[object, ...]:
 
 
 def integrate_implicitly() -> None:
-    """Take no step with the method for stiff motion."""
+    """Take a step with the method for stiff motion."""
     scene = gm.load("stiff_flyball")
     request = RunRequest(times=np.array(SHORT), accuracy=1e-3, certify=False, reason="asked for")
     integrator = MultibodyRunner(MultibodyEngine(), scene, request).integrator
-    integrator.make_implicit_integrator().compile_kernel(integrator.input_cubics(0.0), integrator.initial_state)
+    state, cubics = integrator.initial_state, integrator.input_cubics(0.0)
+    outputs = np.empty((0, state.size))
+    implicit = integrator.make_implicit_integrator()
+    implicit.integrate(cubics, (0.0, 1e-9), outputs[:, 0], state, RadauLimits(1.0, 1e-9, 1), outputs)
 
 
 def follow_curve() -> None:

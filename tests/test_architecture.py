@@ -89,7 +89,6 @@ DELEGATIONS = {
     "statics.linearisation": {"Linearisation.to_dataframe", "Linearisation._repr_html_"},
     "statics.stability_limit": {"StabilityLimit._repr_html_"},
     "scenes.described_scene": {"SceneDescription._repr_html_"},
-    "studies.kernel_compilation": {"KernelCompilation._repr_html_"},
 }
 """Methods that hand on to a function of a later folder, by module. They alone import upwards, and do nothing else."""
 

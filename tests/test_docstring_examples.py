@@ -9,7 +9,7 @@ import pytest
 
 import governor_mechanism as gm
 
-SKIPPED = {"compile_kernels": "compiles all kernels, which takes minutes", "paper_rules": "simulates eight engines, which takes a minute"}
+SKIPPED = {"paper_rules": "simulates eight engines, which takes a minute"}
 """Functions whose example is not run, and why."""
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import re
 import shutil
@@ -13,6 +14,7 @@ from pathlib import Path
 import pytest
 
 from documentation_pages import PAGES
+from governor_mechanism.numerics.kernel_library import platform_name
 
 ROOT = Path(__file__).parents[1]
 LIST = (
@@ -36,7 +38,12 @@ def test_the_wheel_holds_the_scenes_and_finds_them(tmp_path):
         templates = {path.relative_to(source).as_posix() for ending in ("toml", "txt") for path in source.rglob(f"*.{ending}")}
         assert templates
         assert templates <= set(archive.namelist())
-        assert not [name for name in archive.namelist() if "/_kernels/" in name]  # the library of this platform
+        index = json.loads(archive.read("governor_mechanism/_kernels/index.json"))
+        assert index["platform"] == platform_name()
+        assert "sources" not in index
+        kernels = {name for name in archive.namelist() if "/_kernels/" in name}
+        assert kernels == {f"governor_mechanism/_kernels/{name}" for name in ("index.json", index["library"])}
+    assert re.search(r"-py3-none-(?!any)\w+\.whl$", wheel.name)
     names, scene = listed(tmp_path / "installed")
     assert names == sorted(path.stem for path in (ROOT / "models").glob("*.toml"))
     assert "porter" in scene

@@ -11,7 +11,6 @@ from governor_mechanism.api.kinematics import valve_timing as valve_timing
 from governor_mechanism.api.regulation import load_change_study as load_change_study
 from governor_mechanism.api.regulation import paper_rules as paper_rules
 from governor_mechanism.api.regulation import stability_map as stability_map
-from governor_mechanism.api.runs import compile_kernels as compile_kernels
 from governor_mechanism.api.runs import film as film
 from governor_mechanism.api.runs import open_run as open_run
 from governor_mechanism.api.runs import run as run
@@ -61,7 +60,6 @@ from governor_mechanism.studies.design.hartnell import HartnellDesign as Hartnel
 from governor_mechanism.studies.design.pendulum import PendulumDesign as PendulumDesign
 from governor_mechanism.studies.effect_ablation import EffectsStudy as EffectsStudy
 from governor_mechanism.studies.hard_cases.results import HardCasesReport as HardCasesReport
-from governor_mechanism.studies.kernel_compilation import KernelCompilation as KernelCompilation
 from governor_mechanism.studies.regulation.load_change import LoadChangeStudy as LoadChangeStudy
 from governor_mechanism.studies.regulation.stability_map import StabilityMap as StabilityMap
 from governor_mechanism.studies.sweep.cluster import ClusterClient as ClusterClient

@@ -2,10 +2,6 @@
 
 from __future__ import annotations
 
-import os
-import shutil
-import subprocess
-import sys
 from dataclasses import replace
 from functools import cache
 from itertools import pairwise
@@ -23,7 +19,6 @@ from governor_mechanism.model.mechanism import Body, Mechanism, SecondMoments
 from governor_mechanism.model.output_variables import PointCoordinate
 from governor_mechanism.model.part import Spindle, Start
 from governor_mechanism.model.results.outcome import Outcome
-from governor_mechanism.numerics import jit as compiled
 from governor_mechanism.scenes.library import shipped_scenes
 from governor_scenes import CROSSED, EXTENDED, PORTER, UNCROSSED_LINKS, WATT, governor_scene, random_governor
 from one_coordinate_reference import integrate_one_coordinate
@@ -269,38 +264,6 @@ def test_cost_counts_evaluations():
     assert run.cost.runs == 2
     # Twelve stages and one derivative after each step, three more where the step has dense output.
     assert 13 * run.cost.steps <= evaluations <= 16 * (run.cost.steps + run.cost.rejected) + 2 * 2
-
-
-@pytest.mark.long
-def test_kernels_work_without_a_cache_folder(tmp_path):
-    # A file in place of the folder prevents even an administrator from writing there.
-    site = tmp_path / "site-packages"
-    shutil.copytree(SOURCE, site / "governor_mechanism", ignore=shutil.ignore_patterns("__pycache__"))
-    (site / "governor_mechanism" / "__pycache__").touch()
-    environment = {name: value for name, value in os.environ.items() if name not in ("HOME", "NUMBA_CACHE_DIR")}
-    environment |= {"PYTHONPATH": str(site), "HOME": "/dev/null", "TMPDIR": str(tmp_path), "PYTHONDONTWRITEBYTECODE": "1"}
-    code = "from governor_mechanism.numerics.hermite import cubic_hermite_jit\nprint(cubic_hermite_jit(0.0, 1.0, 0.0, 0.0, 1.0, 0.25))"
-    answer = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, env=environment)
-    assert answer.stdout.strip() == "0.15625"  # 3 t^2 - 2 t^3
-    assert list(tmp_path.glob("governor-mechanism-*/kernels-*/*/*.nbi"))
-
-
-def test_compilation_is_announced_without_a_cache(tmp_path, capsys, monkeypatch):
-    monkeypatch.setattr(compiled, "kernel_cache_folder", lambda: tmp_path)
-
-    @compiled.jit
-    def integrate(step):
-        return 2.0 * step
-
-    compiled.warn_before_compiling(integrate, 12)
-    assert capsys.readouterr().err == "compiling kernels, once for this version: about 12 s\n"
-    (tmp_path / "dop853.integrate-60.py311.nbi").touch()
-    compiled.warn_before_compiling(integrate, 12)
-    assert capsys.readouterr().err == ""
-    (tmp_path / "dop853.integrate-60.py311.nbi").unlink()
-    assert integrate(2.0) == 4.0
-    compiled.warn_before_compiling(integrate, 12)
-    assert capsys.readouterr().err == ""
 
 
 @pytest.mark.long

@@ -90,7 +90,6 @@ def test_expected_times_follow_from_the_first_run():
 def test_expected_work_of_a_run_is_that_of_its_first_run():
     scene = gm.load("porter")
     runner = ReducedRunner(ReducedEngine(), scene, RunRequest(times=np.linspace(0.0, 10.0, 101), accuracy=1e-6, certify=True, reason=""))
-    runner.compile_kernels()
     runner.run()
     assert runner.expected_work is not None
     assert runner.expected_work.n_reported == 101

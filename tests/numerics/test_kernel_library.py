@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import subprocess
 import sys
 from concurrent.futures import ThreadPoolExecutor
@@ -17,6 +18,7 @@ import governor_mechanism as gm
 from governor_mechanism.mechanics.contact.rules import find_active_stop
 from governor_mechanism.mechanics.dynamics.equations.body_forces import inertia_of_plane
 from governor_mechanism.mechanics.dynamics.system.lowering import make_system
+from governor_mechanism.numerics import jit as jit_module
 from governor_mechanism.numerics import kernel_library
 from governor_mechanism.numerics.jit import Kernel, jit
 from governor_mechanism.numerics.kernel_library import count_live_blocks, find_kernel, read_index
@@ -27,7 +29,7 @@ CALLERS = {"mechanics", "engines", "statics", "observables", "studies"}
 """Folders whose functions may call kernels; functions inside functions of `integrators` are kernels."""
 SMALL_KERNELS = ["inertia_of_plane", "find_active_stop", "is_locked", "record_event"]
 
-has_library = (index := read_index()) is not None and not kernel_library.find_obstacle(index)
+has_library = (index := read_index()) is not None and not kernel_library.find_obstacle(index, kernel_library.platform_name())
 needs_library = pytest.mark.skipif(not has_library, reason="make kernels has not built the library")
 
 
@@ -134,6 +136,26 @@ def test_only_globals_of_their_module_are_found():
     assert find_kernel(find_active_stop.__wrapped__, print) is None
 
 
+@needs_library
+def test_what_kernels_allocate_is_freed():
+    for model in ("porter_dry_friction", "slider_crank_torque", "four_bar_chain"):
+        for engine in ("reduced", "multibody", "impulse"):
+            gm.run(model, engine=engine, times=[0.02], certify=False)
+    assert count_live_blocks() == 0
+
+
+@pytest.fixture
+def library_folder(tmp_path, monkeypatch):
+    """Let the library be searched in an empty folder."""
+    monkeypatch.setattr(kernel_library, "LIBRARY_FOLDER", tmp_path)
+    caches = kernel_library._open_library, jit_module._import_numba
+    for one in caches:
+        one.cache_clear()
+    yield tmp_path
+    for one in caches:
+        one.cache_clear()
+
+
 @pytest.mark.parametrize(
     ("change", "reason"),
     [
@@ -141,31 +163,41 @@ def test_only_globals_of_their_module_are_found():
         ({"platform": "another"}, "it is for another"),
         ({"library": "missing.so"}, "missing.so"),
         ({"library": "index.json"}, "index.json"),
+        (None, "there is none"),
+        ("{", "there is none"),
     ],
 )
-def test_a_library_that_cannot_be_used_is_said_in_one_sentence(tmp_path, monkeypatch, capsys, change, reason):
+def test_a_library_that_cannot_be_used_is_said_in_one_sentence(library_folder, monkeypatch, capsys, change, reason):
     index = {"sources": kernel_library.digest_sources(), "platform": kernel_library.platform_name(), "library": "", "kernels": {}}
-    (tmp_path / "index.json").write_text(json.dumps(index | change))
-    monkeypatch.setattr(kernel_library, "LIBRARY_FOLDER", tmp_path)
-    kernel_library._open_library.cache_clear()
-    try:
-        assert find_kernel(find_active_stop.__wrapped__, print) is None
-        assert find_kernel(inertia_of_plane.__wrapped__, print) is None
-        message = capsys.readouterr().err
-        assert message.startswith("kernels: the library is not used (")
-        assert reason in message
-        assert message.count("\n") == 1
-        assert "make kernels" in message
-    finally:
-        kernel_library._open_library.cache_clear()
+    if change:
+        text = change if isinstance(change, str) else json.dumps(index | change)
+        (library_folder / "index.json").write_text(text)
+    for kernel in (find_active_stop, inertia_of_plane):
+        assert find_kernel(kernel.__wrapped__, print) is None
+        assert callable(Kernel(kernel.__wrapped__)._machine_code)
+    message = capsys.readouterr().err
+    assert message.startswith("kernels: the library is not used (")
+    assert reason in message
+    assert message.count("\n") == 1
+    assert "make kernels" in message
+    jit_module._import_numba.cache_clear()
+    monkeypatch.setitem(sys.modules, "numba", None)
+    with pytest.raises(gm.GovernorMechanismError, match=r"make kernels.*pip install 'governor-mechanism\[jit\]'") as caught:
+        Kernel(find_active_stop.__wrapped__)(1)
+    assert reason in str(caught.value)
 
 
-def test_a_damaged_index_counts_as_no_library(tmp_path, monkeypatch, capsys):
-    (tmp_path / "index.json").write_text("{")
-    monkeypatch.setattr(kernel_library, "LIBRARY_FOLDER", tmp_path)
-    kernel_library._open_library.cache_clear()
-    try:
-        assert find_kernel(find_active_stop.__wrapped__, print) is None
-        assert capsys.readouterr().err == ""
-    finally:
-        kernel_library._open_library.cache_clear()
+def test_a_command_says_in_one_sentence_that_numba_is_missing(tmp_path):
+    code = (
+        "import sys\n"
+        "sys.modules['numba'] = None\n"
+        "sys.argv = ['governor-mechanism', 'run', 'porter', '--no-film']\n"
+        "from governor_mechanism.cli.main import main\n"
+        "main()\n"
+    )
+    environment = os.environ | {"GOVERNOR_MECHANISM_JIT": "1"}
+    answer = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, env=environment, cwd=tmp_path, check=False)
+    assert answer.returncode == 1
+    assert "GOVERNOR_MECHANISM_JIT=1" in answer.stderr
+    assert "pip install 'governor-mechanism[jit]'" in answer.stderr
+    assert "Traceback" not in answer.stderr

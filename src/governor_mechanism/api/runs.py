@@ -12,26 +12,6 @@ from governor_mechanism.model.results.film_options import FilmKeywords, FilmOpti
 from governor_mechanism.units.arguments import FLAG, PATH, check_arguments
 
 
-def compile_kernels() -> gm.KernelCompilation:
-    """Compile all kernels into the cache on disk, so that no later process waits for them: for container images and clusters.
-
-    Without this, each kernel is compiled when it is first needed. Kernels in the cache are not compiled again.
-
-    Returns
-    -------
-    KernelCompilation
-        What was compiled, how long it took, and the folder of the cache; it prints as a table.
-
-    Examples
-    --------
-    >>> import governor_mechanism as gm
-    >>> print(gm.compile_kernels())  # doctest: +SKIP
-    """
-    from governor_mechanism.studies.kernel_compilation import compile_all_kernels
-
-    return compile_all_kernels()
-
-
 @check_arguments(certify=FLAG)
 def run(
     scene: gm.SceneSource,

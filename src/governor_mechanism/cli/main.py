@@ -77,12 +77,6 @@ def options(
     """Simulate, film and verify the mechanisms that once controlled machines."""
 
 
-def compile_kernels(as_json: console.AsJson = False) -> console.CommandResult:
-    """Compile all kernels into the cache, for images and clusters; else each is compiled when it is first needed."""
-    compilation = gm.compile_kernels()
-    return console.CommandResult(text=[compilation], values=compilation.as_json())
-
-
 def equilibria(
     scene: console.SceneName,
     changes: Changes = None,
@@ -173,7 +167,6 @@ for command in (
 # Inputs of a design may be options of their own; `design` answers a misspelt one.
 _ANY_OPTIONS = {"allow_extra_args": True, "ignore_unknown_options": True}
 add_command(app, design, context_settings=_ANY_OPTIONS)
-add_command(app, compile_kernels, "compile")
 app.add_typer(regulation_app, name="regulation")
 
 

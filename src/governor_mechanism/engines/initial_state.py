@@ -11,7 +11,6 @@ from governor_mechanism.errors import MechanismError
 from governor_mechanism.mechanics.dynamics.characteristic_scales import time_scale
 from governor_mechanism.mechanics.dynamics.forces.contacts import contacts_of
 from governor_mechanism.mechanics.kinematics.assembly import PositionSolver
-from governor_mechanism.mechanics.kinematics.constraint_kernels import evaluate_rows_at_states
 from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output_value
 from governor_mechanism.mechanics.kinematics.time_functions import SpindleSpeedFunction
 from governor_mechanism.mechanics.reduction.lagrangian import SingleDofReduction
@@ -20,7 +19,6 @@ from governor_mechanism.model.mechanism import Mechanism, Shaft
 from governor_mechanism.model.output_variables import BodyAngle, Limit
 from governor_mechanism.model.part import EQUILIBRIUM, Spindle
 from governor_mechanism.model.scene import Scene
-from governor_mechanism.numerics.jit import warn_before_compiling
 from governor_mechanism.numerics.least_squares import numerical_rank
 from governor_mechanism.numerics.once_per_object import once_per_object
 from governor_mechanism.statics.equilibria import find_equilibria
@@ -59,7 +57,6 @@ def part_initial_state(scene: Scene) -> Motion:
 @once_per_object
 def _solve_initial_state(scene: Scene) -> Motion:
     mechanism = scene.mechanism
-    warn_before_compiling(evaluate_rows_at_states, 5)
     position_solver = PositionSolver(mechanism)
     values = scene.start.values
     if position_solver.equations.is_driven.any():

@@ -12,7 +12,7 @@ from governor_mechanism.files.plain_values import finite_or_none, number_or_text
 from governor_mechanism.files.table import reading_columns
 from governor_mechanism.model.results.trajectory import Trajectory
 
-REPORTED_PACKAGES = ("governor-mechanism", "pymunk", "numpy", "scipy", "numba")
+REPORTED_PACKAGES = ("governor-mechanism", "pymunk", "numpy", "scipy")
 
 
 def save_csv(run: Trajectory, path: Path) -> None:

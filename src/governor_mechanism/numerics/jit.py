@@ -1,19 +1,17 @@
-"""Decorators of the kernels: each is called in the library of `make kernels`, or compiled by numba into a cache on disk."""
+"""Decorators of the kernels: each is called in the library that was built beforehand, or compiled by numba, or runs as Python."""
 
 import os
 import shutil
 import sys
-import tempfile
 from collections.abc import Callable
-from contextlib import suppress
 from functools import cache, cached_property, update_wrapper
 from pathlib import Path
 from typing import Any, TypeVar, cast
 
 import numpy as np
 
-from governor_mechanism.numerics.compilation_progress import has_moving_line
-from governor_mechanism.numerics.kernel_library import PACKAGE_ROOT, digest_sources, find_kernel
+from governor_mechanism.errors import GovernorMechanismError
+from governor_mechanism.numerics.kernel_library import PACKAGE_ROOT, digest_sources, find_kernel, library_obstacle
 
 CompiledFunction = TypeVar("CompiledFunction", bound=Callable[..., object])
 
@@ -23,11 +21,13 @@ USES_COMPILER = os.environ.get("GOVERNOR_MECHANISM_JIT") != "0"
 USES_LIBRARY = os.environ.get("GOVERNOR_MECHANISM_JIT") != "1"
 """Whether kernels of the library are called. With GOVERNOR_MECHANISM_JIT=1 numba compiles all."""
 
+NUMBA_CURE = "pip install 'governor-mechanism[jit]'"
+"""Command that installs numba."""
+
 
 class Kernel:
-    """A function, with options of numba's compiler, that is compiled: beforehand, into the library, or when it is first called.
+    """A function that is compiled: beforehand, into the library, or by numba when it is first called.
 
-    Called by Python, it is compiled with all that it calls; called by a compiled function, it becomes a part of that one.
     A division by zero gives infinity or NaN, as in numpy; callers check the results.
     """
 
@@ -40,27 +40,11 @@ class Kernel:
         """Call the machine code."""
         return self._machine_code(*args)
 
-    @property
-    def is_loaded(self) -> bool:
-        """Whether Python has called the function in this process."""
-        return "_machine_code" in self.__dict__
-
-    @property
-    def is_compiled(self) -> bool:
-        """Whether the machine code is loaded, in the library, or in the cache."""
-        if self.is_loaded or self._library_code is not None:
-            return True
-        return any(kernel_cache_folder().rglob(f"*.{self.__wrapped__.__name__}-*.nbi"))
-
     @cached_property
     def _machine_code(self) -> Callable[..., Any]:
         """What calls the machine code: in the library, or compiled by numba."""
-        return self._library_code or self._dispatcher
-
-    @cached_property
-    def _library_code(self) -> Callable[..., Any] | None:
-        """What calls the machine code in the library; None if it has none."""
-        return find_kernel(self.__wrapped__, self._call_with_other_types) if USES_LIBRARY else None
+        found = find_kernel(self.__wrapped__, self._call_with_other_types) if USES_LIBRARY else None
+        return found or self._dispatcher
 
     def _call_with_other_types(self, *args: Any) -> Any:
         """Let numba compile the function for arguments of types that the library does not know."""
@@ -69,43 +53,15 @@ class Kernel:
             print(text, file=sys.stderr, flush=True)
         return self._dispatcher(*args)
 
-    def signature_of(self, arguments: tuple[Any, ...]) -> tuple[Any, ...]:
-        """Return the types of arguments, for which the function is compiled."""
-        return tuple(map(self._dispatcher.typeof_pyval, arguments))
-
-    def compile_signature(self, signature: tuple[Any, ...]) -> None:
-        """Compile or load the machine code for types of arguments."""
-        self._dispatcher.compile(signature)
-
     @cached_property
     def _dispatcher(self) -> Any:
-        """Dispatcher of the calls by Python, whose machine code is kept in the cache."""
-        from numba import njit
-        from numba.core import config  # numba creates its settings at run time; type checkers do not know them
-
-        from governor_mechanism.numerics.kernel_linking import KernelCompiler
-
-        settings: Any = config
-        previous_folder, settings.CACHE_DIR = settings.CACHE_DIR, str(kernel_cache_folder())  # other users of numba keep their folder
-        try:
-            return njit(pipeline_class=KernelCompiler, cache=True, **self._options)(self.__wrapped__)
-        finally:
-            settings.CACHE_DIR = previous_folder
-
-    @cached_property
-    def _linked_dispatcher(self) -> Any:
-        """Dispatcher of the calls by compiled functions."""
-        from numba import njit
-
-        from governor_mechanism.numerics.kernel_linking import LinkedFunctionCompiler
-
-        options = {"no_cpython_wrapper": True, **self._options}
-        return njit(pipeline_class=LinkedFunctionCompiler, **options)(self.__wrapped__)
+        """What numba calls, and compiles when it meets new types of arguments."""
+        return _decorate_by_numba(self.__wrapped__, cache=True, **self._options)
 
     @property
     def _numba_type_(self) -> Any:
         """Type of this function in functions that call it; numba looks for this name."""
-        return self._linked_dispatcher._numba_type_
+        return self._dispatcher._numba_type_
 
 
 def jit(function: CompiledFunction) -> CompiledFunction:
@@ -128,60 +84,44 @@ def record_dtype(*fields: tuple[str, str] | tuple[str, str, tuple[int, ...]]) ->
     return np.dtype(list(fields)) if USES_COMPILER else np.dtype((np.record, list(fields)))
 
 
-@cache
-def kernel_cache_folder() -> Path:
-    """Return the cache folder of this version: in the package, else in the user's cache, else in a temporary folder.
-
-    Its name contains a hash of the text of all kernels. Numba checks only the file that defines a kernel, and would keep a
-    kernel that calls a changed kernel of another file.
-    """
-    name = f"kernels-{digest_sources()[:16]}"
-    package_cache = PACKAGE_ROOT / "__pycache__"
-    if "NUMBA_CACHE_DIR" in os.environ:
-        return Path(os.environ["NUMBA_CACHE_DIR"]) / "governor-mechanism" / name
-    if _is_writable(package_cache / name):
-        _remove_older_caches(package_cache, name)
-        return package_cache / name
-    with suppress(RuntimeError):  # no home folder
-        user_cache = Path.home() / ".cache" / "governor-mechanism" / name
-        if _is_writable(user_cache):
-            return user_cache
-    return Path(tempfile.gettempdir()) / f"governor-mechanism-{os.getuid()}" / name
-
-
-def _remove_older_caches(base: Path, name: str) -> None:
-    """Delete the caches of earlier versions, which are never read again."""
-    for folder in base.glob("kernels-*"):
-        if folder.name != name:
-            shutil.rmtree(folder, ignore_errors=True)
-
-
-def _is_writable(folder: Path) -> bool:
-    """Return whether files can be created in a folder, which is created if it is missing."""
+def _decorate_by_numba(function: Callable[..., Any], **options: Any) -> Any:
+    """Return a function that numba compiles when it is called."""
+    numba = _import_numba()
+    previous_folder, numba.config.CACHE_DIR = numba.config.CACHE_DIR, str(_cache_folder())
     try:
-        folder.mkdir(parents=True, exist_ok=True)
-        with tempfile.TemporaryFile(dir=folder):
-            return True
-    except OSError:
-        return False
+        return numba.njit(**options)(function)
+    finally:
+        numba.config.CACHE_DIR = previous_folder  # other users of numba keep their folder
 
 
-def must_be_compiled(kernel: Callable[..., object]) -> bool:
-    """Return whether a kernel is neither loaded nor in the cache."""
-    return not getattr(kernel, "is_compiled", True)  # a function of Python has nothing to compile
+@cache
+def _import_numba() -> Any:
+    """Import numba, and say why it takes the place of the library."""
+    obstacle = library_obstacle() if USES_LIBRARY else ""
+    try:
+        import numba
+    except ImportError as error:
+        text = f"the library of kernels is not used ({obstacle})" if obstacle else "these kernels are not in a library"
+        cure = f"`make kernels` builds it in a clone, and a new installation elsewhere; or install numba: {NUMBA_CURE}"
+        if not USES_LIBRARY:
+            text = "GOVERNOR_MECHANISM_JIT=1 asks for kernels that numba compiles"
+            cure = f"remove that variable, or {NUMBA_CURE}"
+        raise GovernorMechanismError(f"{text}, and numba cannot be imported ({error}); {cure}") from None
+    if obstacle:
+        text = f"kernels: the library is not used ({obstacle}); numba compiles them, and `make kernels` builds it again"
+        print(text, file=sys.stderr, flush=True)
+    return numba
 
 
-def warn_before_compiling(kernel: Callable[..., object], seconds: int) -> None:
-    """Print a notice on standard error if a kernel is neither loaded nor in the cache and has to be compiled.
+@cache
+def _cache_folder() -> Path:
+    """Return the folder where numba keeps machine code: one for each text of the kernels, and only the newest stays.
 
-    A terminal shows a moving line instead while kernels are compiled; see `show_compilation`.
-
-    Parameters
-    ----------
-    kernel
-        The kernel that is compiled last.
-    seconds
-        Approximate compile time, s.
+    Numba checks only the file that defines a kernel, and would keep a kernel that calls a changed one of another file.
     """
-    if must_be_compiled(kernel) and sys.stderr is not None and not has_moving_line():
-        print(f"compiling kernels, once for this version: about {seconds} s", file=sys.stderr, flush=True)
+    base = Path(os.environ.get("NUMBA_CACHE_DIR") or PACKAGE_ROOT / "__pycache__")
+    folder = base / f"kernels-{digest_sources()[:16]}"
+    if base.parent == PACKAGE_ROOT:
+        for other in set(base.glob("kernels-*")) - {folder}:
+            shutil.rmtree(other, ignore_errors=True)
+    return folder

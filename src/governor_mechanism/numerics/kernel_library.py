@@ -3,16 +3,15 @@
 import ctypes
 import hashlib
 import json
-import re
+import platform
 import sys
 import sysconfig
 from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
 from functools import cache
 from importlib import import_module
 from pathlib import Path
 from typing import Any
-
-import numpy as np
 
 PACKAGE_ROOT = Path(__file__).parents[1]
 """Folder of this package."""
@@ -20,63 +19,89 @@ PACKAGE_ROOT = Path(__file__).parents[1]
 LIBRARY_FOLDER = PACKAGE_ROOT / "_kernels"
 """Folder of the library and its index; `make kernels` writes it."""
 
-SUFFIX = ".dll" if sys.platform == "win32" else ".so"
+SUFFIXES = {"win32": ".dll", "darwin": ".dylib"}
+"""Ending of a library by system; `.so` on others."""
 
-KERNEL_IMPORT_PATTERN = re.compile(rb"numerics\.jit import")
-"""Import that marks a file with kernels."""
-
-KERNEL_FOLDERS = {"numerics", "effects", "mechanics", "integrators", "engines"}
-"""Folders whose files all enter the digest: kernels there use constants and compile functions of modules without kernels."""
+KERNEL_FOLDERS = ("effects", "engines", "integrators", "mechanics", "numerics")
+"""Folders of kernels and of the constants and functions that they use: all files there enter the digest."""
 
 
 @cache
 def digest_sources() -> str:
     """Return a digest of the text of all kernels."""
     digest = hashlib.sha256()
-    for path in sorted(PACKAGE_ROOT.glob("**/*.py")):
-        source = path.read_bytes()
-        if KERNEL_IMPORT_PATTERN.search(source) or KERNEL_FOLDERS & set(path.relative_to(PACKAGE_ROOT).parts):
-            digest.update(source)
+    for folder in KERNEL_FOLDERS:
+        for path in sorted((PACKAGE_ROOT / folder).rglob("*.py")):
+            digest.update(path.read_bytes())
     return digest.hexdigest()
 
 
 def platform_name() -> str:
-    """Return the name of the platform for which a library is built."""
-    return sysconfig.get_platform()
+    """Return the name of this platform: system and processor."""
+    return f"{sys.platform}-{platform.machine().lower()}"
 
 
-def read_index() -> dict[str, Any] | None:
-    """Return the index of the library; None if there is none."""
+def read_index(folder: Path | None = None) -> dict[str, Any] | None:
+    """Return the index of the library in a folder, or of this package; None if there is none."""
     try:
-        index: dict[str, Any] = json.loads((LIBRARY_FOLDER / "index.json").read_text(encoding="utf-8"))
+        text = ((folder or LIBRARY_FOLDER) / "index.json").read_text(encoding="utf-8")
+        index: dict[str, Any] = json.loads(text)
     except (OSError, ValueError):
         return None
     return index
 
 
-def find_obstacle(index: Mapping[str, Any]) -> str:
-    """Return why a library cannot be used on this platform for the present kernels; empty if it can."""
-    if index.get("platform") != platform_name():
+def find_obstacle(index: Mapping[str, Any], wanted_platform: str) -> str:
+    """Return why a library cannot be used on a platform for the present kernels; empty if it can."""
+    if index.get("platform") != wanted_platform:
         return f"it is for {index.get('platform')}"
-    return "" if index.get("sources") == digest_sources() else "its kernels were changed since"
+    if "sources" in index and index["sources"] != digest_sources():  # a wheel has no digest: nobody changes its sources
+        return "its kernels were changed since"
+    return ""
+
+
+@dataclass(frozen=True)
+class _Library:
+    """The library, if it can be used.
+
+    Attributes
+    ----------
+    obstacle
+        Why it cannot be used; empty if it can.
+    code
+        The loaded file.
+    kernels
+        What the index says of each kernel, by module and name.
+    """
+
+    obstacle: str = ""
+    code: Any = None
+    kernels: Mapping[str, Any] = field(default_factory=dict)
 
 
 @cache
-def _open_library() -> tuple[Any, Mapping[str, Any]] | None:
-    """Load the library; None if there is none, or it is of other sources, which standard error says."""
+def _open_library() -> _Library:
+    """Load the library."""
     if sysconfig.get_config_var("Py_GIL_DISABLED"):
-        return None  # the caller of kernels holds the global lock
+        return _Library("it needs a Python with a global lock")
     index = read_index()
     if index is None:
-        return None
+        return _Library("there is none")
+    if obstacle := find_obstacle(index, platform_name()):
+        return _Library(obstacle)
     try:
-        if obstacle := find_obstacle(index):
-            raise OSError(obstacle)
-        return ctypes.PyDLL(str(LIBRARY_FOLDER / index["library"])), index["kernels"]
-    except OSError as error:
-        text = f"kernels: the library is not used ({error}); numba compiles them, and `make kernels` builds it again"
-        print(text, file=sys.stderr, flush=True)
-        return None
+        code = ctypes.PyDLL(str(LIBRARY_FOLDER / index["library"]))
+        code.make_caller.restype = ctypes.py_object
+        text, address, objects = ctypes.c_char_p, ctypes.c_void_p, ctypes.py_object
+        code.make_caller.argtypes = [text, address, text, text, ctypes.c_int, objects, objects, objects]
+        return _Library(code=code, kernels=index["kernels"])
+    except (OSError, AttributeError, KeyError) as error:
+        return _Library(f"it is damaged: {error}")
+
+
+def library_obstacle() -> str:
+    """Return why the library is not used; empty if it is."""
+    return _open_library().obstacle
 
 
 def find_kernel(function: Callable[..., Any], fallback: Callable[..., Any]) -> Callable[..., Any] | None:
@@ -94,29 +119,26 @@ def find_kernel(function: Callable[..., Any], fallback: Callable[..., Any]) -> C
     Callable[..., Any] or None
         A function with the same arguments.
     """
-    opened = _open_library()
-    if opened is None:
-        return None
-    library, kernels = opened
+    import numpy as np
+
+    library = _open_library()
     name = f"{function.__module__}:{function.__qualname__}"  # a function inside another one is never in the library
-    if name not in kernels:
+    if name not in library.kernels:
         return None
-    kernel = kernels[name]
-    make_caller = library.make_caller
-    make_caller.restype = ctypes.py_object
-    text, address, objects = ctypes.c_char_p, ctypes.c_void_p, ctypes.py_object
-    make_caller.argtypes = [text, address, text, text, ctypes.c_int, objects, objects, objects]
-    entry = ctypes.cast(getattr(library, kernel["entry"]), ctypes.c_void_p)
+    kernel = library.kernels[name]
+    entry = ctypes.cast(getattr(library.code, kernel["entry"]), ctypes.c_void_p)
     classes = tuple(map(_find_class, kernel["classes"]))
     arguments, result = kernel["arguments"].encode(), kernel["result"].encode()
-    caller: Callable[..., Any] = make_caller(name.encode(), entry, arguments, result, kernel["slots"], classes, fallback, np.ndarray)
+    caller: Callable[..., Any] = library.code.make_caller(
+        name.encode(), entry, arguments, result, kernel["slots"], classes, fallback, np.ndarray
+    )
     return caller
 
 
 def count_live_blocks() -> int:
     """Return the number of blocks of memory that kernels of the library hold: 0 between calls."""
-    opened = _open_library()
-    return ctypes.c_int64.in_dll(opened[0], "n_live_blocks").value if opened else 0
+    code = _open_library().code
+    return ctypes.c_int64.in_dll(code, "n_live_blocks").value if code else 0
 
 
 def _find_class(name: str) -> type:

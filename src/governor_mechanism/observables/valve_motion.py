@@ -7,10 +7,9 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from itertools import pairwise
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-from scipy.interpolate import BPoly, PPoly
 
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.mechanics.kinematics.assembly import PositionSolver
@@ -27,6 +26,9 @@ from governor_mechanism.model.valve import EQUAL_LEADS, MIDDLE, Valve
 from governor_mechanism.numerics.once_per_object import once_per_object
 from governor_mechanism.numerics.roots import find_root, find_roots
 from governor_mechanism.types import FloatArray
+
+if TYPE_CHECKING:
+    from scipy.interpolate import BPoly
 
 CRANK_COORDINATE = "angle of the crank"
 """Name of the internal output variable that is the leading coordinate: the angle of the crank against the body that bears it."""
@@ -182,7 +184,7 @@ class ValveMotion:
         position = self.turn[self.valve.displacement]
         return float(np.ptp(position(find_turning_angles(position))))
 
-    def _interpolate_turn(self) -> dict[str, BPoly]:
+    def _interpolate_turn(self) -> "dict[str, BPoly]":
         nodes = np.linspace(0.0, math.tau, N_NODES + 1)
         motions = self.evaluate(nodes)
         return {name: _interpolate_periodic(nodes, *(motion[name] for motion in motions)) for name in motions.readings}
@@ -236,12 +238,14 @@ def reverse_crank(scene: Scene) -> Scene:
 
 
 def find_turning_angles(
-    position: BPoly,  # the reading as a periodic function of the crank angle
+    position: "BPoly",  # the reading as a periodic function of the crank angle
 ) -> FloatArray:
     """Return the crank angles of the extremes of a reading over a turn.
 
     Result: ascending angles over one turn, of which the last is the first in the next turn, rad; shape (n,).
     """
+    from scipy.interpolate import PPoly  # slow to import
+
     roots = PPoly.from_bernstein_basis(position.derivative()).roots(extrapolate=False)
     angles = np.unique(roots[np.isfinite(roots)] % math.tau)
     first = angles[:1] if len(angles) else np.zeros(1)  # without extremes the valve is at rest
@@ -291,8 +295,10 @@ def _follow_turn(mechanism: Mechanism, solver: CoordinateSolver) -> tuple[PathIn
     return PathInterpolant(nodes, nodes, np.ones_like(nodes), poses, tangents), whole_turns
 
 
-def _interpolate_periodic(nodes: FloatArray, values: FloatArray, slopes: FloatArray, curvatures: FloatArray) -> BPoly:
+def _interpolate_periodic(nodes: FloatArray, values: FloatArray, slopes: FloatArray, curvatures: FloatArray) -> "BPoly":
     """Return polynomials of the fifth degree with values and two derivatives (n,) at equal nodes (n,), in the Bernstein basis."""
+    from scipy.interpolate import BPoly  # slow to import
+
     h = nodes[1] - nodes[0]
     first, last = slice(None, -1), slice(1, None)
     ends = ((values[side], sign * h * slopes[side] / 5, h**2 * curvatures[side] / 20) for side, sign in ((first, 1.0), (last, -1.0)))

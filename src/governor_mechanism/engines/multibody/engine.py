@@ -52,9 +52,7 @@ class MultibodyEngine(ErrorControlledEngine):
     settings: MultibodySettings = field(default_factory=MultibodySettings)
 
     def _run(self, scene: Scene, request: RunRequest) -> Trajectory:
-        runner = MultibodyRunner(self, scene, request)
-        runner.integrator.compile_kernels()
-        return runner.run()
+        return MultibodyRunner(self, scene, request).run()
 
 
 class MultibodyRunner(CertifiedRunner):

@@ -14,7 +14,7 @@ from governor_mechanism.mechanics.dynamics.equations.projection import project_s
 from governor_mechanism.mechanics.dynamics.system.arrays import N_ENERGY_STATES, System, SystemWorkspace
 from governor_mechanism.mechanics.kinematics.constraint_kernels import evaluate_jacobian
 from governor_mechanism.numerics.array_copy import copy_array
-from governor_mechanism.numerics.jit import jit_in_place, warn_before_compiling
+from governor_mechanism.numerics.jit import jit_in_place
 from governor_mechanism.numerics.least_squares import RANK_TOLERANCE
 from governor_mechanism.types import FloatArray, IntArray
 
@@ -300,7 +300,6 @@ class ImplicitIntegrator:
         output_states: FloatArray,
     ) -> tuple[IntegrationStatus, float, int, float]:
         """Integrate the state in place, as `integrate_multibody` does; returns what that returns."""
-        warn_before_compiling(integrate_implicitly, 15)
         (t, end), cubics_start, step, n_reached = span, span[0], limits.step, 0
         status, n_before = IntegrationStatus.SINGULAR_COORDINATES, self.n_steps
         while status == IntegrationStatus.SINGULAR_COORDINATES and t < end:
@@ -315,14 +314,6 @@ class ImplicitIntegrator:
             self.step_start = equation.step_start
         is_done = status == IntegrationStatus.SINGULAR_COORDINATES
         return IntegrationStatus.DONE if is_done else IntegrationStatus(status), step, n_reached, t
-
-    def compile_kernel(self, input_cubics: FloatArray, state: FloatArray) -> None:
-        """Compile or load the integration by one over an empty interval; the arguments are those of `integrate`."""
-        warn_before_compiling(integrate_implicitly, 15)
-        limits = RadauLimits(1.0, 1.0, 1)
-        outputs = np.empty((0, state.size))
-        equation, buffers = self._make_arguments(input_cubics, state)
-        integrate_implicitly(equation, buffers, (0.0, 0.0), 0.0, state[equation.components], limits, outputs[:, 0], outputs)
 
     def rates_at(self, input_cubics: FloatArray, state: FloatArray) -> tuple[float, float]:
         """Return the rates of the linearised motion at the start of the cubics in a state.

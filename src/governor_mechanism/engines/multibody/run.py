@@ -3,7 +3,6 @@
 import math
 from dataclasses import dataclass, replace
 from itertools import pairwise
-from typing import Any
 
 import numpy as np
 
@@ -41,8 +40,6 @@ from governor_mechanism.mechanics.dynamics.system.reference_points import from_m
 from governor_mechanism.mechanics.kinematics.time_functions import stack_local_cubics
 from governor_mechanism.model.events import Event
 from governor_mechanism.model.force_elements import Damper, TorsionDamper
-from governor_mechanism.numerics.jit import warn_before_compiling
-from governor_mechanism.numerics.parallel_compilation import compiled_beside
 from governor_mechanism.observables.evaluation import ReadingEvaluator
 from governor_mechanism.observables.limit_excursions import find_first_excursion
 from governor_mechanism.observables.run_result import StateHistory
@@ -134,12 +131,10 @@ class ConstrainedIntegrator:
         # The implicit method knows no events, kinks and shafts that stall.
         is_smooth = self.scene_contacts is None and not has_kinks(self.scene)
         self._min_stiff_steps = float(MIN_STEPS_TO_SWITCH) if is_smooth else np.inf
-        warn_before_compiling(integrate_multibody, 20)
-        with compiled_beside(integrate_multibody, self._make_integration_arguments):
-            self.initial_state = self._make_initial_state(*from_mass_centres(self.system, *initial_motion))
-            self.error_scale = self._make_error_scale(evaluator.time_scale)
-            self.implicit_step_cost = settings.implicit_step_cost + settings.implicit_step_cost_per_state * self.error_scale.size
-            self.stable_step, motion_time = self._find_stable_step(float(np.max(reported_times, initial=0.0)))
+        self.initial_state = self._make_initial_state(*from_mass_centres(self.system, *initial_motion))
+        self.error_scale = self._make_error_scale(evaluator.time_scale)
+        self.implicit_step_cost = settings.implicit_step_cost + settings.implicit_step_cost_per_state * self.error_scale.size
+        self.stable_step, motion_time = self._find_stable_step(float(np.max(reported_times, initial=0.0)))
         self.error_scale = self._make_error_scale(motion_time)
         max_interval = settings.monitor_interval_ratio * motion_time
         self.time_grid = make_time_grid(reported_times[reported_times <= max_interval * max_steps], breakpoints, np.inf, max_interval)
@@ -150,25 +145,6 @@ class ConstrainedIntegrator:
     def is_stiff(self) -> bool:
         """Whether a run became stiff."""
         return self.stiffness_onset < np.inf
-
-    def _make_integration_arguments(self) -> tuple[Any, ...]:
-        """Return arguments of the compiled integration, of which only the types matter."""
-        buffers = make_step_buffers(1, 1, np.ones(1), np.zeros(0), self.counters)
-        cubics, vector = self.input_cubics(0.0), np.zeros(1)
-        gap, max_distance = self.constraint_tolerance, self.max_distance
-        equation = MultibodyEquation(
-            *self.model, cubics, gap, max_distance, self.shafts, self.limits, vector, vector, vector, self.counters
-        )
-        return equation, buffers, (0.0, 0.0), vector, vector, StepLimits(1.0, 1.0, 1.0, 1, 1.0), np.zeros((0, 1))
-
-    def compile_kernels(self) -> None:
-        """Compile or load the kernels by integrations over an empty interval, so that no run's cost includes it."""
-        if self.scene_contacts is not None:
-            self.scene_contacts.start(self.initial_state.copy(), self.input_cubics(0.0))
-        limits = StepLimits(1.0, 1.0, 1.0, 1, self._min_stiff_steps)
-        ExplicitRun(self, limits, self.initial_state.copy(), 0.0, np.empty(0)).integrate(0.0)
-        if self.stable_step < np.inf:
-            self.make_implicit_integrator().compile_kernel(self.input_cubics(0.0), self.initial_state)
 
     def integrate(self, tolerance: float, plan: StepPlan) -> IntegrationResult:
         """Integrate from the start over all monitor times, with a plan of the steps."""

@@ -4,7 +4,7 @@ from collections import Counter
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import partial
-from typing import Any, ClassVar
+from typing import ClassVar
 
 import numpy as np
 
@@ -14,7 +14,6 @@ from governor_mechanism.engines.base import RunRequest
 from governor_mechanism.engines.certificate import CertifiedRunner, ErrorControlledEngine, StepPlan
 from governor_mechanism.engines.exit_location import Exit, find_first_exit
 from governor_mechanism.engines.initial_state import initial_state
-from governor_mechanism.engines.reduced.integration import integrate_reduced, make_integration_arguments
 from governor_mechanism.engines.reduced.passage import describe_passage_end
 from governor_mechanism.engines.reduced.run import ReducedRun, ReducedSolution
 from governor_mechanism.engines.reduced.settings import ReducedSettings
@@ -32,8 +31,6 @@ from governor_mechanism.model.joints import GROUND, JOINT_TYPES, Gear, Joint
 from governor_mechanism.model.output_variables import ControlledValue
 from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.model.scene import Scene
-from governor_mechanism.numerics.jit import Kernel, warn_before_compiling
-from governor_mechanism.numerics.parallel_compilation import compiled_beside
 from governor_mechanism.observables.evaluation import ReadingEvaluator
 from governor_mechanism.observables.run_result import RunResult, StateHistory
 from governor_mechanism.observables.sampled_motion import DenseOutput
@@ -83,9 +80,7 @@ class ReducedEngine(ErrorControlledEngine):
         return ""
 
     def _run(self, scene: Scene, request: RunRequest) -> Trajectory:
-        runner = ReducedRunner(self, scene, request)
-        runner.compile_kernels()
-        return runner.run()
+        return ReducedRunner(self, scene, request).run()
 
 
 class ReducedRunner(CertifiedRunner):
@@ -98,21 +93,6 @@ class ReducedRunner(CertifiedRunner):
         super().__init__(engine, request, ReadingEvaluator(scene, initial_motion[0]))
         self._make_run = partial(ReducedRun, self.evaluator, initial_motion, self.max_steps, engine.settings)
         self._reduced_runs: dict[float, ReducedRun] = {}
-
-    def compile_kernels(self) -> None:
-        """Compile or load the kernels, once in a process, so that no measured time includes it."""
-        kernel: Any = integrate_reduced
-        if isinstance(kernel, Kernel) and not kernel.is_loaded:
-            warn_before_compiling(kernel, 20)
-            with compiled_beside(kernel, partial(make_integration_arguments, self.scene)):
-                reduced_run = self._make_run(1.0)
-                table = reduced_run.motion_table
-                is_movable = table.is_started and table.extend(0) and table.extend(1)
-                if is_movable:
-                    table.evaluate_poses(reduced_run.start[:1])
-            if is_movable:
-                times = np.array([1e-9 * self.evaluator.time_scale])
-                reduced_run.state_history(reduced_run.integrate(times, 1.0, StepPlan(max_steps=self.max_steps)))
 
     def get_reduced_run(self, width_ratio: float) -> ReducedRun:
         """Return the run along the table with this factor on the width of its first pieces."""

@@ -1,7 +1,7 @@
 """Integration of the reduced model over an interval: DOP853 steps, events and contact transitions; compiled."""
 
 import math
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -22,14 +22,11 @@ from governor_mechanism.integrators.stages import END_STAGE, Stages, StepCounter
 from governor_mechanism.integrators.status import IntegrationStatus
 from governor_mechanism.integrators.tableau import FIRST_NONZERO_STAGE, STAGES
 from governor_mechanism.mechanics.contact.tolerances import SIMULTANEITY_TOLERANCE
-from governor_mechanism.mechanics.contact.transition import EventLog, make_event_log
-from governor_mechanism.mechanics.kinematics.time_functions import stack_local_cubics
+from governor_mechanism.mechanics.contact.transition import EventLog
 from governor_mechanism.mechanics.reduction.equation_of_motion import evaluate_equation_of_motion
-from governor_mechanism.mechanics.reduction.lowering import lower_reduced_scene
 from governor_mechanism.mechanics.reduction.node_evaluation import TableColumn
 from governor_mechanism.mechanics.reduction.reduced_model import N_STATES, ReducedModel, StateIndex
-from governor_mechanism.mechanics.reduction.table import allocate_table, find_piece
-from governor_mechanism.model.scene import Scene
+from governor_mechanism.mechanics.reduction.table import find_piece
 from governor_mechanism.numerics.array_copy import copy_array
 from governor_mechanism.numerics.chebyshev import evaluate_piece
 from governor_mechanism.numerics.hermite import cubic_hermite_jit, quintic_hermite_jit
@@ -223,19 +220,6 @@ def _sample_events(equation: ReducedEquation, step: EventStep, fraction: float, 
 
 _EQUATION = EquationFunctions(_evaluate, _take_step, _finish_step, _project, _project_errors, _evaluate_events, _sample_events, _check_step)
 _integrate_to_event = jit_in_place(dop853.make_dop853(_EQUATION))
-
-
-def make_integration_arguments(scene: Scene) -> tuple[Any, ...]:
-    """Return arguments of `integrate_reduced` for a scene, of which only the types matter: the table is empty."""
-    arrays, model, inputs = lower_reduced_scene(scene)
-    table = allocate_table(arrays, 1, 0.0, np.zeros((len(arrays.bodies), 3)))
-    model = model.on_table(table, stack_local_cubics(inputs, np.zeros(1))[0], model.mode)
-    counts = np.zeros(len(StepCounter), dtype=np.int64)
-    equation = make_reduced_equation(model, counts, 1.0)
-    state, states = np.zeros(N_STATES), np.zeros((0, N_STATES))
-    limits = dop853.StepLimits(1.0, 1.0, 1.0, 1, 0.0)
-    buffers = make_reduced_buffers(model, counts)
-    return equation, buffers, (0.0, 0.0), np.zeros(0), state, limits, states, model.mode[np.newaxis], make_event_log(0), False
 
 
 @jit_in_place

@@ -7,7 +7,7 @@ from typing import Any, Protocol
 
 from governor_mechanism.errors import MechanismError, RunFailed
 from governor_mechanism.files.results import package_versions
-from governor_mechanism.numerics import jit
+from governor_mechanism.numerics.kernel_library import digest_sources
 from governor_mechanism.studies.sweep.rows import SweepRow
 from governor_mechanism.studies.sweep.workers import (
     RowComputer,
@@ -95,7 +95,7 @@ def row_computer(
 
 def find_versions() -> dict[str, str]:
     """Return the versions of everything that the digits of a table depend on."""
-    return {**package_versions(), "kernels": jit.kernel_cache_folder().name}
+    return {**package_versions(), "kernels": digest_sources()[:16]}
 
 
 def require_same_versions(client: Any) -> None:
