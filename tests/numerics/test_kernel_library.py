@@ -197,7 +197,7 @@ def test_a_command_says_in_one_sentence_that_numba_is_missing(tmp_path):
     )
     environment = os.environ | {"GOVERNOR_MECHANISM_JIT": "1"}
     answer = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, env=environment, cwd=tmp_path, check=False)
-    assert answer.returncode == 1
+    assert answer.returncode == 2
     assert "GOVERNOR_MECHANISM_JIT=1" in answer.stderr
     assert "pip install 'governor-mechanism[jit]'" in answer.stderr
     assert "Traceback" not in answer.stderr
