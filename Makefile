@@ -125,17 +125,17 @@ $(VENV)/python:
 
 $(VENV)/installed: $(VENV)/python pyproject.toml constraints.txt
 	@$(ANNOUNCE)
-	$(INSTALL) . || { $(EXPLAIN); exit 1; }
+	@$(INSTALL) . || { $(EXPLAIN); exit 1; }
 	@touch $@
 
 $(VENV)/installed-test: $(VENV)/python pyproject.toml constraints.txt
 	@$(ANNOUNCE)
-	$(INSTALL) '.[test]' || { $(EXPLAIN); exit 1; }
+	@$(INSTALL) '.[test]' || { $(EXPLAIN); exit 1; }
 	@touch $@ $(VENV)/installed
 
 $(VENV)/installed-docs: $(VENV)/python pyproject.toml constraints.txt
 	@$(ANNOUNCE)
-	$(INSTALL) '.[docs]' || { $(EXPLAIN); exit 1; }
+	@$(INSTALL) '.[docs]' || { $(EXPLAIN); exit 1; }
 	@touch $@ $(VENV)/installed
 
 # after a change of kernels; to install the package builds it too

@@ -52,8 +52,8 @@ def compile_sources(command: list[str], platform: str, folder: Path) -> list[str
 def _import_library_of_python(folder: Path) -> str:
     """Make what Windows needs to find the functions of Python: those that the header declares."""
     header = (FOLDER / "python_abi.h").read_text(encoding="utf-8")
-    functions = re.findall(r"^[\w ]+?[ *]+(Py\w+)\([^)]*\)+;$", header, re.MULTILINE)
-    data = re.findall(r"\b(_?Py\w+)(?=[,;])", " ".join(re.findall(r"^extern .*;$", header, re.MULTILINE)))
+    functions = re.findall(r"^(?!typedef|IN_PYTHON)[\w ]+?[ *]+(Py\w+)\(.*\);$", header, re.MULTILINE)
+    data = re.findall(r"\b(_?Py\w+)(?=[,;])", " ".join(re.findall(r"^IN_PYTHON .*;$", header, re.MULTILINE)))
     definition, library = folder / "python3.def", folder / "python3.lib"
     names = [*functions, *(f"{name} DATA" for name in data)]
     definition.write_text("\n".join(["LIBRARY python3.dll", "EXPORTS", *names, ""]), encoding="utf-8")

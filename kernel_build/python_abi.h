@@ -31,8 +31,13 @@ enum { METH_VARARGS = 1, PyBUF_FORMAT = 0x4, PyBUF_STRIDES = 0x18 };
 #define TYPE_IS_LONG (1UL << 24)
 #define TYPE_IS_TUPLE (1UL << 26)
 
-extern PyTypeObject PyFloat_Type, PyBool_Type;
-extern PyObject _Py_NoneStruct, *PyExc_RuntimeError;
+#ifdef _WIN32
+#define IN_PYTHON __declspec(dllimport) extern
+#else
+#define IN_PYTHON extern
+#endif
+IN_PYTHON PyTypeObject PyFloat_Type, PyBool_Type;
+IN_PYTHON PyObject _Py_NoneStruct, *PyExc_RuntimeError;
 
 void Py_IncRef(PyObject *);
 void Py_DecRef(PyObject *);

@@ -1,7 +1,6 @@
 """Decorators of the kernels: each is called in the library that was built beforehand, or compiled by numba, or runs as Python."""
 
 import os
-import shutil
 import sys
 from collections.abc import Callable
 from functools import cache, cached_property, update_wrapper
@@ -122,6 +121,8 @@ def _cache_folder() -> Path:
     base = Path(os.environ.get("NUMBA_CACHE_DIR") or PACKAGE_ROOT / "__pycache__")
     folder = base / f"kernels-{digest_sources()[:16]}"
     if base.parent == PACKAGE_ROOT:
+        import shutil
+
         for other in set(base.glob("kernels-*")) - {folder}:
             shutil.rmtree(other, ignore_errors=True)
     return folder

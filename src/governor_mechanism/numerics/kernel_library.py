@@ -3,7 +3,7 @@
 import ctypes
 import hashlib
 import json
-import platform
+import os
 import sys
 import sysconfig
 from collections.abc import Callable, Mapping
@@ -38,7 +38,8 @@ def digest_sources() -> str:
 
 def platform_name() -> str:
     """Return the name of this platform: system and processor."""
-    return f"{sys.platform}-{platform.machine().lower()}"
+    machine = os.uname().machine if hasattr(os, "uname") else os.environ.get("PROCESSOR_ARCHITECTURE", "unknown")
+    return f"{sys.platform}-{machine.lower()}"
 
 
 def read_index(folder: Path | None = None) -> dict[str, Any] | None:

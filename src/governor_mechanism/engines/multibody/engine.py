@@ -12,8 +12,6 @@ from governor_mechanism.engines.base import RunRequest
 from governor_mechanism.engines.certificate import CertifiedRunner, ErrorControlledEngine, StepPlan, describe_end
 from governor_mechanism.engines.exit_location import count_before, find_first_exit
 from governor_mechanism.engines.initial_state import initial_state
-from governor_mechanism.engines.multibody.integration import SINGULAR_CONSTRAINT_TOLERANCE_RATIO
-from governor_mechanism.engines.multibody.run import ConstrainedIntegrator
 from governor_mechanism.engines.multibody.settings import MultibodySettings
 from governor_mechanism.integrators.status import IntegrationStatus
 from governor_mechanism.mechanics.dynamics.forces.contacts import FRICTION_LAW_NAME, contacts_of
@@ -61,6 +59,10 @@ class MultibodyRunner(CertifiedRunner):
     method = "explicit (DOP853)"
 
     def __init__(self, engine: MultibodyEngine, scene: Scene, request: RunRequest) -> None:
+        # Not before: runs of other engines, which the choice of an engine compares with this one, need none of it.
+        from governor_mechanism.engines.multibody.integration import SINGULAR_CONSTRAINT_TOLERANCE_RATIO
+        from governor_mechanism.engines.multibody.run import ConstrainedIntegrator
+
         initial_motion = initial_state(scene)
         super().__init__(engine, request, ReadingEvaluator(scene, initial_motion[0]))
         limits = self.max_steps, engine.settings, request.accuracy
