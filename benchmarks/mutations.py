@@ -17,7 +17,7 @@ KERNEL_CONSTANTS = (
     "effects/dashpot.py",
     "mechanics/contact/tolerances.py",
     "mechanics/dynamics/system/arrays.py",
-    "mechanics/reduction/layouts.py",
+    "mechanics/reduction/reduced_model.py",
     "mechanics/reduction/reduced_model.py",
     "integrators/dop853.py",
     "engines/reduced/passage.py",

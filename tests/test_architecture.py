@@ -43,7 +43,6 @@ INNER_FOLDERS = {
     "mechanics": [{"kinematics"}, {"dynamics"}, {"reduction"}, {"contact"}],
     "mechanics/dynamics": [{"forces"}, {"characteristic_scales"}, {"system"}, {"equations"}],
     "engines": [
-        {"expected_work"},
         {"base"},
         {"certificate", "initial_state"},
         {"rotating_part"},

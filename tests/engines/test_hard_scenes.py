@@ -10,11 +10,10 @@ from scipy.integrate import solve_ivp
 
 import governor_mechanism as gm
 from governor_mechanism.engines import MultibodyEngine, ReducedEngine
-from governor_mechanism.engines.certificate import StepPlan
+from governor_mechanism.engines.certificate import StepPlan, describe_stall
 from governor_mechanism.engines.initial_state import initial_state
 from governor_mechanism.engines.multibody.run import MIN_IMPLICIT_STEPS, ConstrainedIntegrator
 from governor_mechanism.engines.multibody.settings import MultibodySettings
-from governor_mechanism.engines.stall_causes import describe_stall
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.integrators.stages import StepCounter
 from governor_mechanism.integrators.status import IntegrationStatus

@@ -10,8 +10,7 @@ import pytest
 
 import governor_mechanism as gm
 from governor_mechanism.engines import ENGINES, ImpulseEngine, ReducedEngine, select_engine
-from governor_mechanism.engines.base import RunRequest
-from governor_mechanism.engines.expected_work import ExpectedWork, state_reason
+from governor_mechanism.engines.base import ExpectedWork, RunRequest, state_reason
 from governor_mechanism.engines.reduced.engine import ReducedRunner
 from governor_mechanism.engines.selection import estimate_run_time
 from governor_mechanism.model.part import Start

@@ -9,7 +9,7 @@ import pytest
 
 import governor_mechanism as gm
 from governor_mechanism.engines import ImpulseEngine, select_engine
-from governor_mechanism.engines.expected_work import state_reason
+from governor_mechanism.engines.base import state_reason
 from governor_mechanism.machines.parabolic import ParabolicGovernor
 from governor_mechanism.mechanics.reduction.lagrangian import SingleDofReduction
 from governor_mechanism.model.part import Spindle, Start

@@ -9,7 +9,7 @@ from coupled_scenes import coupled_scene, discs_part, engine_part, porter_part
 from governor_mechanism.effects.dry_friction import DryFriction
 from governor_mechanism.effects.spring import OutputSpring
 from governor_mechanism.effects.stops import Stops
-from governor_mechanism.mechanics.contact.input_modes import InputModes
+from governor_mechanism.mechanics.contact.scene_contacts import InputModes
 from governor_mechanism.mechanics.dynamics.equations.equations_of_motion import evaluate_state_derivative
 from governor_mechanism.mechanics.dynamics.equations.projection import project_state
 from governor_mechanism.mechanics.dynamics.forces.contact_modes import ContactMode

@@ -10,9 +10,12 @@ import pytest
 
 from governor_mechanism.effects.spring import OutputSpring
 from governor_mechanism.mechanics.kinematics.assembly import PositionSolver
-from governor_mechanism.mechanics.reduction.equation_of_motion import evaluate_static_force
+from governor_mechanism.mechanics.reduction.equation_of_motion import (
+    evaluate_output_second_derivative,
+    evaluate_static_force,
+    evaluate_table_output,
+)
 from governor_mechanism.mechanics.reduction.lowering import lower_reduced_scene
-from governor_mechanism.mechanics.reduction.model_outputs import evaluate_output_second_derivative, evaluate_table_output
 from governor_mechanism.mechanics.reduction.motion_table import MotionTable
 from governor_mechanism.mechanics.reduction.node_evaluation import make_reduction_workspace
 from governor_mechanism.mechanics.reduction.reduced_model import N_STATES

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from governor_mechanism.numerics.dense_lu import factorise_lu, solve_lu
+from governor_mechanism.integrators.radau_systems import factorise_lu, solve_lu
 
 
 @pytest.mark.parametrize("kind", [np.float64, np.complex128])

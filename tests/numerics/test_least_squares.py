@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from governor_mechanism.mechanics.dynamics.system.row_order import find_coupled_rows
+from governor_mechanism.mechanics.dynamics.system.holding_rows import find_coupled_rows
 from governor_mechanism.numerics.least_squares import MIN_SPARSE_ROWS, least_norm_solution, numerical_rank
 
 ROUNDING = 1e-11

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.interpolate import CubicSpline
 
-from governor_mechanism.numerics.piecewise_cubic import PiecewiseCubic
+from governor_mechanism.mechanics.kinematics.time_functions import PiecewiseCubic
 
 SPLINE = CubicSpline([0.0, 0.5, 1.5, 4.0], [1.0, -2.0, 0.3, 5.0])
 CUBIC = PiecewiseCubic(SPLINE.x[1:-1], SPLINE.x[:-1], SPLINE.c.T)

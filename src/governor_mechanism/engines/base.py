@@ -2,13 +2,12 @@
 
 import time
 from abc import ABC, abstractmethod
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, ClassVar, final
 
 import numpy as np
 
-from governor_mechanism.engines.expected_work import ExpectedWork, Reason, state_reason
 from governor_mechanism.errors import MechanismError, UnsupportedEffect
 from governor_mechanism.machines.custom import CUSTOM_MACHINE
 from governor_mechanism.mechanics.dynamics.forces.contact_modes import has_contacts
@@ -25,6 +24,38 @@ from governor_mechanism.observables.evaluation import ReadingEvaluator
 from governor_mechanism.observables.run_result import DeferredMotionAnalysis, RunResult, StateHistory
 from governor_mechanism.types import BoolArray, FloatArray
 from governor_mechanism.units.quantities import format_value
+
+
+@dataclass(frozen=True, kw_only=True)
+class ExpectedWork:
+    """Work of all runs of a request, as expected after the first of them.
+
+    Attributes
+    ----------
+    first_run_time
+        Time of the first run, s. In a new process it includes what runs only once.
+    n_evaluations
+        Number of evaluations of the equations of motion.
+    n_reported
+        Number of reported times.
+    """
+
+    first_run_time: float
+    n_evaluations: float
+    n_reported: int
+
+
+Reason = str | Callable[[ExpectedWork | None], str]
+"""Why an engine was chosen; a function states it with the expected work, or without where nothing is known of it."""
+
+
+def state_reason(
+    reason: Reason,
+    work: ExpectedWork | None,  # expected work; None if it is not known
+) -> str:
+    """Return a reason as text."""
+    return reason if isinstance(reason, str) else reason(work)
+
 
 MAX_REPORTED_TIMES = 5_000_000
 """Largest number of reported times of one run: it bounds the memory of the results."""

@@ -5,28 +5,75 @@ from __future__ import annotations
 import math
 import time
 from abc import abstractmethod
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import asdict, dataclass, field, replace
 from itertools import pairwise
 
 import numpy as np
 
-from governor_mechanism.engines.base import Engine, Runner, RunRequest
-from governor_mechanism.engines.energy_check import smallest_error_of_drift
-from governor_mechanism.engines.expected_work import ExpectedWork
-from governor_mechanism.engines.stall_causes import describe_stall
+from governor_mechanism.engines.base import Engine, ExpectedWork, Runner, RunRequest
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.integrators.status import IntegrationStatus
 from governor_mechanism.integrators.step_record import NO_STEPS, StepRecord, make_step_record
 from governor_mechanism.mechanics.contact.event_log import compare_event_logs
+from governor_mechanism.mechanics.dynamics.forces.contact_modes import has_contacts
+from governor_mechanism.mechanics.dynamics.forces.contacts import output_forces_of
 from governor_mechanism.mechanics.kinematics.assembly import mobility_of
 from governor_mechanism.model.events import EventKind
+from governor_mechanism.model.force_elements import Force, Torque
+from governor_mechanism.model.joints import RotationalDriver, TranslationalDriver
+from governor_mechanism.model.results.energy import Energy
 from governor_mechanism.model.results.outcome import FLIGHT_DETAIL, Outcome
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.observables.error_scales import EVENT_TIMES, name_of_rate
 from governor_mechanism.observables.evaluation import ReadingEvaluator
 from governor_mechanism.observables.run_result import RunResult
 from governor_mechanism.types import FloatArray
+
+ENERGY_ROUNDING_RATIO = 1e-13
+"""Drift relative to the largest of the energies that add up to it: rounding, summed over the steps of a run."""
+
+
+def smallest_error_of_drift(
+    energy: Energy,
+    spring_energy_scale: float,  # m (L s)^2 with the rate s of the stiffest spring, k = m s^2, J
+) -> float:
+    """Return the smallest error of readings and rates, relative to their scales, that changes the energy by its drift.
+
+    With the scales m, L and r of mass, length and rate, an error e moves every point by at most e L and changes its velocity by at most
+    e L r. That changes a kinetic energy T by sqrt(2 m T) e L r, in units of m (L r)^2 by e sqrt(2 T); the work of loads by e, because r
+    is at least their rate; and the energy V of a spring of stiffness k by sqrt(2 k V) e L.
+
+    Result: error relative to the scales; 0 if the drift is rounding.
+    """
+    if energy.jacobi.size < 2:
+        return 0.0
+    terms = (energy.kinetic, energy.potential, energy.rotation, energy.jacobi)
+    rounding = ENERGY_ROUNDING_RATIO * max(float(np.max(np.abs(term))) for term in terms) / energy.scale
+    kinetic = float(np.max(energy.kinetic + energy.rotation)) / energy.scale
+    potential = float(np.ptp(energy.potential)) * spring_energy_scale / energy.scale**2
+    change_per_error = 1.0 + math.sqrt(2.0 * kinetic) + math.sqrt(2.0 * potential)
+    return max(energy.drift - rounding, 0.0) / change_per_error
+
+
+def describe_stall(scene: Scene, status: IntegrationStatus) -> str:
+    """Return why an integration stalled, from its status and from what the scene has."""
+    if status == IntegrationStatus.ENDLESS_EVENTS:
+        return "contacts change between rest and motion without end; change the restitution of a stop, add a dashpot, or try engine impulse"
+    return f"its steps became too small, as where {', or '.join(_possible_causes(scene))}"
+
+
+def _possible_causes(scene: Scene) -> Iterator[str]:
+    """Yield what in a scene can make steps too small, with its cure."""
+    mechanism = scene.mechanism
+    if any(isinstance(joint, RotationalDriver | TranslationalDriver) for joint in mechanism.joints):
+        yield "a driver locks the mechanism (shorten its motion)"
+    if has_contacts(scene):
+        yield "stops and friction jam it (widen the stops or reduce the friction)"
+    if output_forces_of(scene) or any(not isinstance(element, Force | Torque) for element in mechanism.force_elements):
+        yield "a spring or damper is too stiff for the masses (soften it)"
+    yield "it comes to a singular configuration or to forces without bounds (change a length, a load or the start)"
+
 
 FIRST_TOLERANCE_RATIO = 0.01
 """Ratio of the first tolerance to the accuracy: the error of a run is some ten times that of one step."""

@@ -23,7 +23,9 @@ from governor_mechanism.numerics.least_squares import numerical_rank
 from governor_mechanism.numerics.once_per_object import once_per_object
 from governor_mechanism.statics.equilibria import find_equilibria
 from governor_mechanism.statics.equilibrium_speed import equilibrium_speed_squared, has_spindle_dependent_loads
+from governor_mechanism.statics.settled_state import settle
 from governor_mechanism.types import FloatArray
+from governor_mechanism.units.constants import RPM
 from governor_mechanism.units.quantities import format_quantity
 
 Motion = tuple[FloatArray, FloatArray]
@@ -106,8 +108,6 @@ def _shaft_reading(scene: Scene, plane: TurningPlane) -> str:
 
 def _find_steady_rotation(scene: Scene, position_solver: PositionSolver, plane: TurningPlane) -> Motion:
     """Return poses and velocities of the equilibrium of the whole scene, near the initial guess."""
-    from governor_mechanism.statics.settled_state import settle
-
     part, mechanism = scene.part_of(plane.prefix + SHAFT_NAME)[0], scene.mechanism
     values = {name: float(value) for name, value in scene.start.values.items() if value != EQUILIBRIUM}
     poses = _assemble(position_solver, values)
@@ -275,7 +275,7 @@ def stable_equilibrium_poses(scene: Scene) -> FloatArray:
     stable = [equilibrium for equilibrium in equilibria if equilibrium.stable]
     if len(stable) == 1:
         return stable[0].poses
-    speed_clause = f"at {SpindleSpeedFunction(scene.spindle).start_speed * 30 / np.pi:.6g} rpm " if depends_on_speed else ""
+    speed_clause = f"at {SpindleSpeedFunction(scene.spindle).start_speed / RPM:.6g} rpm " if depends_on_speed else ""
     if stable:
         positions = ", ".join(f"{equilibrium.coordinate:.6g}" for equilibrium in stable)
         raise MechanismError(f"start.{name} = 'equilibrium' is not unique: {speed_clause}there are stable ones at {positions}; give one")

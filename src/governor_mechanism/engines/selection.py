@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from functools import partial
 from typing import final
 
-from governor_mechanism.engines.base import Engine, RunRequest
+from governor_mechanism.engines.base import Engine, ExpectedWork, Reason, RunRequest
 from governor_mechanism.engines.certificate import (
     ORDER,
     REQUEST_TO_FIRST_RUN_RATIO,
@@ -14,7 +14,6 @@ from governor_mechanism.engines.certificate import (
     ErrorControlledEngine,
     initial_tolerance,
 )
-from governor_mechanism.engines.expected_work import ExpectedWork, Reason
 from governor_mechanism.engines.impulse.engine import ImpulseEngine
 from governor_mechanism.engines.impulse.first_grid import choose_steps
 from governor_mechanism.engines.multibody.engine import MultibodyEngine

@@ -7,7 +7,6 @@ from typing import NamedTuple
 from governor_mechanism.integrators import stages as runge_kutta
 from governor_mechanism.integrators.equation import EquationFunctions, StepBuffers
 from governor_mechanism.integrators.event_location import LAST_SAMPLE
-from governor_mechanism.integrators.kink_approach import KINK_TIME_ROUNDING
 from governor_mechanism.integrators.stage_quality import (
     CROSSING_QUALITY_RATIO,
     FAR_OUTSIDE_DOMAIN,
@@ -20,7 +19,7 @@ from governor_mechanism.integrators.stage_quality import (
 )
 from governor_mechanism.integrators.stages import END_STAGE, N_STAGES, Equation, StepCounter
 from governor_mechanism.integrators.status import IntegrationStatus
-from governor_mechanism.integrators.step_ends import StepEnds, make_step_ends
+from governor_mechanism.integrators.step_ends import KINK_TIME_ROUNDING, StepEnds, make_step_ends
 from governor_mechanism.integrators.step_record import NO_STEPS, StepRecord, find_step, limit_to_half_steps, record_step
 from governor_mechanism.integrators.tableau import NODES
 from governor_mechanism.numerics.array_copy import copy_array

@@ -65,7 +65,7 @@ class StepBuffers(NamedTuple):
     progress
         Progress of the integration, a record of `PROGRESS_DTYPE`; shape (1,).
     n_kinks
-        Number of event functions, the last ones, that are kinks of the derivative: steps end there, see `kink_approach`.
+        Number of event functions, the last ones, that are kinks of the derivative: steps end there, see `step_ends`.
     """
 
     stages: Stages

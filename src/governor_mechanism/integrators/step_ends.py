@@ -1,14 +1,213 @@
-"""Ends of steps at kinks and events: lengths of steps, the samples of the event functions, and the part before an event; compiled."""
+"""Ends of steps at kinks and events: lengths of steps, the samples of the event functions, and the part before an event; compiled.
+
+At a kink another smooth function takes over from the derivative: no step may lead over one, because its error would be that of a method
+of low order. A kink is where the last event functions of an equation rise through zero; up to there the equation keeps the function that
+held at the start, also in steps tried that lead too far. The first length follows from the tangent of the motion. The quintic
+interpolant of each step tried gives the next length: where the step ends beside the kink, it is good to the cube of the distance, so that
+two or three steps locate the kink to rounding.
+"""
 
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from governor_mechanism.integrators import event_location, kink_approach
+from governor_mechanism.integrators import event_location
 from governor_mechanism.integrators.equation import EquationFunctions, StepBuffers
 from governor_mechanism.integrators.event_location import EVENT_SAMPLE_FRACTIONS, LAST_SAMPLE, NO_EVENT, EventStep, is_any_positive
 from governor_mechanism.integrators.stages import Equation
 from governor_mechanism.numerics.jit import jit_in_place
 from governor_mechanism.types import FloatArray
+
+KINK_TOLERANCE = 2e-13
+"""Distance behind a kink, relative to the step, at which a step ends there: above rounding, and far below what an order of 8 notices."""
+
+KINK_TIME_ROUNDING = 1e-15
+"""The same relative to the time: angles that grow with the time are rounded like it."""
+
+MAX_STRETCH = 0.05
+"""Fraction of a step by which it is stretched to a kink behind it: less would be left for a step of its own. The error grows by half."""
+
+MAX_KINK_RETRIES = 8
+"""Largest number of lengths tried at one kink; three suffice unless rounding exceeds the tolerances above."""
+
+AIM_CORRECTIONS = 3
+"""Number of false-position steps along the tangent, which are good to the curvature of the motion then."""
+
+MAX_SECANT_STEPS = 12
+"""Largest number of secant steps on an interpolant, which take a fraction of the time of a step; five suffice."""
+
+SECANT_TOLERANCE = 1e-15
+"""Change of a fraction of the step at which secant steps end: rounding."""
+
+SampleEvents = Callable[[Equation, EventStep, float, FloatArray], None]
+"""Function that fills the event functions at a fraction of a step, interpolated or extrapolated."""
+
+
+def make_kink_prediction(
+    # function that fills the event functions at a fraction of the step
+    sample_events: SampleEvents[Equation],
+) -> Callable[[Equation, EventStep, FloatArray, FloatArray], float]:
+    """Return the function that predicts the first kink in a step or a little behind it.
+
+    Result: function of the equation, a step, its event functions at the samples (samples, functions), and a
+    buffer (functions,); it returns the kink as a fraction of the step, up to 1 + MAX_STRETCH, or NO_EVENT.
+    """
+    find_root = jit_in_place(_make_root_search(sample_events))
+
+    def predict_kink(
+        equation: Equation,
+        step: EventStep,
+        event_values: FloatArray,  # event functions at the samples; shape (samples, event functions)
+        buffer: FloatArray,  # buffer; shape (event functions,)
+    ) -> float:
+        """Predict the first kink in a step or a little behind it.
+
+        Result: the kink as a fraction of the step, up to 1 + MAX_STRETCH, or NO_EVENT.
+        """
+        prediction = NO_EVENT
+        for i in range(step.n_located, event_values.shape[1]):
+            if event_values[0, i] < 0.0:
+                high = 1
+                while high < LAST_SAMPLE and event_values[high, i] <= 0.0:
+                    high += 1
+                low_value, high_value = event_values[high - 1, i], event_values[high, i]
+                if EVENT_SAMPLE_FRACTIONS[high - 1] < prediction and low_value < high_value:
+                    root = find_root(equation, step, i, EVENT_SAMPLE_FRACTIONS[high], low_value, high_value, buffer)
+                    if root <= 1.0 + MAX_STRETCH:
+                        prediction = min(prediction, root)
+        return prediction
+
+    return predict_kink
+
+
+def _make_root_search(
+    sample_events: SampleEvents[Equation],
+) -> Callable[[Equation, EventStep, int, float, float, float, FloatArray], float]:
+    """Return the function that finds the zero of event function i near `high`, where its value is given, as at the sample before it.
+
+    The secant steps stay between both samples if the zero is there. A zero too far behind the step is not located.
+    """
+
+    def find_root(
+        equation: Equation,
+        step: EventStep,
+        i: int,
+        high: float,
+        low_value: float,
+        high_value: float,
+        buffer: FloatArray,  # buffer; shape (event functions,)
+    ) -> float:
+        """Find the zero of an event function by secant steps.
+
+        Result: the zero as a fraction of the step, or NO_EVENT if it is too far behind the step.
+        """
+        low, is_bracketed = high - EVENT_SAMPLE_FRACTIONS[1], high_value > 0.0
+        position, previous, previous_value, value = high, low, low_value, high_value
+        for _ in range(MAX_SECANT_STEPS):
+            if value == previous_value:
+                break
+            change = -value * (position - previous) / (value - previous_value)
+            if is_bracketed and not low < position + change < high:
+                change = 0.5 * (low + high) - position
+            previous, previous_value, position = position, value, position + change
+            if not position <= 1.0 + 2.0 * MAX_STRETCH:
+                return NO_EVENT
+            if abs(change) <= SECANT_TOLERANCE:
+                break
+            sample_events(equation, step, position, buffer)
+            value = buffer[i]
+            if value > 0.0:
+                high = min(high, position)
+            else:
+                low = max(low, position)
+        return position
+
+    return find_root
+
+
+def make_kink_aim(
+    # function that fills the event functions at a time and state
+    evaluate_events: Callable[[Equation, float, FloatArray, FloatArray], None],
+) -> Callable[[Equation, float, float, FloatArray, FloatArray, int, FloatArray, FloatArray], float]:
+    """Return the function that aims a step at the first kink along the tangent of the motion."""
+
+    def evaluate_on_tangent(
+        equation: Equation,
+        local_time: float,
+        time: float,
+        state: FloatArray,
+        derivative: FloatArray,
+        buffer: FloatArray,
+        event_values: FloatArray,
+    ) -> None:
+        """Fill the event functions (event functions,) on the tangent of the motion, at a time (s) after the start of a step."""
+        for i in range(state.size):
+            buffer[i] = state[i] + time * derivative[i]
+        evaluate_events(equation, local_time + time, buffer, event_values)
+
+    evaluate_on_tangent = jit_in_place(evaluate_on_tangent)
+
+    def aim_at_kink(
+        equation: Equation,
+        local_time: float,  # local time at the start of the step, s
+        h: float,  # length of the step, s
+        state: FloatArray,  # state at the start; shape (components,)
+        derivative: FloatArray,  # its time derivative; shape (components,)
+        first_kink: int,  # index of the first event function that is a kink
+        # event functions at the samples: the first row is given, the others are overwritten; shape (samples,
+        # event functions)
+        event_values: FloatArray,
+        buffer: FloatArray,  # buffer; shape (components,)
+    ) -> float:
+        """Aim a step at the first kink along the tangent of the motion.
+
+        Result: length of the step, or a shorter one up to the kink, s.
+        """
+        aim, kink, low, high = h, -1, 0.0, h
+        for j in range(1, EVENT_SAMPLE_FRACTIONS.size):
+            low, high = EVENT_SAMPLE_FRACTIONS[j - 1] * h, EVENT_SAMPLE_FRACTIONS[j] * h
+            evaluate_on_tangent(equation, local_time, high, state, derivative, buffer, event_values[j])
+            for i in range(first_kink, event_values.shape[1]):
+                low_value, high_value = event_values[j - 1, i], event_values[j, i]
+                if low_value < 0.0 < high_value and low - (high - low) * low_value / (high_value - low_value) < aim:
+                    aim, kink = low - (high - low) * low_value / (high_value - low_value), i
+            if kink >= 0:
+                low_value, high_value = event_values[j - 1, kink], event_values[j, kink]
+                break
+        for _ in range(AIM_CORRECTIONS if kink >= 0 else 0):
+            evaluate_on_tangent(equation, local_time, aim, state, derivative, buffer, event_values[LAST_SAMPLE])
+            value = event_values[LAST_SAMPLE, kink]
+            if value > 0.0:
+                high, high_value = aim, value
+            else:
+                low, low_value = aim, value
+            aim = low - (high - low) * low_value / (high_value - low_value)
+        return aim
+
+    return aim_at_kink
+
+
+@jit_in_place
+def judge_length(
+    h: float,  # length of the step, s
+    fraction: float,  # the kink as a fraction of the step, or NO_EVENT
+    is_reached: bool,
+    retry_factor: float,  # factor on the length with which its error would be small enough, or 0 if it is
+    n_tried: int,
+    min_length: float,  # length of the shortest step, s
+    time_rounding: float,  # rounding of the time, s
+) -> tuple[bool, float]:
+    """Return whether a step ends at a kink, and the length with which to try again, or 0.
+
+    Results: is_at_kink, whether an accepted step ends at the kink but for rounding, or does not come nearer;
+    length, length of the step to the kink, s; 0 if this step is as good, or if its error does not let it lead
+    there.
+    """
+    overshoot, tolerance = (1.0 - fraction) * h, KINK_TOLERANCE * h + time_rounding
+    is_close = is_reached and (overshoot <= tolerance or h <= min_length)
+    is_futile = fraction == NO_EVENT or n_tried >= MAX_KINK_RETRIES or 0.0 < retry_factor < fraction
+    if is_close or is_futile:
+        return is_reached and retry_factor == 0.0, 0.0
+    return False, h - overshoot + 0.5 * tolerance
 
 
 @dataclass(frozen=True)
@@ -25,7 +224,7 @@ class StepEnds:
         Finish a step, sample its event functions, and return the quality of the state after it.
     correct_length
         Compare a finished step with the first kink: return whether it ends there, and the length with which to try again, or 0; its last
-        arguments are those of `kink_approach.judge_length`.
+        arguments are those of `judge_length`.
     cut_at_event
         Cut a finished step at the first event, and return the fraction that precedes it, or NO_EVENT.
     """
@@ -59,7 +258,7 @@ def count_located(buffers: StepBuffers) -> int:
 
 def _make_choice_of_length(functions: EquationFunctions[Equation]) -> Callable[..., float]:
     """Return the function that returns the length of the next step: that given, or a shorter one up to a kink."""
-    aim_at_kink = jit_in_place(kink_approach.make_kink_aim(functions.evaluate_events))
+    aim_at_kink = jit_in_place(make_kink_aim(functions.evaluate_events))
 
     def choose_length(equation: Equation, buffers: StepBuffers, local_time: float, h: float, state: FloatArray) -> float:
         if buffers.n_kinks == 0:
@@ -105,7 +304,7 @@ def _make_finish_and_sample(functions: EquationFunctions[Equation]) -> Callable[
 
 def _make_correction_of_length(functions: EquationFunctions[Equation]) -> Callable[..., tuple[bool, float]]:
     """Return the function that compares a finished step with the first kink; see `judge_length`."""
-    predict_kink = jit_in_place(kink_approach.make_kink_prediction(functions.sample_events))
+    predict_kink = jit_in_place(make_kink_prediction(functions.sample_events))
 
     def correct_length(
         equation: Equation,
@@ -132,7 +331,7 @@ def _make_correction_of_length(functions: EquationFunctions[Equation]) -> Callab
         )  # fmt: skip
         fraction = predict_kink(equation, step, event_values, buffers.trial_event_values)
         is_reached = is_any_positive(event_values[LAST_SAMPLE, step.n_located :], buffers.n_kinks)
-        return kink_approach.judge_length(h, fraction, is_reached, retry_factor, n_tried, min_length, time_rounding)
+        return judge_length(h, fraction, is_reached, retry_factor, n_tried, min_length, time_rounding)
 
     return correct_length
 

@@ -10,7 +10,7 @@ from governor_mechanism.integrators.event_location import LAST_SAMPLE, EventStep
 from governor_mechanism.integrators.stage_quality import LEFT_LIMITS, NEAR_SINGULAR_QUALITY, OUT_OF_RANGE, TURNED_BACK
 from governor_mechanism.integrators.stages import N_STAGES, Stages, StepCounter, make_take_step
 from governor_mechanism.integrators.status import IntegrationStatus
-from governor_mechanism.mechanics.dynamics.equations.constraint_solver import apply_jacobian, subtract_minv_jt
+from governor_mechanism.mechanics.dynamics.equations.constrained_solution import apply_jacobian, subtract_minv_jt
 from governor_mechanism.mechanics.dynamics.equations.equations_of_motion import evaluate_inputs_at, evaluate_state_derivative
 from governor_mechanism.mechanics.dynamics.equations.projection import project_state
 from governor_mechanism.mechanics.dynamics.forces.inputs import HOLD_KINDS, NOT_HELD

@@ -16,17 +16,18 @@ from governor_mechanism.mechanics.contact.transition import EventLog, make_trans
 from governor_mechanism.mechanics.dynamics.forces.inputs import EVENT_ROUNDING_RATIO
 from governor_mechanism.mechanics.dynamics.forces.output_forces import IN_NO_PHASE, evaluate_gas_phase
 from governor_mechanism.mechanics.dynamics.system.event_functions import evaluate_event_function
-from governor_mechanism.mechanics.reduction.equation_of_motion import evaluate_state_rates, evaluate_static_force
-from governor_mechanism.mechanics.reduction.model_outputs import (
+from governor_mechanism.mechanics.reduction.equation_of_motion import (
     evaluate_output,
     evaluate_output_rate,
     evaluate_output_second_derivative,
+    evaluate_state_rates,
+    evaluate_static_force,
     evaluate_table_output,
     friction_limit,
 )
 from governor_mechanism.mechanics.reduction.node_evaluation import TableColumn
 from governor_mechanism.mechanics.reduction.reduced_model import ReducedModel, StateIndex
-from governor_mechanism.mechanics.reduction.shaft_outputs import evaluate_shaft_outputs
+from governor_mechanism.mechanics.reduction.shaft import evaluate_shaft_outputs
 from governor_mechanism.mechanics.reduction.table import find_piece
 from governor_mechanism.numerics.chebyshev import evaluate_piece
 from governor_mechanism.numerics.jit import jit, jit_in_place

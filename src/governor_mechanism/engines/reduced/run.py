@@ -15,14 +15,13 @@ from governor_mechanism.integrators.dop853 import StepLimits
 from governor_mechanism.integrators.stages import StepCounter
 from governor_mechanism.integrators.status import IntegrationStatus
 from governor_mechanism.mechanics.contact.event_log import drop_cancelled_events, select_start_events
-from governor_mechanism.mechanics.contact.input_modes import InputModes
 from governor_mechanism.mechanics.contact.rules import HELD
+from governor_mechanism.mechanics.contact.scene_contacts import InputModes
 from governor_mechanism.mechanics.contact.tolerances import SIMULTANEITY_TOLERANCE
 from governor_mechanism.mechanics.contact.transition import make_event_log, make_events
 from governor_mechanism.mechanics.dynamics.characteristic_scales import max_step_scale
-from governor_mechanism.mechanics.dynamics.forces.contact_modes import ContactMode, initial_mode
+from governor_mechanism.mechanics.dynamics.forces.contact_modes import ContactMode, forced_output_names, initial_mode
 from governor_mechanism.mechanics.dynamics.forces.contacts import contacts_of, one_sided_forces_of
-from governor_mechanism.mechanics.dynamics.forces.forced_outputs import forced_output_names
 from governor_mechanism.mechanics.dynamics.forces.loads import reading_tables_of
 from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output, evaluate_output_value
 from governor_mechanism.mechanics.kinematics.time_functions import stack_local_cubics

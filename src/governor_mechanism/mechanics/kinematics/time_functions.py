@@ -1,14 +1,92 @@
-"""Inputs and prescribed motions as functions of time, piecewise cubic plus harmonics: values, derivatives, integrals."""
+"""Time functions as piecewise cubics, and the compiled evaluation of the local cubics of all inputs.
 
+Each input is a row of `input_cubics` (inputs, 5 or more): the coefficients of a cubic in the local time since the start of a
+time segment, highest power first, and the integral of the cubic up to that start; then amplitude, angular frequency (rad/s) and
+phase at that start of each harmonic.
+"""
+
+import math
 from collections.abc import Sequence
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 
 from governor_mechanism.model.part import FreeSpindle, Spindle
 from governor_mechanism.model.time_functions import InputFunction, PrescribedMotion
-from governor_mechanism.numerics.piecewise_cubic import PiecewiseCubic
-from governor_mechanism.types import FloatArray
+from governor_mechanism.numerics.jit import jit_in_place
+from governor_mechanism.types import FloatArray, IntArray
+
+DERIVATIVE_FACTORS = np.array([[1.0, 1.0, 1.0, 1.0], [3.0, 2.0, 1.0, 0.0], [6.0, 2.0, 0.0, 0.0], [6.0, 0.0, 0.0, 0.0]])
+"""Factors on the coefficients, highest power first, in the derivative of each order up to the third."""
+
+ANTIDERIVATIVE_FACTORS = np.array([1 / 4, 1 / 3, 1 / 2, 1.0])
+"""Factors on the coefficients, highest power first, in the antiderivative."""
+
+
+class PiecewiseCubic:
+    """A function that is a cubic between breaks; the first piece extends to minus infinity, the last one to infinity.
+
+    Parameters
+    ----------
+    breaks
+        Where one piece ends and the next begins, ascending; shape (pieces - 1,).
+    origins
+        Zero of each piece's own argument; shape (pieces,).
+    coefficients
+        Coefficients of each piece, highest power first; shape (pieces, 4).
+    """
+
+    def __init__(self, breaks: FloatArray, origins: FloatArray, coefficients: FloatArray) -> None:
+        self._breaks, self._origins, self._coefficients = breaks, origins, coefficients
+
+    def derivative(self, arguments: FloatArray, order: int, *, left_limit: bool = False) -> FloatArray:
+        """Return the derivative (n,) of an order from 0 to 3; at a break the right limit, or the left limit if requested."""
+        pieces = self._find_pieces(arguments, left_limit)
+        coefficients = (self._coefficients[:, : 4 - order] * DERIVATIVE_FACTORS[order, : 4 - order])[pieces]
+        return _evaluate_polynomials(coefficients, arguments - self._origins[pieces])
+
+    def integrals(self, start: float, ends: FloatArray) -> FloatArray:
+        """Return the integrals (n,) from a start to each end."""
+        values = self._antiderivative(np.append(ends, start))
+        integrals: FloatArray = values[:-1] - values[-1]
+        return integrals
+
+    def _find_pieces(self, arguments: FloatArray, left_limit: bool = False) -> IntArray:
+        return np.searchsorted(self._breaks, arguments, side="left" if left_limit else "right")
+
+    def _antiderivative(self, arguments: FloatArray) -> FloatArray:
+        """Return an antiderivative (n,), which is continuous."""
+        pieces = self._find_pieces(arguments)
+        own = arguments - self._origins[pieces]
+        values: FloatArray = self._integration_constants[pieces] + own * _evaluate_polynomials(
+            self._antiderivative_coefficients[pieces], own
+        )
+        return values
+
+    @cached_property
+    def _antiderivative_coefficients(self) -> FloatArray:
+        coefficients: FloatArray = self._coefficients * ANTIDERIVATIVE_FACTORS
+        return coefficients
+
+    @cached_property
+    def _integration_constants(self) -> FloatArray:
+        """Constants (pieces,) that make the antiderivative continuous at the breaks."""
+        coefficients, steps = self._antiderivative_coefficients, []
+        for side in (0, 1):
+            pieces = slice(side, len(self._origins) - 1 + side)
+            own = self._breaks - self._origins[pieces]
+            steps.append(own * _evaluate_polynomials(coefficients[pieces], own))
+        return np.append(0.0, np.cumsum(steps[0] - steps[1]))
+
+
+def _evaluate_polynomials(coefficients: FloatArray, arguments: FloatArray) -> FloatArray:
+    """Return polynomials with coefficients (n, terms), highest power first, at arguments (n,)."""
+    values = coefficients[:, 0]
+    for column in range(1, coefficients.shape[1]):
+        values = values * arguments + coefficients[:, column]
+    return values
+
 
 N_CUBIC_COLUMNS = 5
 """Number of columns of the local cubic of an input; those of its harmonics follow."""
@@ -148,7 +226,7 @@ def stack_local_cubics(
 ) -> FloatArray:
     """Return the local cubics of several functions after each time.
 
-    Result: rows as in `input_kernels`; harmonics that a function does not have are zero; shape (n, functions,
+    Result: rows of `input_cubics`; harmonics that a function does not have are zero; shape (n, functions,
     columns).
     """
     cubics = [function.local_cubics(times) for function in functions]
@@ -207,3 +285,66 @@ class SpindleSpeedFunction(CubicTimeFunction):
             return mean_speed, mean_acceleration
         angles = self.integrals(0.0, times)
         return fluctuating_speed(self._fluctuation_amplitude, self._cycles_per_turn, angles, mean_speed, mean_acceleration)
+
+
+fluctuating_speed_jit = jit_in_place(fluctuating_speed)
+
+
+@jit_in_place
+def evaluate_cubic(input_cubics: FloatArray, k: int, local_time: float) -> float:
+    """Return the value of input k without its harmonics."""
+    a, b, c, d = input_cubics[k, 0], input_cubics[k, 1], input_cubics[k, 2], input_cubics[k, 3]
+    return float(((a * local_time + b) * local_time + c) * local_time + d)
+
+
+@jit_in_place
+def evaluate_input(input_cubics: FloatArray, k: int, local_time: float) -> float:
+    """Return the value of input k, its cubic plus its harmonics, or 0 for k = NO_INDEX."""
+    if k < 0:
+        return 0.0
+    value = evaluate_cubic(input_cubics, k, local_time)
+    for column in range(N_CUBIC_COLUMNS, input_cubics.shape[1], 3):
+        if input_cubics[k, column] != 0.0:
+            value += input_cubics[k, column] * math.sin(input_cubics[k, column + 1] * local_time + input_cubics[k, column + 2])
+    return value
+
+
+@jit_in_place
+def evaluate_input_derivative(input_cubics: FloatArray, k: int, local_time: float) -> float:
+    """Return the time derivative of input k without its harmonics."""
+    return float((3.0 * input_cubics[k, 0] * local_time + 2.0 * input_cubics[k, 1]) * local_time + input_cubics[k, 2])
+
+
+@jit_in_place
+def evaluate_input_integral(input_cubics: FloatArray, k: int, local_time: float) -> float:
+    """Return the integral of input k since 0 s, without its harmonics."""
+    a, b, c, d = input_cubics[k, 0], input_cubics[k, 1], input_cubics[k, 2], input_cubics[k, 3]
+    return float(input_cubics[k, 4] + (((0.25 * a * local_time + b / 3.0) * local_time + 0.5 * c) * local_time + d) * local_time)
+
+
+@jit_in_place
+def evaluate_motion(input_cubics: FloatArray, k: int, local_time: float) -> tuple[float, float, float]:
+    """Return the value, rate and acceleration of a prescribed motion: its cubic plus its harmonics."""
+    value, rate = evaluate_cubic(input_cubics, k, local_time), evaluate_input_derivative(input_cubics, k, local_time)
+    acceleration = 6.0 * input_cubics[k, 0] * local_time + 2.0 * input_cubics[k, 1]
+    for column in range(N_CUBIC_COLUMNS, input_cubics.shape[1], 3):
+        amplitude, angular_frequency = input_cubics[k, column], input_cubics[k, column + 1]
+        if amplitude != 0.0:
+            angle = angular_frequency * local_time + input_cubics[k, column + 2]
+            displacement = amplitude * math.sin(angle)
+            value += displacement
+            rate += amplitude * angular_frequency * math.cos(angle)
+            acceleration -= angular_frequency * angular_frequency * displacement
+    return value, rate, acceleration
+
+
+@jit_in_place
+def evaluate_given_speed(
+    input_cubics: FloatArray, k: int, local_time: float, fluctuation_amplitude: float, cycles_per_turn: float
+) -> tuple[float, float]:
+    """Return the given speed (rad/s) and acceleration (rad/s2) of a spindle, input k with the fluctuation of its speed."""
+    speed, acceleration = evaluate_cubic(input_cubics, k, local_time), evaluate_input_derivative(input_cubics, k, local_time)
+    if fluctuation_amplitude == 0.0:
+        return speed, acceleration
+    mean_angle = evaluate_input_integral(input_cubics, k, local_time)
+    return fluctuating_speed_jit(fluctuation_amplitude, cycles_per_turn, mean_angle, speed, acceleration)

@@ -7,11 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from governor_mechanism.effects.registry import FORCE_LAWS
+from governor_mechanism.mechanics.dynamics.forces.contact_modes import forced_output_names
 from governor_mechanism.mechanics.dynamics.forces.contacts import contacts_of, make_contact_table, one_sided_forces_of, output_forces_of
 from governor_mechanism.mechanics.dynamics.forces.force_elements import element_law
-from governor_mechanism.mechanics.dynamics.forces.forced_outputs import forced_output_names
-from governor_mechanism.mechanics.dynamics.forces.input_layout import InputLayout, make_input_layout
-from governor_mechanism.mechanics.dynamics.forces.inputs import make_input_terms, make_table_segments
+from governor_mechanism.mechanics.dynamics.forces.inputs import InputLayout, make_input_layout, make_input_terms, make_table_segments
 from governor_mechanism.mechanics.dynamics.forces.loads import loads_of, reading_tables_of
 from governor_mechanism.mechanics.dynamics.forces.output_forces import (
     OUTPUT_FORCE_DTYPE,
@@ -21,8 +20,7 @@ from governor_mechanism.mechanics.dynamics.forces.output_forces import (
 )
 from governor_mechanism.mechanics.dynamics.system.event_functions import EVENT_FUNCTION_DTYPE, make_gas_event_functions
 from governor_mechanism.mechanics.kinematics.time_functions import CubicTimeFunction
-from governor_mechanism.mechanics.reduction.lagrangian_lowering import acts_elsewhere, lower_lagrangian
-from governor_mechanism.mechanics.reduction.layouts import lay_out_events, lay_out_mode
+from governor_mechanism.mechanics.reduction.lagrangian import acts_elsewhere, lower_lagrangian
 from governor_mechanism.mechanics.reduction.node_evaluation import OUTPUT_LIMIT_DTYPE, ReductionArrays
 from governor_mechanism.mechanics.reduction.reduced_model import (
     COORDINATE,
@@ -30,9 +28,16 @@ from governor_mechanism.mechanics.reduction.reduced_model import (
     ONE_SIDED_SPRING_DTYPE,
     SHAFT_TORQUE_DTYPE,
     ReducedModel,
+    lay_out_events,
+    lay_out_mode,
 )
-from governor_mechanism.mechanics.reduction.shaft import ShaftTrain, find_shaft_train, parts_with_coordinate, shaft_readings
-from governor_mechanism.mechanics.reduction.shaft_outputs import lower_shaft_outputs
+from governor_mechanism.mechanics.reduction.shaft import (
+    ShaftTrain,
+    find_shaft_train,
+    lower_shaft_outputs,
+    parts_with_coordinate,
+    shaft_readings,
+)
 from governor_mechanism.model.effect import OutputForce
 from governor_mechanism.model.force_elements import CylinderGas
 from governor_mechanism.model.mechanism import Mechanism

@@ -10,10 +10,9 @@ from scipy.interpolate import CubicHermiteSpline
 
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.mechanics.kinematics.assembly import mobility_of
-from governor_mechanism.mechanics.kinematics.kinematic_analysis import TIME_VARIABLE, Kinematics
+from governor_mechanism.mechanics.kinematics.kinematic_analysis import TIME_VARIABLE, Kinematics, release_drivers
 from governor_mechanism.mechanics.kinematics.output_variables import READING_UNITS
 from governor_mechanism.mechanics.kinematics.range_of_motion import find_range_of_motion
-from governor_mechanism.mechanics.kinematics.released_drivers import release_drivers
 from governor_mechanism.mechanics.kinematics.time_functions import CubicTimeFunction
 from governor_mechanism.model.joints import RotationalDriver, TranslationalDriver
 from governor_mechanism.model.mechanism import Mechanism

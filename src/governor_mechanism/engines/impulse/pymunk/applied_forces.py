@@ -8,9 +8,9 @@ from typing import NamedTuple
 import numpy as np
 
 from governor_mechanism.mechanics.dynamics.equations.body_forces import evaluate_body_forces, inertia_of_plane
+from governor_mechanism.mechanics.dynamics.forces.contact_modes import forced_output_names
 from governor_mechanism.mechanics.dynamics.forces.contacts import FRICTION_LAW_NAME, contacts_of, output_forces_of
 from governor_mechanism.mechanics.dynamics.forces.force_elements import lower_outputs
-from governor_mechanism.mechanics.dynamics.forces.forced_outputs import forced_output_names
 from governor_mechanism.mechanics.dynamics.forces.output_forces import SLIDING_FRICTION, add_output_forces, evaluate_force_law
 from governor_mechanism.mechanics.dynamics.system.arrays import N_PLANE_COLUMNS, PlaneColumn, System
 from governor_mechanism.mechanics.dynamics.system.lowering import make_system, multibody_input_layout

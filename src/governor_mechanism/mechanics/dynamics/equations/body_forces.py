@@ -5,7 +5,7 @@ import math
 from governor_mechanism.mechanics.dynamics.forces import force_laws
 from governor_mechanism.mechanics.dynamics.system.arrays import PlaneColumn, System, SystemWorkspace
 from governor_mechanism.mechanics.kinematics.constraint_kernels import rotate_vector_jit
-from governor_mechanism.mechanics.kinematics.input_kernels import evaluate_given_speed
+from governor_mechanism.mechanics.kinematics.time_functions import evaluate_given_speed
 from governor_mechanism.numerics.array_copy import copy_array
 from governor_mechanism.numerics.jit import jit_in_place
 from governor_mechanism.types import NO_INDEX, FloatArray, RecordArray

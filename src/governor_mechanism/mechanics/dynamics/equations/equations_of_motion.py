@@ -1,16 +1,16 @@
 """Equations of motion of a mechanism as compiled kernels.
 
-Inputs are evaluated as in `input_kernels`.
+Inputs are evaluated as in `time_functions`.
 """
 
 from governor_mechanism.effects.gas_pressure import SWITCH_COEFFICIENT
 from governor_mechanism.mechanics.dynamics.equations.body_forces import evaluate_body_forces, evaluate_plane_motion
 from governor_mechanism.mechanics.dynamics.equations.constrained_solution import (
     CLEAR_PIVOT_RATIO,
+    assemble_schur_band,
     equal_mass_pivot_ratio,
     solve_constrained_system,
 )
-from governor_mechanism.mechanics.dynamics.equations.constraint_solver import assemble_schur_band
 from governor_mechanism.mechanics.dynamics.forces.inputs import evaluate_inputs
 from governor_mechanism.mechanics.dynamics.forces.output_forces import add_output_forces
 from governor_mechanism.mechanics.dynamics.system.arrays import PlaneColumn, System, SystemWorkspace

@@ -3,7 +3,7 @@
 import numpy as np
 
 from governor_mechanism.mechanics.dynamics.equations.body_forces import evaluate_plane_motion
-from governor_mechanism.mechanics.dynamics.equations.constraint_solver import apply_jacobian, assemble_schur_band, subtract_minv_jt
+from governor_mechanism.mechanics.dynamics.equations.constrained_solution import apply_jacobian, assemble_schur_band, subtract_minv_jt
 from governor_mechanism.mechanics.dynamics.system.arrays import System, SystemWorkspace, make_system_workspace
 from governor_mechanism.mechanics.dynamics.system.lowering import make_system
 from governor_mechanism.mechanics.dynamics.system.reference_points import from_mass_centres, to_mass_centres

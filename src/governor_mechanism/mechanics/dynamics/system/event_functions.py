@@ -10,9 +10,8 @@ import numpy as np
 from governor_mechanism.effects.gas_pressure import SWITCH_COEFFICIENT, GasPressure
 from governor_mechanism.effects.registry import FORCE_LAWS
 from governor_mechanism.mechanics.dynamics.characteristic_scales import time_scale
-from governor_mechanism.mechanics.dynamics.forces.contact_modes import ContactMode
+from governor_mechanism.mechanics.dynamics.forces.contact_modes import ContactMode, forced_output_names
 from governor_mechanism.mechanics.dynamics.forces.contacts import contacts_of, one_sided_forces_of
-from governor_mechanism.mechanics.dynamics.forces.forced_outputs import forced_output_names
 from governor_mechanism.mechanics.dynamics.forces.inputs import EVENT_ROUNDING_RATIO, output_rate
 from governor_mechanism.mechanics.dynamics.forces.loads import reading_tables_of
 from governor_mechanism.mechanics.dynamics.forces.output_forces import evaluate_travel_in_stroke

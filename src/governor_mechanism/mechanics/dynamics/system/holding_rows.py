@@ -1,21 +1,48 @@
-"""Constraint rows of a contact mode: rows that hold outputs, rows of broken joints, and the order of all rows."""
+"""Constraint rows of a contact mode: rows that hold outputs, rows of broken joints, and an order of all rows that gives a narrow band."""
 
 from collections.abc import Sequence
 
 import numpy as np
 
-from governor_mechanism.mechanics.dynamics.forces.contact_modes import ContactMode, initial_mode
+from governor_mechanism.mechanics.dynamics.forces.contact_modes import ContactMode, forced_output_names, initial_mode
 from governor_mechanism.mechanics.dynamics.forces.contacts import contacts_of
-from governor_mechanism.mechanics.dynamics.forces.forced_outputs import forced_output_names
 from governor_mechanism.mechanics.dynamics.system.arrays import System
 from governor_mechanism.mechanics.dynamics.system.event_functions import EventFunctionKind
-from governor_mechanism.mechanics.dynamics.system.row_order import bandwidth_reducing_order
 from governor_mechanism.mechanics.kinematics.constraint_equations import ConstraintTable, bodies_of_rows, make_constraint_table
 from governor_mechanism.mechanics.kinematics.constraint_kernels import ConstraintRows
 from governor_mechanism.mechanics.kinematics.output_rows import make_output_rows
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.numerics.once_per_object import once_per_object
 from governor_mechanism.types import IntArray, RecordArray
+
+
+def find_coupled_rows(row_bodies: IntArray) -> IntArray:
+    """Return the pairs of rows that share a body, from the bodies of all rows (rows, 2).
+
+    Each pair is (row, earlier or same row, side of the body in the first, side in the second); shape (pairs, 4).
+    """
+    rows_of_body: dict[int, list[tuple[int, int]]] = {}
+    pairs: list[tuple[int, int, int, int]] = []
+    for row, bodies in enumerate(row_bodies.tolist()):
+        sides = [(side, body_index) for side, body_index in enumerate(bodies) if body_index >= 0]
+        for side, body_index in sides:
+            rows_of_body.setdefault(body_index, []).append((row, side))
+        pairs += sorted(
+            (row, other_row, side, other_side) for side, body_index in sides for other_row, other_side in rows_of_body[body_index]
+        )
+    return np.array(pairs, dtype=np.int64).reshape(-1, 4)
+
+
+def bandwidth_reducing_order(row_bodies: IntArray) -> IntArray:
+    """Return an order of the rows that keeps coupled rows together (reverse Cuthill-McKee)."""
+    from scipy.sparse import coo_array
+    from scipy.sparse.csgraph import reverse_cuthill_mckee
+
+    pairs, n_rows = find_coupled_rows(row_bodies), len(row_bodies)
+    if n_rows == 0:  # bodies on springs alone
+        return np.zeros(0, dtype=np.int64)
+    graph = coo_array((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape=(n_rows, n_rows)).tocsr()
+    return np.asarray(reverse_cuthill_mckee((graph + graph.T).tocsr(), symmetric_mode=True), dtype=np.int64)
 
 
 def disable_rows(constraint_table: ConstraintTable, joints: Sequence[int]) -> RecordArray:

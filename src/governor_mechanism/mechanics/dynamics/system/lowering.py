@@ -2,19 +2,16 @@
 
 import numpy as np
 
-from governor_mechanism.mechanics.dynamics.forces.contact_modes import ContactMode, initial_mode
+from governor_mechanism.mechanics.dynamics.forces.contact_modes import ContactMode, forced_output_names, initial_mode, make_output_forces
 from governor_mechanism.mechanics.dynamics.forces.contacts import contacts_of
 from governor_mechanism.mechanics.dynamics.forces.force_elements import lower_outputs
-from governor_mechanism.mechanics.dynamics.forces.forced_outputs import forced_output_names, make_output_forces
-from governor_mechanism.mechanics.dynamics.forces.input_layout import InputLayout, make_input_layout
-from governor_mechanism.mechanics.dynamics.forces.inputs import make_input_terms
+from governor_mechanism.mechanics.dynamics.forces.inputs import InputLayout, make_input_layout, make_input_terms
 from governor_mechanism.mechanics.dynamics.forces.loads import loads_of
 from governor_mechanism.mechanics.dynamics.system.arrays import System, lay_out_state
 from governor_mechanism.mechanics.dynamics.system.body_records import make_body_records, make_inertia, make_plane_records
 from governor_mechanism.mechanics.dynamics.system.event_functions import make_event_functions
-from governor_mechanism.mechanics.dynamics.system.holding_rows import disable_rows, make_holding_rows, order_rows
+from governor_mechanism.mechanics.dynamics.system.holding_rows import disable_rows, find_coupled_rows, make_holding_rows, order_rows
 from governor_mechanism.mechanics.dynamics.system.reference_points import body_reference_point
-from governor_mechanism.mechanics.dynamics.system.row_order import find_coupled_rows
 from governor_mechanism.mechanics.kinematics.constraint_equations import bodies_of_rows, make_constraint_table
 from governor_mechanism.mechanics.kinematics.constraint_kernels import ConstraintRows
 from governor_mechanism.mechanics.kinematics.time_functions import CubicTimeFunction
