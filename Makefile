@@ -15,7 +15,7 @@
 # make contact-sheet shows all films and figures of renders/gallery/ at once, in contact_sheet_*.png there
 # make errata   writes the page of the papers' errata and its pictures, docs/errata/, from what the package recomputes
 # make certificates compares the error estimates of every engine with true errors over 10,000 runs, and states the result (40 minutes)
-# make kernel-coverage runs the kernels without a compiler and prints which of their lines a set of short runs reaches (minutes)
+# make kernel-coverage runs the kernels without a compiler: short runs and tests must reach all their lines and branches (minutes)
 # make mutants  counts how many small faults in the program the tests notice (hours)
 # make benchmark measures speed and accuracy, as ratios within one run, and writes the tables of benchmarks/RESULTS.md
 

@@ -15,6 +15,7 @@ from governor_mechanism.integrators.radau_stages import finish_increments, inter
 from governor_mechanism.integrators.radau_systems import RadauBuffers, factorise_matrices, make_radau_buffers, make_radau_tableau
 from governor_mechanism.integrators.stages import StepCounter
 from governor_mechanism.integrators.status import IntegrationStatus
+from governor_mechanism.integrators.step_record import NO_STEPS, make_step_record, record_step
 from governor_mechanism.numerics.jit import jit_in_place
 from governor_mechanism.types import FloatArray, IntArray
 
@@ -30,6 +31,7 @@ class StiffProblem(NamedTuple):
     rate: float
     is_oscillator: bool
     last_time: float
+    jacobian_factor: float
     counts: IntArray
 
 
@@ -67,7 +69,9 @@ def evaluate_jacobian(problem: StiffProblem, time: float, state: FloatArray, der
         jacobian[0, 0], jacobian[0, 1] = -(problem.rate + 2.0), 2.0 * problem.rate * y
         jacobian[1, 0], jacobian[1, 1] = 1.0, -1.0 - 2.0 * y
     jacobian[2, 0], jacobian[2, 1] = 0.0, 1.0
-    return 1.0
+    for i in range(N_COMPONENTS):
+        jacobian[i, 0] *= problem.jacobian_factor
+    return 1.0 if problem.jacobian_factor != 0.0 else -1.0
 
 
 @jit_in_place
@@ -115,16 +119,16 @@ def take_step(problem: StiffProblem, buffers: RadauBuffers, time: float, h: floa
     return n_iterations
 
 
-def make_problem(rate, n_stages, *, is_oscillator=False, last_time=math.inf):
-    problem = StiffProblem(rate, is_oscillator, last_time, np.zeros(len(StepCounter), dtype=np.int64))
+def make_problem(rate, n_stages, *, is_oscillator=False, last_time=math.inf, jacobian_factor=1.0):
+    problem = StiffProblem(rate, is_oscillator, last_time, jacobian_factor, np.zeros(len(StepCounter), dtype=np.int64))
     return problem, make_radau_buffers(n_stages, N_COUPLED, np.ones(N_COMPONENTS), problem.counts)
 
 
-def integrate(rate, tolerance, times, start=(1.0, 1.0, 0.0), *, n_stages=5, max_steps=10_000, step=1e-4, **options):
+def integrate(rate, tolerance, times, start=(1.0, 1.0, 0.0), *, n_stages=5, max_steps=10_000, step=1e-4, coarser_steps=NO_STEPS, **options):
     """Return status, states at the times, the time of the end, and the counters."""
     problem, buffers = make_problem(rate, n_stages, **options)
     state, outputs = np.array(start), np.full((len(times), N_COMPONENTS), np.nan)
-    limits = RadauLimits(tolerance, step, max_steps)
+    limits = RadauLimits(tolerance, step, max_steps, coarser_steps)
     status, _, _, time = integrate_problem(problem, buffers, (0.0, float(times[-1])), state, limits, np.asarray(times), outputs)
     return status, outputs, time, problem.counts
 
@@ -225,6 +229,8 @@ def test_a_relaxation_oscillation_agrees_with_scipy():
         ({"max_steps": 5}, IntegrationStatus.STEP_LIMIT),
         ({"last_time": 0.5}, IntegrationStatus.STALLED),
         ({"start": (101.0, 1.0, 0.0)}, IntegrationStatus.OUT_OF_RANGE),
+        ({"jacobian_factor": 0.0}, IntegrationStatus.STALLED),  # outside its domain
+        ({"jacobian_factor": math.nan}, IntegrationStatus.STALLED),
     ],
 )
 def test_an_integration_that_cannot_go_on_says_why(options, status):
@@ -232,3 +238,20 @@ def test_an_integration_that_cannot_go_on_says_why(options, status):
     assert end == status
     assert 0.0 <= time <= 0.5
     assert np.isnan(states[1, 0])
+
+
+def test_what_rests_goes_on_resting():
+    status, states, _, counts = integrate(10.0, 1e-6, np.array([5.0]), start=(0.0, 0.0, 0.0))
+    assert status == IntegrationStatus.DONE
+    assert np.all(states == 0.0)
+    assert counts[StepCounter.ACCEPTED] < 10  # each step is eight times as long as the one before, from 0.1 ms on
+
+
+def test_steps_are_half_as_long_as_those_of_another_run_and_keep_their_matrices():
+    steps = make_step_record(50)
+    for k in range(50):
+        record_step(steps, 0.1 * (k + 1), 0.1, 1.0)
+    status, states, _, counts = integrate(1e4, 1e-3, np.array([5.0]), coarser_steps=steps, step=0.05)
+    assert status == IntegrationStatus.DONE
+    assert 100 <= counts[StepCounter.ACCEPTED] <= 101  # rounding of the times may leave a rest
+    np.testing.assert_allclose(states, solve_kaps(np.array([5.0])), atol=1e-6)

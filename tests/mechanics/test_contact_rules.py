@@ -94,6 +94,28 @@ def test_small_bounces_end_after_the_sum_of_their_times(side):
     assert not settle_final_bounces(dynamics, np.zeros(2, dtype=np.int64), struck, none, none)
 
 
+def test_a_contact_that_is_held_takes_no_part_in_the_bounces_of_another_one():
+    """It stays at rest, also without friction; the other one ends as if it were alone."""
+    side, gravity, rebound = -1, 9.81, np.sqrt(9.81 * MIN_REBOUND_HEIGHT)
+    alone = motion([LOW], [rebound], [-gravity])
+    both = motion([LOW, LOW], [rebound, 0.0], [-gravity, -gravity])
+    results = []
+    for dynamics, states, struck in ((alone, [0], [True]), (both, [0, HELD], [True, False])):
+        impulses, durations = np.zeros(len(states)), np.zeros(len(states))
+        assert settle_final_bounces(dynamics, np.array(states), np.array(struck), impulses, durations)
+        results.append((impulses, durations))
+    np.testing.assert_allclose(results[1][0], [results[0][0][0], 0.0], atol=1e-15)
+    assert results[1][1].tolist() == [results[0][1][0], 0.0]
+    assert results[0][0][0] == pytest.approx(side * MASS * rebound)
+
+
+def test_no_force_along_a_reading_holds_it_at_its_turning_point():
+    """There its compliance vanishes: it goes on with its acceleration, and friction does not stop it."""
+    dynamics = motion([0.5], [0.0], [3.0], compliance=[[0.0]], friction=[100.0])
+    assert states_of(dynamics) != [HELD]
+    assert states_of(motion([0.5], [0.0], [3.0], friction=[100.0])) == [HELD]
+
+
 def states_of(dynamics: ContactDynamics, *released: int) -> list[int]:
     states, is_released = np.zeros(len(dynamics.values), dtype=np.int64), np.isin(np.arange(len(dynamics.values)), released)
     select_contact_states(dynamics, is_released, states)
@@ -133,6 +155,10 @@ def test_events_say_what_comes_to_rest_and_what_leaves_and_where():
     record_hold_changes(dynamics, np.array(previous), np.array(now), 3.0, durations, log)
     events = [(event.subject, str(event.kind), event.time) for event in make_events(log, list("abcdef"))]
     assert events == [("a", "rests on its stop", 3.0), ("b", "leaves its stop", 3.0), ("c", "sticks", 3.25), ("d", "slips", 3.0)]
+    log = make_event_log(1)  # counts what it has no room for
+    record_hold_changes(dynamics, np.array(previous), np.array(now), 3.0, durations, log)
+    assert [event.subject for event in make_events(log, list("abcdef"))] == ["a"]
+    assert log.counts[0] == 4
     # Where one held output stops everything, the others with friction rest too; a driven mechanism goes on.
     for is_driven, subjects in ((False, ["a", "b"]), (True, ["a"])):
         dynamics = motion([0.5] * 3, [0.0] * 3, friction=[1.0, 1.0, 0.0], mobility=1, is_driven=is_driven)

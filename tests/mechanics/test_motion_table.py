@@ -10,6 +10,7 @@ import pytest
 
 from governor_mechanism.effects.spring import OutputSpring
 from governor_mechanism.mechanics.kinematics.assembly import PositionSolver
+from governor_mechanism.mechanics.kinematics.coordinate_assembly import CoordinateSolver
 from governor_mechanism.mechanics.reduction.equation_of_motion import (
     evaluate_output_second_derivative,
     evaluate_static_force,
@@ -19,9 +20,9 @@ from governor_mechanism.mechanics.reduction.lowering import lower_reduced_scene
 from governor_mechanism.mechanics.reduction.motion_table import MotionTable
 from governor_mechanism.mechanics.reduction.node_evaluation import make_reduction_workspace
 from governor_mechanism.mechanics.reduction.reduced_model import N_STATES
-from governor_mechanism.mechanics.reduction.table import ExtensionStatus, allocate_table, find_piece
-from governor_mechanism.mechanics.reduction.table_refinement import extend_table
-from governor_mechanism.model.joints import GROUND, Pin, Point
+from governor_mechanism.mechanics.reduction.table import EndReason, ExtensionStatus, allocate_table, find_piece
+from governor_mechanism.mechanics.reduction.table_refinement import MAX_DISTANCE, extend_table
+from governor_mechanism.model.joints import GROUND, Gear, Pin, Point
 from governor_mechanism.model.mechanism import Body, Mechanism, SecondMoments
 from governor_mechanism.model.output_variables import BodyAngle, Limit, LineAngle
 from governor_mechanism.model.part import FIXED_PLANE, Part
@@ -191,6 +192,80 @@ def test_a_table_ends_at_a_limit_of_its_coordinate():
 def test_a_table_does_not_start_farther_out_than_crank_and_rod_reach():
     sliding = slider_crank(coordinate="slider_x")
     assert not MotionTable(sliding, 0.5, PositionSolver(sliding.mechanism).solve({"crank_angle": 0.4})).is_started
+
+
+def test_a_table_grows_as_far_as_it_has_room_and_no_farther_than_its_bound():
+    scene = slider_crank()
+    arrays, _, _ = lower_reduced_scene(scene)
+    workspace, poses = make_reduction_workspace(arrays), PositionSolver(scene.mechanism).solve({"crank_angle": 0.4})
+    table = allocate_table(arrays, 1, 0.4, poses)
+    assert extend_table(arrays, workspace, table, 1) == ExtensionStatus.PIECE_ADDED
+    assert extend_table(arrays, workspace, table, 1) == ExtensionStatus.TABLE_FULL
+    table = allocate_table(arrays, 3, 0.4, poses)
+    assert extend_table(arrays, workspace, table, 1) == ExtensionStatus.PIECE_ADDED
+    table.periodicity[1] = -2.0 * MAX_DISTANCE  # as if it had started there
+    assert extend_table(arrays, workspace, table, 1) == ExtensionStatus.TABLE_ENDED
+    assert table.end_reasons[1] == EndReason.TOO_FAR
+
+
+def test_a_table_that_starts_at_a_limit_ends_there():
+    x = float(exact_slider(np.array([0.4]))[0][0])
+    limit = Limit(reading="slider_x", low=x, high=1.0, low_message="too far in", high_message="too far out")
+    table = start_table(slider_crank(limits=(limit,)))
+    assert not table.extend(1)
+    assert table.end_message(1) == (True, "slider_x: too far in")
+
+
+def test_a_spring_that_is_wound_up_has_another_torque_after_each_turn():
+    scene = slider_crank().with_changes(effects=(OutputSpring(reading="crank_angle", rate=70.0, zero=0.0),))
+    table = extend_to(start_table(scene), 0.4, 8.0)
+    model = table.model.on_table(table.table, np.zeros((1, 5)), np.array([0]))
+    for angle in (1.0, 1.0 + math.tau):
+        piece, t, side = find_piece(table.table.intervals, table.table.neighbours, table.table.periodicity, angle, 0)
+        assert side == -1
+        assert evaluate_static_force(model, piece, t, np.zeros(N_STATES), 0.0)[0] == pytest.approx(-70.0 * angle, rel=1e-9)
+
+
+def test_a_table_of_a_gear_at_half_the_speed_closes_after_two_turns():
+    wheel = Body(name="wheel", mass=1.0, second_moments=SecondMoments(xx=0.01))
+    first = Body(name="first", mass=1.0, second_moments=SecondMoments(xx=0.01))
+    mechanism = Mechanism(
+        bodies=(first, wheel),
+        joints=(
+            Pin(name="A", first=Point(body=GROUND), second=Point(body="first")),
+            Pin(name="B", first=Point(body=GROUND, x=0.3), second=Point(body="wheel")),
+            Gear(name="gear", first=Point(body="first"), second=Point(body="wheel"), ratio=0.5),
+        ),
+        readings=(BodyAngle(name="angle", quantity="angle", body="first"),),
+        coordinate="angle",
+        length_scale=0.3,
+        initial_guess=((0.0, 0.0, 0.0), (0.3, 0.0, 0.0)),
+    )
+    scene = Scene(title="", parts=(Part(name="gears", machine="custom", dimensions={}, mechanism=mechanism, plane=FIXED_PLANE),))
+    table = MotionTable(scene, 0.0, PositionSolver(mechanism).solve({}))
+    while table.extend(1):
+        assert table.end_coordinate(1) < 13.0
+    assert table.table.periodicity[0] == pytest.approx(2 * math.tau, rel=1e-12)
+    poses, _ = table.evaluate_poses(np.array([30.0]))
+    np.testing.assert_allclose(poses[0, :, 2], [30.0, 15.0], atol=10 * TABLE_ERROR)
+
+
+def test_poses_are_followed_along_a_coordinate_up_to_where_it_turns():
+    solver = CoordinateSolver(slider_crank(coordinate="slider_x").mechanism)
+    poses = solver.solve({"crank_angle": 0.4})
+    found = solver.follow(poses, np.array([0.38, 0.36, 0.34, 0.5, 0.36]))  # 0.5 m is out of reach
+    np.testing.assert_allclose(found[:, 0, 2, 0], [0.38, 0.36, 0.34], atol=TABLE_ERROR)
+    np.testing.assert_allclose(exact_slider(found[:, 0, 0, 2])[0], [0.38, 0.36, 0.34], atol=TABLE_ERROR)
+    straight = solver.solve({"crank_angle": 0.0})
+    _, is_solved = solver.try_solve_nodes(np.stack([poses, straight]), np.array([0.381, CRANK + ROD]))
+    assert is_solved.tolist() == [True, False]  # where it turns it does not determine the poses
+
+
+def test_one_coordinate_does_not_determine_the_poses_of_two_degrees_of_freedom():
+    mechanism = slider_crank().mechanism
+    solver = CoordinateSolver(replace(mechanism, joints=mechanism.joints[:-1]))
+    _, is_solved = solver.try_solve_nodes(solver.initial_guess[np.newaxis], np.array([0.4]))
+    assert not is_solved[0]
 
 
 def test_the_poses_of_a_table_close_the_joints():

@@ -9,7 +9,7 @@ import numpy as np
 from governor_mechanism.integrators import stages as runge_kutta
 from governor_mechanism.integrators.event_location import EVENT_SAMPLE_FRACTIONS, INACTIVE_EVENT_VALUE, EventStep
 from governor_mechanism.integrators.stages import Equation, Stages
-from governor_mechanism.numerics.jit import jit_in_place, record_dtype
+from governor_mechanism.numerics.jit import record_dtype
 from governor_mechanism.types import BoolArray, FloatArray, IntArray, RecordArray
 
 PROGRESS_DTYPE = record_dtype(
@@ -106,12 +106,6 @@ def make_step_buffers(
     )
 
 
-@jit_in_place
-def _accept_step(equation: Equation, local_time: float, h: float, state: FloatArray, stages: Stages, quality: float) -> float:
-    """Return the quality of a step as it is: nothing ends the motion."""
-    return quality
-
-
 @dataclass(frozen=True)
 class EquationFunctions(Generic[Equation]):
     """Compiled functions of an equation; times are local, as those of its inputs.
@@ -146,4 +140,4 @@ class EquationFunctions(Generic[Equation]):
     project_errors: Callable[[Equation, FloatArray], None]
     evaluate_events: Callable[[Equation, float, FloatArray, FloatArray], None]
     sample_events: Callable[[Equation, EventStep, float, FloatArray], None]
-    check_step: Callable[[Equation, float, float, FloatArray, Stages, float], float] = _accept_step
+    check_step: Callable[[Equation, float, float, FloatArray, Stages, float], float]

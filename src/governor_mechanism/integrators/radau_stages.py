@@ -151,7 +151,7 @@ def make_newton_iteration(
             if not size < math.inf:
                 return 0, 1.0
             if size == 0.0:
-                return iteration, rate
+                return iteration, 0.0
             if iteration > 1:
                 last_rate, rate = rate, size / last_size
                 if rate < 1.0 and rate / (1.0 - rate) * size <= newton_tolerance:

@@ -265,12 +265,11 @@ def _begin_phases(equation: MultibodyEquation, buffers: StepBuffers, local_time:
 
 @jit_in_place
 def _find_switch(equation: MultibodyEquation, input_index: int) -> int:
-    """Return the index of the event function of the switch that an input sets, or NO_INDEX."""
-    event_functions = equation.system.event_functions
-    for i in range(event_functions.size):
-        if event_functions[i].kind == EventFunctionKind.SWITCH and event_functions[i].input_index == input_index:
-            return i
-    return NO_INDEX
+    """Return the index of the event function of the switch that an input sets."""
+    event_functions, i = equation.system.event_functions, 0
+    while event_functions[i].kind != EventFunctionKind.SWITCH or event_functions[i].input_index != input_index:
+        i += 1
+    return i
 
 
 @jit_in_place
