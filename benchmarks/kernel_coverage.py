@@ -120,6 +120,7 @@ run = { duration = 0.02, output_interval = 0.02, accuracy = 1e-6 }
 
 COINCIDENT = """
 machine = "custom"
+size = 1.0
 ground = { O = [0, 0] }
 body = [{ name = "ball", mass = 1.0, turns = false, at = [0, 0] }]
 joint = [{ type = "slider", first = "ground.O", second = "ball.centre", angle = "90 deg" }]
@@ -132,6 +133,7 @@ run = { duration = 0.02, output_interval = 0.02, accuracy = 1e-4 }
 
 BALANCED = """
 machine = "custom"
+size = 1.0
 plane = "turning"
 ground = { O = [0, 0] }
 body = [
