@@ -257,7 +257,7 @@ def test_poses_are_followed_along_a_coordinate_up_to_where_it_turns():
     np.testing.assert_allclose(found[:, 0, 2, 0], [0.38, 0.36, 0.34], atol=TABLE_ERROR)
     np.testing.assert_allclose(exact_slider(found[:, 0, 0, 2])[0], [0.38, 0.36, 0.34], atol=TABLE_ERROR)
     straight = solver.solve({"crank_angle": 0.0})
-    _, is_solved = solver.try_solve_nodes(np.stack([poses, straight]), np.array([0.381, CRANK + ROD]))
+    _, is_solved = solver.try_solve_nodes(np.stack([poses, straight]), np.array([0.3895, CRANK + ROD]))
     assert is_solved.tolist() == [True, False]  # where it turns it does not determine the poses
 
 
