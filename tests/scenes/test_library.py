@@ -131,7 +131,7 @@ def test_what_is_no_scene_is_told_with_the_nearest_name(scene: str, fragments: l
 
 
 def test_a_package_without_its_models_says_so(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(library.resources, "files", lambda _: tmp_path / "lib" / "governor_mechanism")
+    monkeypatch.setattr(library, "PACKAGE_ROOT", tmp_path / "lib" / "governor_mechanism")
     with pytest.raises(MechanismError, match="shipped scenes are missing"):
         library.models_folder()
     (tmp_path / "lib" / "governor_mechanism" / "models").mkdir(parents=True)

@@ -6,12 +6,12 @@ from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import lru_cache
-from importlib import resources
 from pathlib import Path
 from typing import Any
 
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.model.scene import Scene
+from governor_mechanism.numerics.kernel_library import PACKAGE_ROOT
 from governor_mechanism.scenes.parser import read_scene_file, suggest_name
 from governor_mechanism.units.quantities import format_value
 
@@ -24,11 +24,10 @@ MAX_KEPT_SCENES = 64
 
 def models_folder() -> Path:
     """Return the folder of the shipped scenes: in an installed package, or next to `src` in a checkout."""
-    package = Path(str(resources.files("governor_mechanism")))
-    for folder in (package / "models", package.parents[1] / "models"):
+    for folder in (PACKAGE_ROOT / "models", PACKAGE_ROOT.parents[1] / "models"):
         if folder.is_dir():
             return folder
-    raise MechanismError(f"the shipped scenes are missing from {package}; install governor-mechanism again")
+    raise MechanismError(f"the shipped scenes are missing from {PACKAGE_ROOT}; install governor-mechanism again")
 
 
 def shipped_scenes() -> dict[str, Path]:

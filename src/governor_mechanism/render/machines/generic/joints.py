@@ -4,7 +4,6 @@ import math
 from collections.abc import Iterator, Sequence
 
 import numpy as np
-from scipy.interpolate import CubicSpline
 
 from governor_mechanism.model import joints
 from governor_mechanism.model.curves import Curve, PolynomialCurve, SplineCurve
@@ -58,6 +57,8 @@ def _curve_ordinates(curve: Curve, xs: FloatArray) -> FloatArray:
         case PolynomialCurve(coefficients=coefficients):
             return np.asarray(np.polynomial.polynomial.polyval(xs, coefficients), dtype=np.float64)
         case SplineCurve(x=x, y=y):
+            from scipy.interpolate import CubicSpline  # slow to import
+
             return np.asarray(CubicSpline(x, y)(xs))
     raise NotImplementedError(f"curves of type {type(curve).__name__} cannot be drawn")
 
