@@ -53,7 +53,7 @@ INNER_FOLDERS = {
     ],
     "engines/impulse": [{"pymunk"}, {"*"}],
     "papers": [{"errata", "rules"}],
-    "verification": [{"report"}, {"machines", "user_kernel"}, {"junit"}],
+    "verification": [{"report"}, {"laws"}, {"machines", "user_kernel"}, {"junit"}],
 }
 """The same order inside folders; "*" stands for every other module."""
 

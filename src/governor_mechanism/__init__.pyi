@@ -14,6 +14,7 @@ from governor_mechanism.api.regulation import stability_map as stability_map
 from governor_mechanism.api.runs import film as film
 from governor_mechanism.api.runs import open_run as open_run
 from governor_mechanism.api.runs import run as run
+from governor_mechanism.api.scenes import list_catalogue as list_catalogue
 from governor_mechanism.api.scenes import list_models as list_models
 from governor_mechanism.api.scenes import load as load
 from governor_mechanism.api.statics import controlling_force as controlling_force

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from governor_mechanism.scenes.json_schema import SCHEMA_FILE, scene_schema
-from governor_mechanism.scenes.library import models_folder, shipped_scenes
+from governor_mechanism.scenes.library import catalogue_scenes, models_folder, shipped_scenes
 from governor_mechanism.scenes.template import TEMPLATE_NAMES, scene_template
 
 jsonschema = pytest.importorskip("jsonschema")
@@ -36,6 +36,14 @@ def test_it_accepts_every_shipped_scene_which_names_it(validator):
         text = path.read_text(encoding="utf-8")
         assert text.startswith(f"#:schema ./{SCHEMA_FILE}\n")
         assert not [error.message for error in validator.iter_errors(tomllib.loads(text))], path.stem
+
+
+def test_it_accepts_every_scene_of_the_catalogue(validator):
+    for path in catalogue_scenes().values():
+        document = tomllib.loads(path.read_text(encoding="utf-8"))
+        assert not [error.message for error in validator.iter_errors(document)], path.stem
+    assert list(validator.iter_errors({**document, "law": {**document["law"], "family": "bridges"}}))
+    assert list(validator.iter_errors({**document, "dimensions": {"crank": ["20 mm"]}}))
 
 
 def test_it_accepts_the_scenes_of_the_readme_and_those_to_begin_with(validator):

@@ -26,6 +26,37 @@ def list_models() -> dict[str, str]:
     return {name: read_scene_title(path) for name, path in shipped_scenes().items()}
 
 
+def list_catalogue(family: str | None = None) -> dict[str, str]:
+    """Return the classic mechanisms, each of which proves a law.
+
+    Parameters
+    ----------
+    family
+        "straight-lines", "curves", "walkers", "drives" or "valve-gears"; None for all.
+
+    Returns
+    -------
+    dict
+        Title by name; `load` and all functions that take a scene know the names.
+
+    Raises
+    ------
+    MechanismError
+        If there is no such family.
+
+    Examples
+    --------
+    >>> import governor_mechanism as gm
+    >>> gm.list_catalogue("walkers")["jansen"]
+    "Theo Jansen's leg"
+    >>> gm.crosscheck("peaucellier").passed
+    True
+    """
+    from governor_mechanism.scenes.library import list_catalogue_entries
+
+    return {name: entry.title for name, entry in list_catalogue_entries(family).items()}
+
+
 def load(scene: str | Path) -> gm.Scene:
     """Read a scene and verify that it has a consistent initial state.
 

@@ -20,9 +20,9 @@ TEMPLATES = (
 
 def complete_scene(incomplete: str) -> list[str]:
     """Return the shipped scenes, and the scene files and folders of the file system, that begin with what is typed."""
-    from governor_mechanism.scenes.library import shipped_scenes
+    from governor_mechanism.scenes.library import catalogue_scenes, shipped_scenes
 
-    names = [name for name in shipped_scenes() if name.startswith(incomplete)]
+    names = [name for name in (*shipped_scenes(), *catalogue_scenes()) if name.startswith(incomplete)]
     typed = Path(incomplete)
     folder = typed if incomplete.endswith("/") else typed.parent
     try:
@@ -34,5 +34,7 @@ def complete_scene(incomplete: str) -> list[str]:
 
 
 def complete_machine(incomplete: str) -> list[str]:
-    """Return the machines for which there is a scene file to begin with, and whose names begin with what is typed."""
-    return [name for name in TEMPLATES if name.startswith(incomplete)]
+    """Return machines and classic mechanisms for which there is a scene file to begin with, and whose names begin with what is typed."""
+    from governor_mechanism.scenes.library import catalogue_scenes
+
+    return [name for name in (*TEMPLATES, *catalogue_scenes()) if name.startswith(incomplete)]

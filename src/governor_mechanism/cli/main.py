@@ -24,7 +24,7 @@ from governor_mechanism.cli.errata import errata
 from governor_mechanism.cli.given_options import refuse_idle_options
 from governor_mechanism.cli.regulation import regulation_app
 from governor_mechanism.cli.run import run
-from governor_mechanism.cli.scenes import describe, init, models, schema
+from governor_mechanism.cli.scenes import catalogue, describe, init, models, schema
 from governor_mechanism.cli.strict_command import add_command
 from governor_mechanism.cli.studies import accuracy, effects, hard_cases, sweep, valve_gears
 from governor_mechanism.render.figure_files import FigureFiles
@@ -149,6 +149,7 @@ def _write_speed_curve_figures(report: EquilibriaReport, curve: SpeedCurve, figu
 
 for command in (
     models,
+    catalogue,
     init,
     describe,
     schema,

@@ -1,4 +1,4 @@
-"""The commands about scenes: `models`, `init`, `describe`, `schema`.
+"""The commands about scenes: `models`, `catalogue`, `init`, `describe`, `schema`.
 
 Heavy imports are made when a command needs them.
 """
@@ -26,9 +26,28 @@ def models(as_json: console.AsJson = False) -> console.CommandResult:
     return console.CommandResult(text=[format_table([], rows)], values=values)
 
 
+def catalogue(
+    family: Annotated[str | None, typer.Option(help="One family alone, as straight-lines, curves, walkers or drives.")] = None,
+    as_json: console.AsJson = False,
+) -> console.CommandResult:
+    """List the classic mechanisms, one per line: name, family, title and the law that each proves. With --json, sources and dimensions."""
+    from governor_mechanism.scenes.library import list_catalogue_entries
+    from governor_mechanism.units.text_table import format_table
+
+    entries = list_catalogue_entries(family)
+    rows = [(name, one.family, one.title, one.law) for name, one in entries.items()]
+    values = {"catalogue": [{"name": name, **one.as_json()} for name, one in entries.items()]}
+    return console.CommandResult(text=[format_table([], rows)], values=values)
+
+
 def init(
     machine: Annotated[
-        str, typer.Argument(metavar="MACHINE", help='A machine, "custom", or "governed-engine".', autocompletion=complete_machine)
+        str,
+        typer.Argument(
+            metavar="MACHINE",
+            help='A machine, "custom", "governed-engine", or a classic mechanism of `catalogue`.',
+            autocompletion=complete_machine,
+        ),
     ],
     as_json: console.AsJson = False,
 ) -> console.CommandResult:

@@ -7,6 +7,7 @@ from typing import Final
 
 from governor_mechanism.errors import MechanismError, require_positive
 from governor_mechanism.model.effect import Effect, OutputEffect
+from governor_mechanism.model.law import Law
 from governor_mechanism.model.mechanism import Mechanism
 from governor_mechanism.model.time_functions import InputFunction
 from governor_mechanism.units.fields import entry, optional_size, quantity, require_valid_fields
@@ -136,6 +137,8 @@ class Part:
         Spindle with a given speed, or a free or coupled one; at rest in a fixed plane.
     start
         Start values and rates.
+    law
+        What the mechanism proves; None if its file states no law.
     """
 
     name: str
@@ -146,6 +149,7 @@ class Part:
     effects: tuple[Effect, ...] = ()
     spindle: Spindle | FreeSpindle = field(default_factory=Spindle)
     start: Start = field(default_factory=Start)
+    law: Law | None = None
 
     __repr__ = short_repr
 

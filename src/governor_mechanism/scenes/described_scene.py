@@ -57,6 +57,8 @@ class DescribedPart:
         Names of the bodies, and of the joints of the mechanism.
     coordinate
         Name of the leading coordinate.
+    law
+        The law that it proves, in words; empty without one.
     """
 
     name: str
@@ -68,6 +70,7 @@ class DescribedPart:
     bodies: tuple[str, ...]
     joints: tuple[str, ...]
     coordinate: str
+    law: str = ""
 
     def as_json(self) -> dict[str, Any]:
         """Return all fields by name."""
@@ -195,6 +198,7 @@ def _part_lines(part: DescribedPart, *, has_name: bool) -> list[str]:
     ]
     lines += _section("Dimensions", [(one.name, one.text, one.meaning) for one in part.dimensions])
     lines += _section("Effects", [(one.name, one.text) for one in part.effects]) or ["", "Effects: none"]
+    lines += ["", f"Law: {part.law}"] if part.law else []
     return [*lines, "", f"Bodies: {'; '.join(part.bodies)}", f"Joints: {'; '.join(part.joints) or 'none'}"]
 
 

@@ -22,6 +22,7 @@ from governor_mechanism.model.output_variables import Reading, ShaftSpeed
 from governor_mechanism.model.part import EQUILIBRIUM, TURNING_PLANE, FreeSpindle, Part, Spindle, Start
 from governor_mechanism.model.scene import RunSettings, Scene
 from governor_mechanism.scenes import schema
+from governor_mechanism.scenes.custom.dimensions import DimensionTable, evaluate_expressions
 from governor_mechanism.scenes.effect_tables import parse_effects
 from governor_mechanism.scenes.events import WatchedReadings, join_watched_readings, parse_crossings
 from governor_mechanism.scenes.loads import LOAD, parse_coupling
@@ -187,6 +188,10 @@ class PartParser:
         self.document, self.collector, self.name, self.is_coupled = document, collector, name, is_coupled
         if name is not None:
             self._check_table_of(name)
+        self.is_custom = _find_intended_machine(document) == CUSTOM_MACHINE
+        self.dimensions = DimensionTable(document.get("dimensions"))
+        if self.is_custom:
+            self.document = document = evaluate_expressions(document, self.dimensions, collector)
         self.tables: dict[str, dict[str, Any]] = {name: dict(value) for name, value in document.items() if isinstance(value, Mapping)}
         self.title = ""
         self.quantities: dict[str, str] | None = None
@@ -203,8 +208,7 @@ class PartParser:
 
     def parse(self) -> Part | None:
         """Return the part, or None if there are mistakes."""
-        is_custom = _find_intended_machine(self.document) == CUSTOM_MACHINE
-        part, effects, start = self._parse_custom() if is_custom else self._parse_dimensioned()
+        part, effects, start = self._parse_custom() if self.is_custom else self._parse_dimensioned()
         self.spindle = spindle = self._parse_spindle()
         if isinstance(spindle, FreeSpindle) and self.quantities is not None:
             self.quantities = self.quantities | {SPINDLE_ANGLE: "angle"}
@@ -249,7 +253,8 @@ class PartParser:
         """Return part, effects and start of a scene with a custom machine."""
         from governor_mechanism.scenes.custom.parser import CUSTOM_TOP_LEVEL, CustomMachineParser
 
-        part, start, readings = CustomMachineParser(self.document, self._parse_top_level(CUSTOM_TOP_LEVEL), self.collector).parse()
+        top_level = self._parse_top_level(CUSTOM_TOP_LEVEL)
+        part, start, readings = CustomMachineParser(self.document, top_level, self.collector, self.dimensions).parse()
         effects = self._parse_effects(readings)
         self._add_effect_problems(unsupported_effect_messages(CUSTOM_MACHINE, effects))
         return part, effects, start
@@ -333,7 +338,7 @@ def _find_intended_machine(document: Mapping[str, Any]) -> str:
     if isinstance(name, str) and (name in MACHINES or name == CUSTOM_MACHINE):
         return name
     close_matches = difflib.get_close_matches(name, [*MACHINES, CUSTOM_MACHINE], n=1) if isinstance(name, str) else []
-    return close_matches[0] if close_matches else CUSTOM_MACHINE if "body" in document and "dimensions" not in document else ""
+    return close_matches[0] if close_matches else CUSTOM_MACHINE if "body" in document else ""
 
 
 def _build_part(machine: Machine, mechanism: Mechanism, effects: tuple[Effect, ...]) -> Part:

@@ -13,6 +13,7 @@ from governor_mechanism.machines.registry import MACHINES
 from governor_mechanism.model.effect import Effect, OutputEffect
 from governor_mechanism.scenes.custom.bodies import BODY
 from governor_mechanism.scenes.custom.elements import FORCE_TABLES, JOINT_TABLES, LINK
+from governor_mechanism.scenes.custom.law import LAW
 from governor_mechanism.scenes.custom.parser import CUSTOM_TOP_LEVEL
 from governor_mechanism.scenes.custom.readings import READING_TABLES
 from governor_mechanism.scenes.custom.valve import VALVE
@@ -40,6 +41,7 @@ def scene_schema() -> dict[str, Any]:
     definitions |= {"effects": _effects_schema(), "spindle": _spindle_schema(), "start": _start_schema(), "run": RUN.schema()}
     definitions |= {"events": _tables_by_name(CROSSING.schema())}
     definitions |= {key: _custom_schema(key) for key in CUSTOM_KEYS}
+    definitions["dimensions_custom"] = _tables_by_name(NUMBER_OR_TEXT)
     single = {"title", "run", "events"}
     definitions |= {f"scene_{name}": _part_schema(name, single) for name in names}
     definitions |= {f"part_{name}": _part_schema(name, ()) for name in names}
@@ -60,7 +62,7 @@ def scene_schema() -> dict[str, Any]:
 
 def _completions(names: Iterable[str]) -> dict[str, Any]:
     """Return all keys of the top level, so that editors complete them before the machine is known."""
-    dimensions = {"anyOf": [{"$ref": f"#/definitions/dimensions_{name}"} for name in MACHINES]}
+    dimensions = {"anyOf": [{"$ref": f"#/definitions/dimensions_{name}"} for name in names]}
     references = {key: {"$ref": f"#/definitions/{key}"} for key in ("effects", "spindle", "start", "run", "events", *CUSTOM_KEYS)}
     return {
         "title": dict(TEXT),
@@ -89,8 +91,8 @@ def _part_schema(machine: str, common_keys: Iterable[str]) -> dict[str, Any]:
     properties: dict[str, Any] = {"machine": {"const": machine}}
     properties |= {"title": dict(TEXT)} if "title" in common_keys else {}
     properties |= {key: {"$ref": f"#/definitions/{key}"} for key in (*keys, *own_keys)}
+    properties["dimensions"] = {"$ref": f"#/definitions/dimensions_{machine}"}
     if machine in MACHINES:
-        properties["dimensions"] = {"$ref": f"#/definitions/dimensions_{machine}"}
         if not any(one.is_required for one in fields_of(MACHINES[machine]).values()):
             required = ["machine"]
     return {"type": "object", "properties": properties, "required": required, "additionalProperties": False}
@@ -137,6 +139,8 @@ def _custom_schema(key: str) -> dict[str, Any]:
         return _tables_by_name({"type": "array", "minItems": 2, "maxItems": 2})
     if key == "readings":
         return _tables_by_name({"anyOf": [table.schema() for table in READING_TABLES.values()]})
+    if key == "law":
+        return LAW.schema()
     return VALVE.schema() if key == "valve" else CUSTOM_TOP_LEVEL.schema_of(CUSTOM_TOP_LEVEL.fields[key])
 
 

@@ -9,7 +9,8 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
-from governor_mechanism.errors import MechanismError
+from governor_mechanism.errors import MechanismError, did_you_mean
+from governor_mechanism.model.law import FAMILIES
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.numerics.kernel_library import PACKAGE_ROOT
 from governor_mechanism.scenes.parser import read_scene_file, suggest_name
@@ -17,6 +18,9 @@ from governor_mechanism.units.quantities import format_value
 
 SceneSource = Scene | str | Path
 """A scene, the path of a file, or the name of a shipped scene."""
+
+CATALOGUE_FOLDER = "catalogue"
+"""Folder of the scenes of classic mechanisms beside the shipped scenes."""
 
 MAX_KEPT_SCENES = 64
 """Number of shipped scenes that are kept once they are read."""
@@ -33,6 +37,56 @@ def models_folder() -> Path:
 def shipped_scenes() -> dict[str, Path]:
     """Return the paths of the shipped scenes by name, sorted."""
     return {path.stem: path for path in sorted(models_folder().glob("*.toml"))}
+
+
+def catalogue_scenes() -> dict[str, Path]:
+    """Return the paths of the scenes of classic mechanisms by name, sorted."""
+    return {path.stem: path for path in sorted((models_folder() / CATALOGUE_FOLDER).glob("*.toml"))}
+
+
+@dataclass(frozen=True, kw_only=True)
+class CatalogueEntry:
+    """What the file of a classic mechanism says at a glance.
+
+    Attributes
+    ----------
+    title
+        Title of the scene.
+    family
+        Family of the mechanism.
+    law
+        The law that it proves, in words.
+    source
+        Where mechanism, dimensions and law are from.
+    dimensions
+        Dimensions as the file writes them.
+    """
+
+    title: str
+    family: str
+    law: str
+    source: str
+    dimensions: Mapping[str, Any]
+
+    def as_json(self) -> dict[str, Any]:
+        """Return the fields by name."""
+        return dict(vars(self))
+
+
+def list_catalogue_entries(family: str | None = None) -> dict[str, CatalogueEntry]:
+    """Return what the files of the classic mechanisms say at a glance, by name, family after family; of one family if it is given."""
+    if family is not None and family not in FAMILIES:
+        raise MechanismError(f"there is no family {family!r}; families are {', '.join(FAMILIES)}.{did_you_mean(family, FAMILIES)}")
+    entries = {}
+    for name, path in catalogue_scenes().items():
+        document = tomllib.loads(path.read_text(encoding="utf-8"))
+        law = document["law"]
+        title, dimensions = document["title"], document["dimensions"]
+        entries[name] = CatalogueEntry(
+            title=title, family=law["family"], law=law["statement"], source=law["source"], dimensions=dimensions
+        )
+    chosen = [name for one in FAMILIES for name, entry in entries.items() if entry.family == one and family in (None, one)]
+    return {name: entries[name] for name in chosen}
 
 
 def read_scene_title(path: Path) -> str:
@@ -103,16 +157,18 @@ def load_scene(
     if not isinstance(scene, str | Path):
         raise MechanismError(f"a scene is a path or the name of a shipped scene, or what load returns; found {format_value(scene)}")
     if isinstance(scene, Path) or any(mark in scene for mark in (".", "/", os.sep)):
-        return read_scene_file(scene, known_names=shipped_scenes())
-    shipped, state = models_folder() / f"{scene}.toml", None
-    with suppress(OSError, ValueError):  # ValueError: a null character in the name
-        state = shipped.stat()
-    if state:
-        return _read_once(shipped, state.st_mtime_ns, state.st_size)
+        return read_scene_file(scene, known_names=[*shipped_scenes(), *catalogue_scenes()])
+    for path in (folder / f"{scene}.toml" for folder in (models_folder(), models_folder() / CATALOGUE_FOLDER)):
+        state = None
+        with suppress(OSError, ValueError):  # ValueError: a null character in the name
+            state = path.stat()
+        if state:
+            return _read_once(path, state.st_mtime_ns, state.st_size)
     known = shipped_scenes()
-    hint = suggest_name(scene, {name: name for name in known})
+    hint = suggest_name(scene, {name: name for name in (*known, *catalogue_scenes())})
     if os.path.isfile(scene):
         hint = f" To read the file of that name in this folder write {'./' + scene!r}."
-    list_text = f"{len(known)} scenes are shipped, such as porter and watt; `governor-mechanism models` or gm.list_models() lists them"
+    list_text = f"{len(known)} scenes are shipped, such as porter and watt; `governor-mechanism models` or gm.list_models() lists them, and "
+    list_text += "`governor-mechanism catalogue` or gm.list_catalogue() the classic mechanisms"
     path_text = "A path has a suffix or a separator, as in my_scene.toml or ./my_scene"
     raise MechanismError(f"no scene {format_value(scene)}.{hint} {list_text}. {path_text}.")

@@ -156,8 +156,8 @@ def parse_first_fitting(kinds: Iterable[str], parse: Callable[[str], _Parsed]) -
 JsonSchema = Mapping[str, Any]
 """A JSON Schema of draft 7, which editors of TOML understand."""
 
-NUMBER_PATTERN: Final = r"^\s*[-+\u2212]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?\s*\D"
-"""Pattern of a number with a unit, for JSON Schema."""
+NUMBER_PATTERN: Final = r"^\s*(=|[-+\u2212]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?\s*\D)"
+"""Pattern of a number with a unit, or of an expression, for JSON Schema."""
 
 TEXT: Final[JsonSchema] = {"type": "string", "minLength": 1}
 TABLE: Final[JsonSchema] = {"type": "object"}
@@ -224,7 +224,7 @@ def read_declared_quantity(declared: Declaration, value: object, context: object
             return parse_number(value, *declared.limits, open_ends=declared.open_ends, reason=declared.reason)
         return parse_si(value, declared.kind, sign=declared.sign, bounded=declared.built, hint=declared.hint)
     except MechanismError as error:
-        if not declared.words:
+        if not declared.words or not error.problems:
             raise
         suggestion = f".{suggest_equilibrium(value)}" if EQUILIBRIUM in declared.words else ""
         words = " or ".join(f'"{word}"' for word in declared.words)

@@ -18,7 +18,7 @@ from governor_mechanism.units.fields import Declaration, declare, fields_of
 from governor_mechanism.units.problems import KEY, Problem, ProblemCode, ProblemCollector, wrong_value
 from governor_mechanism.units.quantities import format_value
 
-CUSTOM_KEYS: Final = ("size", "plane", "ground", "body", "joint", "link", "force", "readings", "valve", "assembly")
+CUSTOM_KEYS: Final = ("size", "plane", "ground", "body", "joint", "link", "force", "readings", "valve", "assembly", "law")
 """Keys that only a scene with a custom machine has."""
 
 RATE_KINDS: Final = {"angle": "angular_rate", "length": "speed"}
@@ -66,8 +66,7 @@ def unknown_top_level_key(keys: Iterable[str], key: str, value: object) -> str:
     is_list = isinstance(value, list | tuple) and bool(value) and all(isinstance(item, Mapping) for item in value)
     heading = f"[{key}]" if isinstance(value, Mapping) else f"[[{key}]]" if is_list else key
     custom_text = f' {key!r} belongs to machine = "{CUSTOM_MACHINE}".'
-    table_text = " A custom machine has no dimensions; its lengths are given with its bodies."
-    elsewhere = custom_text if key in CUSTOM_KEYS else table_text if key in TOP_LEVEL_KEYS else ""
+    elsewhere = custom_text if key in CUSTOM_KEYS else ""
     hint = f"{did_you_mean(key, known_keys)}{elsewhere}"
     return f"{heading} is unknown; a scene file has {', '.join(known_keys)}.{hint}"
 

@@ -16,7 +16,7 @@ from governor_mechanism.model.mechanism import Mechanism
 from governor_mechanism.model.part import EQUILIBRIUM, Part
 from governor_mechanism.model.scene import ENGINE_CHOICES
 from governor_mechanism.scenes.effect_tables import SLEEVE_ALIAS, SLEEVE_LIFT_NAME, effect_example
-from governor_mechanism.scenes.library import models_folder
+from governor_mechanism.scenes.library import catalogue_scenes, models_folder
 from governor_mechanism.scenes.parser import parse_scene_document
 from governor_mechanism.scenes.schema import rate_key
 from governor_mechanism.scenes.toml_text import format_toml_value
@@ -148,6 +148,9 @@ _EXAMPLES: Final = {
 TEMPLATE_NAMES: Final = (*sorted([*_EXAMPLES, CUSTOM_MACHINE]),)
 """Names of the templates: the machines, and an engine under its governor."""
 
+SCHEMA_LINE: Final = "#:schema ../scene.schema.json\n"
+"""First line of the files of the catalogue, which is wrong in another folder."""
+
 COMMENT_COLUMN: Final = 44
 """Column at which comments begin behind a value, if it is not longer."""
 
@@ -167,10 +170,12 @@ def scene_template(machine: str) -> str:
     Result: text of the file, with comments. Raises MechanismError if there is no machine of that name.
     """
     by_word = {name.replace("-", "_"): name for name in TEMPLATE_NAMES}
-    name = by_word.get(machine.replace("-", "_"))
+    name, classic = by_word.get(machine.replace("-", "_")), catalogue_scenes()
+    if machine in classic:
+        return _HEADER + classic[machine].read_text(encoding="utf-8").removeprefix(SCHEMA_LINE)
     if name is None:
-        known = ", ".join(TEMPLATE_NAMES)
-        raise MechanismError(f"no machine {machine!r}.{did_you_mean(machine, TEMPLATE_NAMES)} The machines are {known}.")
+        known = f"The machines are {', '.join(TEMPLATE_NAMES)}; `governor-mechanism catalogue` lists the classic mechanisms."
+        raise MechanismError(f"no machine {machine!r}.{did_you_mean(machine, [*TEMPLATE_NAMES, *classic])} {known}")
     if name == CUSTOM_MACHINE:
         return _HEADER + CUSTOM_TEMPLATE
     document = tomllib.loads((models_folder() / f"{_EXAMPLES[name]}.toml").read_text(encoding="utf-8"))

@@ -147,6 +147,14 @@ _PER_SECOND = re.compile(r"(?:(?:/|per|p)\s*s(?:ec\w*)?|s\^?-1)$")
 _CHARACTER_REPLACEMENTS = str.maketrans({"−": "-", "⁻": "-", "¹": "1", "²": "2", "³": "3", "·": "*", "⋅": "*", "×": "*"})
 
 
+class TextWithValue(str):
+    """A text that stands for a quantity and knows its value, as an expression of a scene file that is evaluated."""
+
+    def convert(self, expected: QuantityKind, what: str) -> float:
+        """Return the value in SI as a quantity of a kind; raise MechanismError if it is of another kind."""
+        raise NotImplementedError
+
+
 def parse_quantity(
     value: object,  # a number in SI, or text of a number and a unit
     kind: str,
@@ -177,7 +185,9 @@ def read_quantity(value: object, kind: str, what: str) -> float:
     if kind not in QUANTITY_KINDS:
         raise MechanismError(f"{what}: no kind of quantity {kind!r}; kinds are {list(QUANTITY_KINDS)}.{did_you_mean(kind, QUANTITY_KINDS)}")
     expected = QUANTITY_KINDS[kind]
-    if isinstance(value, str):
+    if isinstance(value, TextWithValue):
+        number = value.convert(expected, what)
+    elif isinstance(value, str):
         number = _text_to_si(value, expected, what)
     elif isinstance(value, Real) and not isinstance(value, bool):
         try:

@@ -2,18 +2,22 @@
 
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
 from itertools import chain
 from typing import Any, Final
 
 from governor_mechanism.machines.custom import CUSTOM_MACHINE, MechanismSketch, SketchedBody
 from governor_mechanism.model.joints import GROUND, Joint
+from governor_mechanism.model.law import Law
 from governor_mechanism.model.output_variables import Reading
 from governor_mechanism.model.part import FIXED_PLANE, TURNING_PLANE, Part, Start
 from governor_mechanism.model.valve import Valve
 from governor_mechanism.scenes.custom.assembly import ASSEMBLY_TYPE, take_assembly
 from governor_mechanism.scenes.custom.bodies import BODY
+from governor_mechanism.scenes.custom.dimensions import Dimension, DimensionTable
 from governor_mechanism.scenes.custom.elements import FORCE_TABLES, JOINT_TABLES, LINK, UNTYPED_FORCE, UNTYPED_JOINT
 from governor_mechanism.scenes.custom.field_types import PointRegistry, is_moving, parse_moving_point, parse_named_points
+from governor_mechanism.scenes.custom.law import parse_law
 from governor_mechanism.scenes.custom.readings import READING_TABLES, find_reading_kind, make_default_readings
 from governor_mechanism.scenes.custom.valve import parse_valve
 from governor_mechanism.scenes.quantities import parse_name
@@ -57,6 +61,8 @@ CUSTOM_TOP_LEVEL: Final = Table(
             meaning='which of the ways in which the joints close is taken: its number, "highest", or "nearest" to what is given; '
             "by default that to which the given positions and angles lead",
         ),
+        "dimensions": declare("table", default=None, meaning='quantities by name, for texts such as "= 2 * crank" anywhere in the scene'),
+        "law": declare("table", default=None, meaning="what the mechanism proves, as equations of readings and dimensions"),
     },
     types={**TOP_LEVEL_TYPES, "assembly": ASSEMBLY_TYPE},
     unknown_key=unknown_top_level_key,
@@ -67,8 +73,15 @@ CUSTOM_TOP_LEVEL: Final = Table(
 class CustomMachineParser:
     """Parser of one document; `top_level` is None if the keys above the tables have mistakes."""
 
-    def __init__(self, document: Mapping[str, Any], top_level: Mapping[str, Any] | None, collector: ProblemCollector) -> None:
+    def __init__(
+        self,
+        document: Mapping[str, Any],  # with expressions that know their values
+        top_level: Mapping[str, Any] | None,
+        collector: ProblemCollector,
+        dimensions: DimensionTable | None = None,
+    ) -> None:
         self.document, self.top_level, self.collector = document, top_level, collector
+        self.dimensions = dimensions or DimensionTable({})
         self.n_foreign_problems = len(collector.problems)
         plane = document.get("plane")
         plane = plane if plane in (FIXED_PLANE, TURNING_PLANE) else TURNING_PLANE if "spindle" in document else FIXED_PLANE
@@ -78,7 +91,8 @@ class CustomMachineParser:
     @property
     def has_problems(self) -> bool:
         """Whether a table of the machine has a mistake, or may be missing because its heading is misspelt."""
-        return self.top_level is None or len(self.collector.problems) > self.n_foreign_problems
+        n_own_problems = len(self.collector.problems) - self.n_foreign_problems
+        return self.top_level is None or self.dimensions.has_failed or n_own_problems > 0
 
     def parse(self) -> tuple[Part | None, Start, tuple[Reading, ...] | None]:
         """Return the part, or None if there are mistakes, the start, and the readings, or None if not all are known."""
@@ -92,8 +106,18 @@ class CustomMachineParser:
             self.collector.add(ProblemCode.MISSING_KEY, text, key="size")
         known_readings = tuple(readings) if readings and are_all_known else None
         valve = self._parse_valve(known_readings, sketch.joints)
-        part = None if self.has_problems else self.collector.attempt("", self._build_part, sketch, readings, length_scale, valve, start)
-        return part, start, known_readings
+        dimensions = self.dimensions.read_all(self.collector)
+        law = self._parse_law(known_readings, dimensions)
+        if self.has_problems:
+            return None, start, known_readings
+        part = self.collector.attempt("", self._build_part, sketch, readings, length_scale, valve, start)
+        values = {name: float(one.measured.value) for name, one in dimensions.items()}
+        return part and replace(part, dimensions=values, law=law), start, known_readings
+
+    def _parse_law(self, readings: tuple[Reading, ...] | None, dimensions: Mapping[str, Dimension]) -> Law | None:
+        """Return the law, if there is one; anything but a table is reported with the top level."""
+        table = self.document.get("law")
+        return self.collector.attempt("law", parse_law, table, readings, dimensions, self.dimensions) if isinstance(table, Mapping) else None
 
     def parse_sketch(self) -> MechanismSketch:
         """Return the bodies, joints and forces without mistakes of their own; what they make together is not checked."""
@@ -143,7 +167,7 @@ class CustomMachineParser:
         resting = {name: position for name, position in given.items() if name not in moving}
         self.registry.ground |= self.collector.attempt(GROUND, parse_named_points, resting) or {}
         drivers = self.collector.parse_tables(GROUND, moving, self._parse_moving_point)
-        if len(self.collector.problems) == n_problems:
+        if len(self.collector.problems) == n_problems and not self.dimensions.has_failed:
             self.registry.invalid_bodies.remove(GROUND)
         return list(chain.from_iterable(drivers))
 

@@ -2,6 +2,7 @@
 
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.model.scene import Scene
+from governor_mechanism.verification.laws import check_law
 from governor_mechanism.verification.machines import (
     flywheel_engine,
     hartnell,
@@ -30,16 +31,18 @@ CHECKS = {
 
 
 def check_against_closed_forms(scene: Scene) -> CheckReport:
-    """Compare the simulation of a scene with every closed form that applies to its machine.
+    """Compare the simulation of a scene with every closed form that applies to its machine, or with the law that its file states.
 
     Result: comparison rows, and notes on what is not checked. Raises MechanismError if there is no closed
     form for the machine.
     """
     machine = scene.part.machine
+    if scene.part.law is not None:
+        return check_law(scene)
     if machine not in CHECKS:
         raise MechanismError(
             f"there is no closed form for machine {machine!r}; there is one for {', '.join(sorted(CHECKS))}. "
-            "A formula of your own is compared by --kernel on the command line, or the argument kernel in Python"
+            "A custom machine may state a law of its own in [law]. A formula of your own is compared by --kernel on the command line, or the argument kernel in Python"
         )
     results = list(CHECKS[machine](scene))
     return CheckReport(
