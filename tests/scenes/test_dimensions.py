@@ -74,7 +74,10 @@ def test_dimensions_of_a_part_belong_to_it():
     ("change", "words"),
     [
         ({"a": "= b", "b": "= a"}, ["dimensions.a is defined by itself: a -> b -> a", "dimensions.b is defined by itself: b -> a -> b"]),
-        ({"a": "= crnk"}, ["dimensions.a names the unknown dimension \"crnk\"; dimensions are crank, rod, speed, ball, tilt, a. Did you mean 'crank'?"]),
+        (
+            {"a": "= crnk"},
+            ["dimensions.a names the unknown dimension \"crnk\"; dimensions are crank, rod, speed, ball, tilt, a. Did you mean 'crank'?"],
+        ),
         ({"a": "= crank + ball"}, ["dimensions.a: + is between quantities of different units: a length and a mass"]),
         ({"a": "= sqrt(-crank^2)"}, ['dimensions.a "= sqrt(-crank^2)" has no finite value with these dimensions']),
         ({"a": "= 1 / 0"}, ["has no finite value"]),

@@ -79,10 +79,12 @@ def test_what_has_no_meaning_is_refused(text: str, words: str):
     assert words in str(refusal.value)
 
 
-@pytest.mark.parametrize(("text", "value", "kind"), [("20 mm", 0.02, "length"), ("20 deg", math.pi / 9, "angle"), ("2 lb", 0.90718474, "mass")])
+@pytest.mark.parametrize(
+    ("text", "value", "kind"), [("20 mm", 0.02, "length"), ("20 deg", math.pi / 9, "angle"), ("2 lb", 0.90718474, "mass")]
+)
 def test_a_quantity_of_any_kind_is_recognised(text: str, value: float, kind: str):
     assert read_any_quantity(text, "it") == (pytest.approx(value, rel=1e-15), kind)
 
 
 def test_every_kind_of_quantity_has_a_unit():
-    assert {name: unit_of_kind(name) for name in QUANTITY_KINDS}["power"] == unit_of_kind("torque")[:2] + (-3,)
+    assert {name: unit_of_kind(name) for name in QUANTITY_KINDS}["power"] == (*unit_of_kind("torque")[:2], -3)

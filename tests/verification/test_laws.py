@@ -119,17 +119,20 @@ def test_a_scene_without_a_law_is_refused():
 @pytest.mark.parametrize(
     ("changes", "words"),
     [
-        ({"over": "crank_angel"}, "law.over \"crank_angel\" is not a reading; readings are crank_angle, yoke_x, time. Did you mean 'crank_angle'?"),
+        (
+            {"over": "crank_angel"},
+            "law.over \"crank_angel\" is not a reading; readings are crank_angle, yoke_x, time. Did you mean 'crank_angle'?",
+        ),
         ({"broken_by": None}, "law does not say what a change of slot does; list each dimension in holds_under or in broken_by"),
         ({"holds_under": ["crank", "slot"]}, "law lists slot in holds_under and in broken_by"),
-        ({"broken_by": ["slat"]}, "law.broken_by names the unknown dimension \"slat\"; dimensions are crank, slot."),
+        ({"broken_by": ["slat"]}, 'law.broken_by names the unknown dimension "slat"; dimensions are crank, slot.'),
         ({"between": [0, 0]}, "law.between must have two different ends"),
         ({"positions": 1}, "law.positions must be a whole number from 2 to 10000"),
-        ({"family": "walker"}, "law.family \"walker\" is unknown"),
+        ({"family": "walker"}, 'law.family "walker" is unknown'),
         ({"statement": None}, "law.statement is missing; it is the law in words"),
         ({"proves": []}, "law.proves must be a list of equations"),
         ({"proves": [{"value": "yoke_x", "equals": "crank", "within": 0.1}]}, "law.proves, equation 1 has sides of different units"),
-        ({"proves": [{"value": "yoke_x", "equals": "crnk", "within": "1 m"}]}, "\"crnk\" is neither a reading nor a dimension"),
+        ({"proves": [{"value": "yoke_x", "equals": "crnk", "within": "1 m"}]}, '"crnk" is neither a reading nor a dimension'),
         ({"proves": [{"value": "yoke_x", "equals": "crank"}]}, "within is missing"),
     ],
 )

@@ -69,9 +69,7 @@ class Law:
     between: tuple[float, float] = entry("travel", meaning='the travel, as ["-40 deg", "40 deg"]')
     positions: int = entry("count", default=181, meaning="number of positions at which the equations are checked, 2 to 10000")
     equations: tuple[LawEquation, ...] = entry(
-        "equations",
-        key="proves",
-        meaning='the equations, as [{ value = "pen_x", equals = "2 * crank", within = "1e-12 m" }]',
+        "equations", key="proves", meaning='the equations, as [{ value = "pen_x", equals = "2 * crank", within = "1e-12 m" }]'
     )
     holds_under: tuple[str, ...] = entry("names", default=(), meaning="dimensions that may change without breaking the law")
     broken_by: tuple[str, ...] = entry("names", default=(), meaning="dimensions whose change breaks the law")

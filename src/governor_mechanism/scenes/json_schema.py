@@ -92,9 +92,8 @@ def _part_schema(machine: str, common_keys: Iterable[str]) -> dict[str, Any]:
     properties |= {"title": dict(TEXT)} if "title" in common_keys else {}
     properties |= {key: {"$ref": f"#/definitions/{key}"} for key in (*keys, *own_keys)}
     properties["dimensions"] = {"$ref": f"#/definitions/dimensions_{machine}"}
-    if machine in MACHINES:
-        if not any(one.is_required for one in fields_of(MACHINES[machine]).values()):
-            required = ["machine"]
+    if machine in MACHINES and not any(one.is_required for one in fields_of(MACHINES[machine]).values()):
+        required = ["machine"]
     return {"type": "object", "properties": properties, "required": required, "additionalProperties": False}
 
 

@@ -82,9 +82,7 @@ def list_catalogue_entries(family: str | None = None) -> dict[str, CatalogueEntr
         document = tomllib.loads(path.read_text(encoding="utf-8"))
         law = document["law"]
         title, dimensions = document["title"], document["dimensions"]
-        entries[name] = CatalogueEntry(
-            title=title, family=law["family"], law=law["statement"], source=law["source"], dimensions=dimensions
-        )
+        entries[name] = CatalogueEntry(title=title, family=law["family"], law=law["statement"], source=law["source"], dimensions=dimensions)
     chosen = [name for one in FAMILIES for name, entry in entries.items() if entry.family == one and family in (None, one)]
     return {name: entries[name] for name in chosen}
 
@@ -168,7 +166,9 @@ def load_scene(
     hint = suggest_name(scene, {name: name for name in (*known, *catalogue_scenes())})
     if os.path.isfile(scene):
         hint = f" To read the file of that name in this folder write {'./' + scene!r}."
-    list_text = f"{len(known)} scenes are shipped, such as porter and watt; `governor-mechanism models` or gm.list_models() lists them, and "
+    list_text = (
+        f"{len(known)} scenes are shipped, such as porter and watt; `governor-mechanism models` or gm.list_models() lists them, and "
+    )
     list_text += "`governor-mechanism catalogue` or gm.list_catalogue() the classic mechanisms"
     path_text = "A path has a suffix or a separator, as in my_scene.toml or ./my_scene"
     raise MechanismError(f"no scene {format_value(scene)}.{hint} {list_text}. {path_text}.")

@@ -148,7 +148,9 @@ class Expression:
 
     def __init__(self, text: str) -> None:
         if len(text) > MAX_EXPRESSION_LENGTH:
-            raise MechanismError(f"{format_value(text)} has more than {MAX_EXPRESSION_LENGTH} characters; name a part of it in [dimensions]")
+            raise MechanismError(
+                f"{format_value(text)} has more than {MAX_EXPRESSION_LENGTH} characters; name a part of it in [dimensions]"
+            )
         reader, self.text = _Reader(text), text.strip()
         self._evaluate, self.names = reader.read(), tuple(dict.fromkeys(reader.names))
 

@@ -43,7 +43,7 @@ BROKEN_CUSTOM: list[tuple[str, str, list[tuple[str, str]]]] = [
     ("empty list of bodies", TOP + "body = []\n", [("missing key", "body")]),
     ("one table for a list", TOP + "[body]\nmass = 1\n", [("wrong type", "body")]),
     ("a number for a body", TOP + "body = [3]\n", [("wrong type", "body 1")]),
-    ("dimensions", custom_scene("[dimensions]\narm = 1\n"), [("unknown key", "dimensions")]),
+    ("dimensions", custom_scene("[dimensions]\narm = true\n"), [("wrong type", "dimensions.arm")]),
     ("misspelt table", custom_scene(top=TOP, joint=JOINT.replace("[[joint]]", "[[jiont]]")), [("unknown key", "jiont")]),
     ("unknown plane", custom_scene(top=TOP + 'plane = "turnin"\n'), [("unknown name", "plane")]),
     ("size zero", custom_scene(top=TOP + "size = 0\n"), [("out of range", "size")]),

@@ -7,14 +7,7 @@ from typing import Any, Final
 import numpy as np
 
 from governor_mechanism.errors import MechanismError, did_you_mean
-from governor_mechanism.units.expressions import (
-    ARITHMETIC,
-    EvaluatedText,
-    Expression,
-    Measured,
-    read_any_quantity,
-    unit_of_kind,
-)
+from governor_mechanism.units.expressions import ARITHMETIC, EvaluatedText, Expression, Measured, read_any_quantity, unit_of_kind
 from governor_mechanism.units.problems import KEY, Problem, ProblemCode, ProblemCollector, mistake, wrong_value
 from governor_mechanism.units.quantities import QUANTITY_KINDS, format_value
 

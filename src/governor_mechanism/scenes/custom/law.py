@@ -10,8 +10,17 @@ from governor_mechanism.model.law import Law, LawEquation
 from governor_mechanism.model.output_variables import Reading
 from governor_mechanism.scenes.custom.dimensions import EXPRESSION_MARK, Dimension, DimensionTable, is_expression
 from governor_mechanism.scenes.effect_tables import resolve_reading_name
-from governor_mechanism.scenes.quantities import NUMBER_OR_TEXT, TEXT, VALUE_TYPES, ValueType, check_label, list_of, pair_of, without_context
-from governor_mechanism.scenes.table import Table, parse_table_list
+from governor_mechanism.scenes.quantities import (
+    NUMBER_OR_TEXT,
+    TEXT,
+    VALUE_TYPES,
+    ValueType,
+    check_label,
+    list_of,
+    pair_of,
+    without_context,
+)
+from governor_mechanism.scenes.table import Table
 from governor_mechanism.units.expressions import (
     ARITHMETIC,
     Expression,
@@ -105,7 +114,9 @@ def _read_names(declared: Declaration, value: object, context: LawContext) -> tu
     for name in value:
         if name not in context.dimensions:
             known = ", ".join(context.dimensions) or "not given; add a table [dimensions]"
-            text = f"{KEY} names the unknown dimension {format_value(name)}; dimensions are {known}.{did_you_mean(name, context.dimensions)}"
+            text = (
+                f"{KEY} names the unknown dimension {format_value(name)}; dimensions are {known}.{did_you_mean(name, context.dimensions)}"
+            )
             raise mistake(ProblemCode.UNKNOWN_NAME, text)
     return tuple(value)
 

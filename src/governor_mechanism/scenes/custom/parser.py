@@ -117,7 +117,9 @@ class CustomMachineParser:
     def _parse_law(self, readings: tuple[Reading, ...] | None, dimensions: Mapping[str, Dimension]) -> Law | None:
         """Return the law, if there is one; anything but a table is reported with the top level."""
         table = self.document.get("law")
-        return self.collector.attempt("law", parse_law, table, readings, dimensions, self.dimensions) if isinstance(table, Mapping) else None
+        return (
+            self.collector.attempt("law", parse_law, table, readings, dimensions, self.dimensions) if isinstance(table, Mapping) else None
+        )
 
     def parse_sketch(self) -> MechanismSketch:
         """Return the bodies, joints and forces without mistakes of their own; what they make together is not checked."""

@@ -42,7 +42,8 @@ def check_against_closed_forms(scene: Scene) -> CheckReport:
     if machine not in CHECKS:
         raise MechanismError(
             f"there is no closed form for machine {machine!r}; there is one for {', '.join(sorted(CHECKS))}. "
-            "A custom machine may state a law of its own in [law]. A formula of your own is compared by --kernel on the command line, or the argument kernel in Python"
+            "A custom machine may state a law of its own in [law]. "
+            "A formula of your own is compared by --kernel on the command line, or the argument kernel in Python"
         )
     results = list(CHECKS[machine](scene))
     return CheckReport(
