@@ -31,6 +31,7 @@ def generated_texts() -> dict[str, str]:
         Markdown to be included, and the pages of the API in reStructuredText.
     """
     from generators.api import api_files, api_page
+    from generators.catalogue import catalogue_page
     from generators.commands import commands_page
     from generators.effects_and_engines import effects_and_engines_page
     from generators.gallery import gallery_page
@@ -44,6 +45,7 @@ def generated_texts() -> dict[str, str]:
         "readings.md": readings_page(),
         "api.md": api_page(),
         "gallery.md": gallery_page(),
+        "catalogue.md": catalogue_page(),
     }
     return pages | api_files()
 

@@ -13,6 +13,7 @@ import governor_mechanism as gm
 from documentation_pages import PAGES, ROOT
 from generators import gallery
 from generators.api import api_files, api_page
+from generators.catalogue import catalogue_page
 from generators.commands import commands_page, list_commands
 from generators.effects_and_engines import effects_and_engines_page
 from generators.gallery import gallery_page, scenes_without_description
@@ -23,7 +24,7 @@ from governor_mechanism.effects.registry import EFFECTS
 from governor_mechanism.engines.selection import ENGINES
 from governor_mechanism.machines.registry import MACHINES
 from governor_mechanism.scenes.json_schema import scene_schema
-from governor_mechanism.scenes.library import shipped_scenes
+from governor_mechanism.scenes.library import list_catalogue_entries, shipped_scenes
 from governor_mechanism.units.quantities import QUANTITY_KINDS
 from navigation import list_entries
 
@@ -34,6 +35,7 @@ INCLUDED = {
     "readings": readings_page,
     "api": api_page,
     "gallery": gallery_page,
+    "catalogue": catalogue_page,
 }
 """Text that a page includes, by the name of the page."""
 
@@ -204,3 +206,11 @@ def test_tables_keep_their_cells():
     assert table(("x", "y"), [["1", "2"]]) == "| x | y |\n| --- | --- |\n| 1 | 2 |\n"
     assert anchor("`[[body]]`") == "body"
     assert anchor("How machines are checked") == "how-machines-are-checked"
+
+
+def test_the_catalogue_lists_every_classic_mechanism_with_its_law_and_source():
+    for name, entry in list_catalogue_entries().items():
+        row = next(line for line in text_of("catalogue").splitlines() if line.startswith(f"| `{name}` |"))
+        assert escape(entry.source) in row
+        assert escape(entry.law)[1:] in row
+        assert all(f"`{one}`" in row for one in entry.dimensions)

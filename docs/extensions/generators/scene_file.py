@@ -14,6 +14,7 @@ from governor_mechanism.model.effect import Effect, OutputEffect
 from governor_mechanism.model.joints import JOINTS, Joint
 from governor_mechanism.model.part import TURNING_PLANE
 from governor_mechanism.scenes.custom import bodies, elements
+from governor_mechanism.scenes.custom.law import EQUATION, LAW
 from governor_mechanism.scenes.custom.parser import CUSTOM_TOP_LEVEL
 from governor_mechanism.scenes.custom.readings import READING_TABLES
 from governor_mechanism.scenes.custom.valve import REVERSER, VALVE
@@ -22,6 +23,7 @@ from governor_mechanism.scenes.loads import COUPLING_TABLES, LOAD, READING_FUNCT
 from governor_mechanism.scenes.quantities import quantity_schema
 from governor_mechanism.scenes.schema import COUPLED_TOP_LEVEL, FREE_SPINDLE, RUN, SPINDLE, TOP_LEVEL, dimensions_table
 from governor_mechanism.scenes.table import Table
+from governor_mechanism.units.expressions import ARITHMETIC
 from governor_mechanism.units.fields import Declaration, fields_of
 from governor_mechanism.units.quantities import ACCEPTED_UNITS, QUANTITY_KINDS
 
@@ -169,6 +171,20 @@ def _custom_sections() -> Iterator[str]:
     yield from _sections_by_type(elements.FORCE_TABLES, "force")
     rows = ([code(kind), sentence(own.summary), ", ".join(map(code, own.fields_by_key))] for kind, own in READING_TABLES.items())
     yield _section("`[readings]`", "Each reading is a table with the key of its kind.", table(("kind", "reading", "keys"), rows), level=3)
+    dimensions = (
+        'Quantities by name, as `crank = "100 mm"`; a bare number is a plain number. A text that begins with `=` is an expression of them, '
+        'as `"= 2 * crank + 10 mm"`, here and wherever a part of the scene has a quantity. It has numbers, which may have a unit of one '
+        f"word, names, `+ - * / ^`, brackets, `pi` and {', '.join(map(code, ARITHMETIC))}. Units must fit; angles count in radians."
+    )
+    yield _section("`[dimensions]` of one's own", dimensions, level=3)
+    law = (
+        "What the mechanism proves, with `governor-mechanism crosscheck`. An equation of `proves` holds at every position of the travel; "
+        "its sides are expressions of readings and dimensions. Besides the functions above they have functions of a reading: `rate`, its "
+        "derivative by the driving reading; `spread`, `lowest` and `highest` over the whole travel; and `time_ratio`, the longer way "
+        "between its two extremes, relative to the shorter one, over a whole turn."
+    )
+    yield _section("`[law]`", law, keys_table(LAW), level=3)
+    yield _section("an equation of a law", keys_table(EQUATION), level=4)
     yield _section("`[valve]`", "The slide valve that the mechanism moves.", keys_table(VALVE), level=3)
     yield _section("`reverser` of a valve", keys_table(REVERSER), level=4)
 

@@ -129,7 +129,7 @@ def _read_expression(declared: Declaration, value: object, context: LawContext) 
     return Expression(text.strip().removeprefix(EXPRESSION_MARK))
 
 
-_EQUATION: Final = Table(
+EQUATION: Final = Table(
     make=dict,
     fields={
         "value": declare("expression", meaning="an expression of readings and dimensions"),
@@ -152,7 +152,7 @@ LAW: Final = Table.of(
         "travel": ValueType(_read_travel, pair_of(NUMBER_OR_TEXT)),
         "count": without_context(_read_count, {"type": "integer", "minimum": 2, "maximum": MAX_POSITIONS}),
         "names": ValueType(_read_names, list_of(TEXT)),
-        "equations": ValueType(lambda declared, value, context: _read_equations(value, context), list_of(_EQUATION.schema())),
+        "equations": ValueType(lambda declared, value, context: _read_equations(value, context), list_of(EQUATION.schema())),
     },
 )
 """[law]; its context is a `LawContext`."""
@@ -161,9 +161,9 @@ LAW: Final = Table.of(
 def _read_equations(value: object, context: LawContext) -> tuple[dict[str, Any], ...]:
     """Return the equations as they are written, with expressions read and the tolerance measured."""
     if not isinstance(value, list | tuple) or not value:
-        raise wrong_value(value, f"must be a list of equations, as [{_EQUATION.example}]")
+        raise wrong_value(value, f"must be a list of equations, as [{EQUATION.example}]")
     paths = [f"{KEY}, equation {number}:" for number in range(1, len(value) + 1)]
-    return tuple(parse_each(lambda one: _EQUATION.read(one, context), value, paths=paths))
+    return tuple(parse_each(lambda one: EQUATION.read(one, context), value, paths=paths))
 
 
 def parse_law(
