@@ -164,7 +164,8 @@ def test_the_shell_completes_scenes_files_and_machines(tmp_path, monkeypatch):
     (tmp_path / "water").mkdir()
     (tmp_path / "wattage.txt").write_text("", encoding="utf-8")
     assert complete_scene("watt_i") == ["watt_improved"]
-    assert set(complete_scene("wat")) == {name for name in gm.list_models() if name.startswith("wat")} | {"water/", "watt_mine.toml"}
+    known = {name for name in (*gm.list_models(), *gm.list_catalogue()) if name.startswith("wat")}
+    assert set(complete_scene("wat")) == known | {"water/", "watt_mine.toml"}
     assert complete_scene("no_such_folder/x") == []
     assert complete_machine("sl") == ["slide_valve", "slider_crank"]
     assert TEMPLATES == TEMPLATE_NAMES

@@ -66,7 +66,8 @@ def keys_by_heading():
     coupled, body = tables["coupled_scene"]["properties"], tables["body"]["items"]["properties"]
     found = {f"`{name}`": set(tables[f"dimensions_{name}"]["properties"]) for name in MACHINES}
     found |= {f"`{name}`": keys_of(effect) for name, effect in tables["effects"]["properties"].items()}
-    found |= {f"`[{name}]`": set(tables[name]["properties"]) for name in ("run", "spindle", "valve")}
+    found |= {f"`[{name}]`": set(tables[name]["properties"]) for name in ("run", "spindle", "valve", "law")}
+    found |= {"an equation of a law": keys_of(tables["law"]["properties"]["proves"])}
     found |= {f"`[[{name}]]`": set(tables[name]["items"]["properties"]) for name in ("body", "link")}
     found |= {f"`{name}` of a body": keys_of(body[name]) for name in ("rod", "disc", "plate", "moments")}
     found |= {"`[readings]`": keys_of(tables["readings"])}

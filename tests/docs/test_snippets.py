@@ -12,7 +12,7 @@ from typer.testing import CliRunner
 import governor_mechanism as gm
 from documentation_pages import PAGES, ROOT, check_options, commands, named_scenes, snippets, snippets_of
 from governor_mechanism.cli.main import app
-from governor_mechanism.scenes.library import shipped_scenes
+from governor_mechanism.scenes.library import catalogue_scenes, shipped_scenes
 from governor_mechanism.scenes.parser import parse_scene_document
 from governor_mechanism.studies.sweep.rules import ENGINE_RULES, STATISTICS, VALVE_RULES
 
@@ -76,10 +76,11 @@ def test_long_commands_have_known_options():
 
 
 def test_shipped_scenes_that_are_run_exist():
+    known = {**shipped_scenes(), **catalogue_scenes()}
     for page in PAGES:
         for (command, *rest), _ in commands(page, "sh") + commands(page, "sh long"):
             if command in ("run", "describe", "crosscheck", "equilibria", "accuracy", "effects", "sweep"):
-                assert rest[0] in shipped_scenes() or rest[0].endswith(".toml"), f"{page.name}: {rest[0]}"
+                assert rest[0] in known or rest[0].endswith(".toml"), f"{page.name}: {rest[0]}"
 
 
 @pytest.mark.parametrize("page", ["README.md", "docs/how_to/kernel_in_ci.md"])
