@@ -290,7 +290,7 @@ WORDING_CUSTOM: list[tuple[str, str]] = [
         "misspelt table",
         (
             "[[jiont]] is unknown; a scene file has machine, title, effects, spindle, start, run, events, size, plane, "
-            "ground, body, joint, link, force, readings, valve, assembly. Did you mean 'joint'?"
+            "ground, body, joint, link, force, readings, valve, assembly, dimensions, law. Did you mean 'joint'?"
         ),
     ),
     ("ground's point", 'ground.O x is a length; "5 kg" is a mass; write it in mm, cm or m'),
