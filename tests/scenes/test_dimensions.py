@@ -122,3 +122,10 @@ def test_a_frequency_counts_cycles_of_a_turning_dimension():
     scene = gm.Scene.from_dict({**DOCUMENT, "joint": [*DOCUMENT["joint"][:3], {**drive, "motion": motion}]})
     angles = gm.kinematics(scene, "time", [0.0, 0.25, 1.0]).readings["crank_angle"]
     assert angles == pytest.approx([0.0, math.pi / 6, 0.0], abs=1e-12)
+
+
+def test_a_dimension_that_nothing_uses_is_refused_as_it_may_be_misspelt():
+    with pytest.raises(MechanismError, match=r"dimensions\.crnk is used nowhere; .*Did you mean 'crank'\?"):
+        gm.Scene.from_dict(DOCUMENT).replace({"dimensions.crnk": "200 mm"})
+    with pytest.raises(MechanismError, match=r"dimensions\.crnk is used nowhere; .*Did you mean 'crank'\?"):
+        gm.load("scotch_yoke").replace({"dimensions.crnk": "200 mm"})

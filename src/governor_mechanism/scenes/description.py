@@ -2,7 +2,6 @@
 
 from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -20,7 +19,7 @@ from governor_mechanism.model.force_elements import CylinderGas, ForceElement
 from governor_mechanism.model.part import FreeSpindle, Part, Spindle
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.model.time_functions import InputFunction
-from governor_mechanism.scenes.custom.dimensions import DimensionTable, is_expression
+from governor_mechanism.scenes.custom.dimensions import dimensions_of, document_of_part, is_expression
 from governor_mechanism.scenes.described_scene import DescribedItem, DescribedPart, EngineAnswer, SceneDescription
 from governor_mechanism.scenes.described_values import (
     DescribedValue,
@@ -30,7 +29,6 @@ from governor_mechanism.scenes.described_values import (
     format_number,
 )
 from governor_mechanism.units.fields import class_words, fields_of
-from governor_mechanism.units.problems import ProblemCollector
 from governor_mechanism.units.quantities import parse_quantity
 
 
@@ -102,12 +100,10 @@ def _describe_part(scene: Scene, part: Part) -> DescribedPart:
 def _describe_dimensions(scene: Scene, part: Part) -> Iterator[DescribedValue]:
     """Yield the dimensions in the order of the machine's class, or else of the file; a word or a program is that of the file."""
     machine_class = MACHINES.get(part.machine)
-    document: Any = scene.document.get("part", {}).get(part.name, {}) if "part" in scene.document else scene.document
-    given = document.get("dimensions", {})
-    if machine_class is None and given:
-        for name, dimension in DimensionTable(given).read_all(ProblemCollector()).items():
-            meaning = str(given[name]) if is_expression(given[name]) else ""
-            yield describe_value(name, part.dimensions[name], dimension.si_unit, meaning)
+    given = document_of_part(scene, part).get("dimensions", {})
+    for name, dimension in dimensions_of(scene, part).items() if machine_class is None else ():
+        definition = str(given[name]) if is_expression(given[name]) else ""
+        yield describe_value(name, part.dimensions[name], dimension.unit, definition)
     for name, declared in fields_of(machine_class).items() if machine_class else ():
         value, unit = given.get(name, declared.default), declared.unit
         if value not in declared.words:

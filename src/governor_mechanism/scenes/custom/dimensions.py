@@ -1,13 +1,23 @@
 """[dimensions] of a custom machine: named quantities, and the texts "= 2 * crank" that are evaluated with them."""
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any, Final
 
 import numpy as np
 
 from governor_mechanism.errors import MechanismError, did_you_mean
-from governor_mechanism.units.expressions import ARITHMETIC, EvaluatedText, Expression, Measured, read_any_quantity, unit_of_kind
+from governor_mechanism.model.part import Part
+from governor_mechanism.model.scene import Scene
+from governor_mechanism.units.expressions import (
+    ARITHMETIC,
+    EvaluatedText,
+    Expression,
+    Measured,
+    read_any_quantity,
+    si_unit_of,
+    unit_of_kind,
+)
 from governor_mechanism.units.problems import KEY, Problem, ProblemCode, ProblemCollector, mistake, wrong_value
 from governor_mechanism.units.quantities import QUANTITY_KINDS, format_value
 
@@ -34,9 +44,9 @@ class Dimension:
     kind: str
 
     @property
-    def si_unit(self) -> str:
-        """SI unit, where the kind is known."""
-        return QUANTITY_KINDS[self.kind].si_unit if self.kind else ""
+    def unit(self) -> str:
+        """SI unit; empty for a plain number."""
+        return QUANTITY_KINDS[self.kind].si_unit if self.kind else si_unit_of(self.measured.unit)
 
 
 class _CircularDefinitionError(MechanismError):
@@ -55,12 +65,14 @@ class DimensionTable:
     ----------
     has_failed
         Whether an expression outside the table could not be evaluated.
+    used
+        Names that expressions have looked up.
     """
 
     def __init__(self, table: object) -> None:
         self._written: Mapping[str, Any] = table if isinstance(table, Mapping) else {}
         self._values, self._pending = dict[str, Dimension](), list[str]()
-        self.has_failed = False
+        self.has_failed, self.used = False, set[str]()
 
     def read_all(self, collector: ProblemCollector) -> dict[str, Dimension]:
         """Return the dimensions without a mistake, by name; report every wrong one."""
@@ -69,6 +81,13 @@ class DimensionTable:
             with collector.at(f"dimensions.{name}"):
                 known[name] = self._read(str(name))
         return known
+
+    def find_unused(self) -> Iterator[Problem]:
+        """Yield a problem for each dimension that nothing depends on: its name may be misspelt."""
+        for name in [name for name in self._written if name not in self.used]:
+            others = [other for other in self._written if other != name]
+            text = f'dimensions.{name} is used nowhere; write "= {name}" where it belongs, or leave it out.{did_you_mean(name, others)}'
+            yield Problem(text, ProblemCode.CONFLICT, f"dimensions.{name}")
 
     def _read(self, name: str) -> Dimension:
         """Return a dimension; raise MechanismError with its mistakes, or without any if they are those of another one."""
@@ -110,6 +129,7 @@ class DimensionTable:
             circle = " -> ".join([*self._pending[self._pending.index(name) :], name])
             text = f"{KEY} is defined by itself: {circle}; give one of them a value"
             raise _CircularDefinitionError(Problem(text, ProblemCode.INCONSISTENT))
+        self.used.add(name)
         is_for_dimension = bool(self._pending)
         try:
             return self._read(name).measured
@@ -151,3 +171,14 @@ def _item_path(path: str, item: object, number: int) -> str:
         return f"{path}.{number}"
     name = item.get("name")
     return f"{path} {format_value(name) if isinstance(name, str) else number}:"
+
+
+def document_of_part(scene: Scene, part: Part) -> Mapping[str, Any]:
+    """Return the tables of a part in the document of its scene; empty if the scene was composed of objects."""
+    tables: Any = scene.document.get("part", {}).get(part.name, {}) if "part" in scene.document else scene.document
+    return tables if isinstance(tables, Mapping) else {}
+
+
+def dimensions_of(scene: Scene, part: Part) -> dict[str, Dimension]:
+    """Return the dimensions of a part with a custom machine, by name."""
+    return DimensionTable(document_of_part(scene, part).get("dimensions")).read_all(ProblemCollector())

@@ -7,6 +7,7 @@ from governor_mechanism.errors import MechanismError
 from governor_mechanism.machines.registry import MACHINES
 from governor_mechanism.model.part import Part
 from governor_mechanism.model.scene import Scene
+from governor_mechanism.scenes.custom.dimensions import dimensions_of
 from governor_mechanism.units.fields import fields_of
 from governor_mechanism.units.quantities import QUANTITY_KINDS, parse_quantity
 
@@ -48,11 +49,12 @@ def constant_units(scene: Scene) -> dict[str, str]:
     for part in scene.parts:
         prefix = _prefix(scene, part)
         machine = MACHINES.get(part.machine)
-        fields = {} if machine is None else fields_of(machine)
+        declared = dimensions_of(scene, part) if machine is None else fields_of(machine)
+        own_units = {name: one.unit for name, one in declared.items()}
         units[f"{prefix}gravity"] = "m/s^2"
         for name, value in part.dimensions.items():
             if isinstance(value, float | int) and not isinstance(value, bool):
-                units[prefix + name] = fields[name].unit or "1" if name in fields else ""
+                units[prefix + name] = own_units[name] or "1" if name in own_units else ""
     return units
 
 
