@@ -4,6 +4,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
 from governor_mechanism.errors import MechanismError, did_you_mean
+from governor_mechanism.machines.custom import CUSTOM_MACHINE
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.scenes.parser import parse_scene_document
 from governor_mechanism.units.quantities import format_value
@@ -55,8 +56,22 @@ def remove_document_key(table: Any, key: str) -> Any:
 def parse_scene_with(document: Mapping[str, Any], values: Iterable[tuple[str, Any]]) -> Scene:
     """Return the scene of a document with these values at these keys; raise MechanismError as the parser does."""
     for key, value in values:
+        _require_known_dimension(document, key)
         document = replace_document_value(document, key, value)
     return parse_scene_document(document)
+
+
+def _require_known_dimension(document: Mapping[str, Any], key: str) -> None:
+    """Raise MechanismError if a key names a dimension that a custom machine with dimensions does not have: nothing would follow it."""
+    table_key, _, name = key.rpartition(".")
+    owner: Any = document
+    for part in filter(None, table_key.split(".")[:-1]):
+        owner = owner.get(part) if isinstance(owner, Mapping) else None
+    if not table_key.endswith("dimensions") or not isinstance(owner, Mapping) or owner.get("machine") != CUSTOM_MACHINE:
+        return
+    known = owner.get("dimensions")
+    if isinstance(known, Mapping) and name not in known:
+        raise MechanismError(f"{key} is no dimension of this scene; they are {', '.join(map(str, known))}.{did_you_mean(name, known)}")
 
 
 def _find_item(items: Sequence[Any], name: str, key_path: str) -> int:

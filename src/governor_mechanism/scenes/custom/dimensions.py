@@ -1,6 +1,6 @@
 """[dimensions] of a custom machine: named quantities, and the texts "= 2 * crank" that are evaluated with them."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, Final
 
@@ -65,14 +65,12 @@ class DimensionTable:
     ----------
     has_failed
         Whether an expression outside the table could not be evaluated.
-    used
-        Names that expressions have looked up.
     """
 
     def __init__(self, table: object) -> None:
         self._written: Mapping[str, Any] = table if isinstance(table, Mapping) else {}
         self._values, self._pending = dict[str, Dimension](), list[str]()
-        self.has_failed, self.used = False, set[str]()
+        self.has_failed = False
 
     def read_all(self, collector: ProblemCollector) -> dict[str, Dimension]:
         """Return the dimensions without a mistake, by name; report every wrong one."""
@@ -81,13 +79,6 @@ class DimensionTable:
             with collector.at(f"dimensions.{name}"):
                 known[name] = self._read(str(name))
         return known
-
-    def find_unused(self) -> Iterator[Problem]:
-        """Yield a problem for each dimension that nothing depends on: its name may be misspelt."""
-        for name in [name for name in self._written if name not in self.used]:
-            others = [other for other in self._written if other != name]
-            text = f'dimensions.{name} is used nowhere; write "= {name}" where it belongs, or leave it out.{did_you_mean(name, others)}'
-            yield Problem(text, ProblemCode.CONFLICT, f"dimensions.{name}")
 
     def _read(self, name: str) -> Dimension:
         """Return a dimension; raise MechanismError with its mistakes, or without any if they are those of another one."""
@@ -129,7 +120,6 @@ class DimensionTable:
             circle = " -> ".join([*self._pending[self._pending.index(name) :], name])
             text = f"{KEY} is defined by itself: {circle}; give one of them a value"
             raise _CircularDefinitionError(Problem(text, ProblemCode.INCONSISTENT))
-        self.used.add(name)
         is_for_dimension = bool(self._pending)
         try:
             return self._read(name).measured

@@ -61,7 +61,6 @@ class LawContext:
     def look_up(self, name: str) -> Measured:
         """Return a dimension, or a reading of which only the unit counts."""
         if name in self.dimensions:
-            self.table.used.add(name)
             return self.dimensions[name].measured
         if name not in self.kinds:
             known = [*self.kinds, *self.dimensions]
@@ -187,8 +186,7 @@ def parse_law(
     paths = [f"{KEY}.proves, equation {number}:" for number in range(1, len(given["equations"]) + 1)]
     with collector.at():
         given["equations"] = tuple(parse_each(lambda one: _make_equation(one, context, over), given["equations"], paths=paths))
-    used = {name: one for name, one in dimensions.items() if name in dimension_table.used}
-    collector.problems += _find_uncovered_dimensions(given, used)
+    collector.problems += _find_uncovered_dimensions(given, dimensions)
     if collector.problems:
         raise MechanismError(*collector.problems)
     return Law(**given, dimensions={name: one.measured for name, one in dimensions.items()})

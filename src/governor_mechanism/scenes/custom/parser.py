@@ -108,8 +108,6 @@ class CustomMachineParser:
         valve = self._parse_valve(known_readings, sketch.joints)
         dimensions = self.dimensions.read_all(self.collector)
         law = self._parse_law(known_readings, dimensions)
-        if not self.has_problems:
-            self.collector.problems += self.dimensions.find_unused()
         if self.has_problems:
             return None, start, known_readings
         part = self.collector.attempt("", self._build_part, sketch, readings, length_scale, valve, start)
