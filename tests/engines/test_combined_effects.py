@@ -1,14 +1,12 @@
 """Combined effects: redundant contacts, clearance at a dead centre, repeated certificates, very short runs."""
 
-from __future__ import annotations
-
 import itertools
 
 import numpy as np
 import pytest
 
 import governor_mechanism as gm
-from governor_mechanism.model.results.outcome import Outcome
+from documents import governor_document
 from governor_mechanism.scenes.parser import parse_scene_document
 
 ENGINES = pytest.mark.parametrize("engine", ["multibody", "reduced"])
@@ -17,14 +15,13 @@ CROSSED = {"arm": "300 mm", "offset": "-20 mm", "arm_joint": "200 mm", "link": "
 
 
 def scene(effects, *, dimensions=PORTER, spindle=None, start=None, duration="2 s", output_interval="5 ms"):
-    document = {
-        "machine": "pendulum_governor",
-        "dimensions": dimensions,
-        "effects": {"gravity": True, "centrifugal": True, **effects},
-        "spindle": spindle or {"speed": "120 rpm"},
-        "start": start or {"arm_angle": "30 deg"},
-        "run": {"duration": duration, "output_interval": output_interval},
-    }
+    document = governor_document(
+        dimensions,
+        effects={"gravity": True, "centrifugal": True, **effects},
+        spindle=spindle or {"speed": "120 rpm"},
+        start=start or {"arm_angle": "30 deg"},
+        run={"duration": duration, "output_interval": output_interval},
+    )
     return parse_scene_document(document)
 
 
@@ -48,7 +45,7 @@ def test_two_frictions_on_one_degree_of_freedom_stick_and_slip_together(engine):
         ),
         engine=engine,
     )
-    assert run.outcome is Outcome.DONE
+    assert run.outcome is gm.Outcome.DONE
     assert has_alternating_events(run.events, "sleeve_lift")
     assert has_alternating_events(run.events, "arm_angle")
     times = {name: [event.time for event in run.events if event.subject == name] for name in ("sleeve_lift", "arm_angle")}
@@ -68,7 +65,7 @@ def test_stop_and_friction_on_one_degree_of_freedom_release_together(engine):
     }
     speed = [[0, "140 rpm"], [0.2, "260 rpm"], [1, "260 rpm"], [2, "120 rpm"], [3, "120 rpm"]]
     run = gm.run(scene(effects, spindle={"speed": speed}, duration="3 s"), engine=engine)
-    assert run.outcome is Outcome.DONE
+    assert run.outcome is gm.Outcome.DONE
     assert has_alternating_events(run.events, "arm_angle")
     assert has_alternating_events(run.events, "sleeve_lift")
     kinds = {event.kind for event in run.events}
@@ -98,7 +95,7 @@ def test_insufficient_certificate_is_repeated(engine, clearance):
         ),
         engine=engine,
     )
-    assert run.outcome is Outcome.DONE
+    assert run.outcome is gm.Outcome.DONE
 
 
 @pytest.mark.parametrize(("engine", "clearance"), [("multibody", "3 mm"), ("multibody", False), ("reduced", False)])
@@ -112,14 +109,14 @@ def test_dead_centre_of_the_link_ends_a_run_with_a_named_outcome(engine, clearan
         ),
         engine=engine,
     )
-    assert run.outcome is Outcome.LEFT_RANGE
+    assert run.outcome is gm.Outcome.LEFT_RANGE
     assert "the link is at 90 degrees to the spindle" in run.message
 
 
 @pytest.mark.parametrize(("engine", "clearance"), [("multibody", "1 mm"), ("multibody", False), ("reduced", False)])
 def test_very_short_run_completes(engine, clearance):
     effects = {"dry_friction": {"sleeve": "40 N"}, "clearance": clearance, "stops": {"arm_angle": ["29.9 deg", "45 deg"]}}
-    assert gm.run(scene(effects, duration="1e-9 s", output_interval="1e-9 s"), engine=engine).outcome is Outcome.DONE
+    assert gm.run(scene(effects, duration="1e-9 s", output_interval="1e-9 s"), engine=engine).outcome is gm.Outcome.DONE
 
 
 def test_an_equilibrium_with_play_is_refused_because_of_the_play():

@@ -1,7 +1,5 @@
 """Friction, stops, dashpots and one-sided springs in the engines multibody and reduced, against closed forms and balances."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 
@@ -24,15 +22,13 @@ from governor_mechanism.mechanics.dynamics.forces.contact_modes import ContactMo
 from governor_mechanism.mechanics.dynamics.system.holding_rows import with_held_values
 from governor_mechanism.mechanics.dynamics.system.lowering import make_system
 from governor_mechanism.model.force_elements import Force
-from governor_mechanism.model.joints import GROUND, Point, Slider
-from governor_mechanism.model.mechanism import Body, Mechanism
+from governor_mechanism.model.joints import Point, Slider
 from governor_mechanism.model.output_variables import PointCoordinate
-from governor_mechanism.model.part import FIXED_PLANE, FreeSpindle, Part, Spindle, Start
-from governor_mechanism.model.results.outcome import Outcome
-from governor_mechanism.model.scene import RunSettings, Scene
+from governor_mechanism.model.part import FreeSpindle, Spindle
 from governor_mechanism.model.time_functions import InputFunction, LinearFunction
 from governor_scenes import PORTER, governor_scene
 from reference.zehnder import FRICTION_BAND
+from scene_parts import body_point, ground_point, make_mechanism, point_mass, scene_of
 
 ENGINES = pytest.mark.parametrize("engine", [MultibodyEngine(), ReducedEngine()], ids=lambda engine: engine.name)
 G = 9.81
@@ -55,28 +51,12 @@ def porter(speed, *effects, angle=30.0, duration=10.0, output_interval=0.01):
 def block(*effects, start=0.0, rate=0.0, duration=10.0, mass=2.0, upright=False):
     """Return a mass on a straight slide, horizontal or vertical, with the reading 'displacement'."""
     angle = math.pi / 2 if upright else 0.0
-    mechanism = Mechanism(
-        bodies=(Body(name="block", mass=mass, can_rotate=False),),
-        joints=(Slider(name="slide", first=Point(body=GROUND), second=Point(body="block"), angle=angle),),
-        readings=(
-            PointCoordinate(
-                name="displacement", quantity="length", point=Point(body="block"), direction_x=math.cos(angle), direction_y=math.sin(angle)
-            ),
-        ),
-        coordinate="displacement",
-        length_scale=1.0,
-        initial_guess=((0.0, 0.0, 0.0),),
-    )
-    part = Part(
-        name="block",
-        machine="custom",
-        dimensions={},
-        mechanism=mechanism,
-        plane=FIXED_PLANE,
-        effects=effects,
-        start=Start(values={"displacement": start}, rates={"displacement": rate}),
-    )
-    return Scene(title="block", parts=(part,), run=RunSettings(duration=duration, output_interval=duration / 200, accuracy=1e-9))
+    direction = {"direction_x": math.cos(angle), "direction_y": math.sin(angle)}
+    slide = Slider(name="slide", first=ground_point(), second=body_point("block"), angle=angle)
+    reading = PointCoordinate(name="displacement", quantity="length", point=body_point("block"), **direction)
+    mechanism = make_mechanism([point_mass("block", mass)], [slide], [reading], [(0.0, 0.0, 0.0)])
+    state = {"values": {"displacement": start}, "rates": {"displacement": rate}}
+    return scene_of(mechanism, *effects, **state, duration=duration, output_interval=duration / 200, accuracy=1e-9)
 
 
 def run(engine, scene, accuracy=1e-10, **options):
@@ -204,7 +184,7 @@ def test_bouncing_body_with_friction_comes_to_rest_at_the_predicted_time(engine,
     stop = Stops(reading="displacement", low=0.0, restitution=restitution)
     scene = block(Gravity(), rub, stop, rate=speed, duration=1.1 * rest, upright=True)
     result = gm.run(scene, engine, accuracy=within)
-    assert result.outcome is Outcome.DONE
+    assert result.outcome is gm.Outcome.DONE
     assert tried == ({engine.iterations} if isinstance(engine, ImpulseEngine) else set())
     strikes = [event.time for event in result.events if event.kind == "strikes its stop"]
     np.testing.assert_allclose(strikes, strikes_at(len(strikes)), atol=within)
@@ -429,7 +409,7 @@ def test_error_of_inaccurate_runs_is_within_their_estimate(engine, seed):
     spindle = Spindle(speeds=(random.uniform(11.5, 13.0),), speed_fluctuation=random.uniform(0.0, 0.2))
     scene = porter(spindle, *chosen, duration=3.0)
     loose, tight = engine.run(scene, accuracy=1e-5), engine.run(scene, accuracy=1e-9)
-    if not (loose.outcome is tight.outcome is Outcome.DONE):
+    if not (loose.outcome is tight.outcome is gm.Outcome.DONE):
         return
     times = np.array([event.time for event in tight.events] or [-1.0])
     near = np.min(np.abs(loose.times[:, np.newaxis] - times), axis=1) < 1e-5

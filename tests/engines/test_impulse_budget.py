@@ -1,13 +1,12 @@
 """The impulse engine ends every run within a budget of work: by name, with what it has, whatever makes the scene hard."""
 
-from __future__ import annotations
-
 import math
 from typing import Any
 
 import numpy as np
 import pytest
 
+from documents import between, custom_document, pin
 from governor_mechanism.engines import ImpulseEngine, MultibodyEngine
 from governor_mechanism.engines.impulse.pymunk.model import PymunkModel
 from governor_mechanism.engines.impulse.settings import ImpulseSettings
@@ -39,22 +38,19 @@ def equal_slider_crank() -> Scene:
     """A crank and a rod as long as each other: at the dead centre the slider stands still and the rod may turn with the crank."""
     body = {"mass": 0.2, "inertia": 1.7e-4, "centre": [0.05, 0], "points": {"end": [0.1, 0]}}
     bodies = [{"name": "crank", **body}, {"name": "rod", **body, "at": [0.1, 0]}]
-    return parse_scene_document(
-        {
-            "machine": "custom",
-            "ground": {"O": [0, 0]},
-            "body": [*bodies, {"name": "slider", "mass": 0.4, "turns": False, "at": [0.2, 0]}],
-            "joint": [
-                {"type": "pin", "name": "bearing", "first": "ground.O", "second": "crank.origin"},
-                {"type": "pin", "name": "crank pin", "first": "crank.end", "second": "rod.origin"},
-                {"type": "pin", "name": "gudgeon", "first": "rod.end", "second": "slider.centre"},
-                {"type": "slider", "name": "guide", "first": "ground.O", "second": "slider.centre", "angle": 0},
-            ],
-            "force": [{"type": "torque", "body": "crank", "moment": 0.1}],
-            "readings": {"crank_angle": {"angle": "crank"}, "slider_x": {"x": "slider.centre"}},
-            "run": {"duration": 3.0, "output_interval": 0.05, "accuracy": 1e-6},
-        }
+    document = custom_document(
+        body=[*bodies, {"name": "slider", "mass": 0.4, "turns": False, "at": [0.2, 0]}],
+        joint=[
+            pin("ground.A", "crank.origin", name="bearing"),
+            pin("crank.end", "rod.origin", name="crank pin"),
+            pin("rod.end", "slider.centre", name="gudgeon"),
+            between("slider", "ground.A", "slider.centre", name="guide", angle=0),
+        ],
+        force=[{"type": "torque", "body": "crank", "moment": 0.1}],
+        readings={"crank_angle": {"angle": "crank"}, "slider_x": {"x": "slider.centre"}},
+        run={"duration": 3.0, "output_interval": 0.05, "accuracy": 1e-6},
     )
+    return parse_scene_document(document)
 
 
 STEPS_OF_SPEED = [[0, 11.5], [0.5, 11.5], [0.5, 14.1], [1.5, 14.1], [1.5, 10.5], [2.5, 10.5], [2.5, 13.1]]

@@ -1,7 +1,5 @@
 """Impulse engine with springs, dashpots, friction and stops along readings: order, accuracy, stiction, refusals."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 
@@ -17,19 +15,18 @@ from governor_mechanism.effects.spring import OutputSpring
 from governor_mechanism.effects.stops import Stops
 from governor_mechanism.engines import ImpulseEngine
 from governor_mechanism.engines.impulse.richardson import extrapolate_events
-from governor_mechanism.errors import UnsupportedEffect
 from governor_mechanism.machines.registry import MACHINES
 from governor_mechanism.model.events import Event
-from governor_mechanism.model.joints import GROUND, Pin, Point, Slider
-from governor_mechanism.model.mechanism import Body, Mechanism, SecondMoments
-from governor_mechanism.model.output_variables import BodyAngle, LineAngle, PointCoordinate
-from governor_mechanism.model.part import FIXED_PLANE, Part, Spindle, Start
-from governor_mechanism.model.results.outcome import Outcome
-from governor_mechanism.model.scene import RunSettings, Scene
+from governor_mechanism.model.joints import Pin, Point, Slider
+from governor_mechanism.model.mechanism import Body, SecondMoments
+from governor_mechanism.model.output_variables import LineAngle
+from governor_mechanism.model.part import Spindle, Start
+from governor_mechanism.model.scene import Scene
 from governor_mechanism.model.time_functions import InputFunction
 from governor_mechanism.observables.error_scales import EVENT_TIMES
 from governor_scenes import PORTER, governor_scene, random_governor
 from random_scenes import draw_scene, draw_study_scene
+from scene_parts import body_angle, body_point, ground_point, make_mechanism, point_mass, scene_of, x_reading
 
 SPRING = OutputSpring(reading="sleeve_lift", rate=800.0, preload=20.0, zero=0.1)
 ARM_SPRING = OutputSpring(reading="arm_angle", rate=20.0, zero=0.6)
@@ -50,34 +47,19 @@ def porter(*effects, **options) -> Scene:
 
 def slider(*effects, rate: float = 1.0, duration: float = 1.0) -> Scene:
     """A block of 2 kg on a level guide."""
-    mechanism = Mechanism(
-        bodies=(Body(name="block", mass=2.0, can_rotate=False),),
-        joints=(Slider(name="guide", first=Point(body=GROUND), second=Point(body="block"), angle=0.0),),
-        readings=(PointCoordinate(name="displacement", quantity="length", point=Point(body="block"), direction_x=1.0, direction_y=0.0),),
-        coordinate="displacement",
-        length_scale=0.2,
-        initial_guess=((0.0, 0.0, 0.0),),
-    )
-    return single_part_scene(mechanism, Start(values={"displacement": 0.0}, rates={"displacement": rate}), *effects, duration=duration)
+    guide = Slider(name="guide", first=ground_point(), second=body_point("block"), angle=0.0)
+    reading = x_reading("block", "displacement")
+    mechanism = make_mechanism([point_mass("block", 2.0)], [guide], [reading], [(0.0, 0.0, 0.0)], size=0.2)
+    state = {"values": {"displacement": 0.0}, "rates": {"displacement": rate}}
+    return scene_of(mechanism, *effects, **state, duration=duration, output_interval=0.01)
 
 
 def wheel(*effects, rate: float = 5.0) -> Scene:
     """A disc on a fixed pin through its centre."""
-    moment = SecondMoments(xx=0.01, yy=0.01, zz=0.02)
-    mechanism = Mechanism(
-        bodies=(Body(name="disc", mass=1.0, second_moments=moment),),
-        joints=(Pin(name="axle", first=Point(body=GROUND), second=Point(body="disc")),),
-        readings=(BodyAngle(name="rotation", quantity="angle", body="disc"),),
-        coordinate="rotation",
-        length_scale=0.1,
-        initial_guess=((0.0, 0.0, 0.0),),
-    )
-    return single_part_scene(mechanism, Start(values={"rotation": 0.0}, rates={"rotation": rate}), *effects)
-
-
-def single_part_scene(mechanism: Mechanism, start: Start, *effects, duration: float = 1.0) -> Scene:
-    part = Part(name="part", machine="custom", dimensions={}, mechanism=mechanism, plane=FIXED_PLANE, effects=effects, start=start)
-    return Scene(title="test", parts=(part,), run=RunSettings(duration=duration, output_interval=0.01))
+    disc = Body(name="disc", mass=1.0, second_moments=SecondMoments(xx=0.01, yy=0.01, zz=0.02))
+    axle = Pin(name="axle", first=ground_point(), second=body_point("disc"))
+    mechanism = make_mechanism([disc], [axle], [body_angle("disc", "rotation")], [(0.0, 0.0, 0.0)], size=0.1)
+    return scene_of(mechanism, *effects, values={"rotation": 0.0}, rates={"rotation": rate}, output_interval=0.01)
 
 
 def errors_of(run, true) -> float:
@@ -122,7 +104,7 @@ def error_ratios(scene, name: str, steps=(2e-3, 1e-3, 5e-4)):
 def test_two_engines_agree_within_the_accuracy(scene):
     true = gm.run(scene, engine="multibody", accuracy=1e-10)
     run = ImpulseEngine().run(scene, accuracy=1e-6)
-    assert run.outcome is Outcome.DONE
+    assert run.outcome is gm.Outcome.DONE
     assert errors_of(run, true) < 1e-6  # the requested accuracy
     # The number of final bounces depends on the smallest bounce that an engine still follows.
     assert len(run.events) == len(true.events) or len(true.events) > 10
@@ -177,7 +159,7 @@ def test_a_sticking_contact_does_not_creep():
 
 def test_a_block_slides_to_rest_where_its_energy_ends():
     run = ImpulseEngine().run(slider(dry_friction(4.0, "displacement")), accuracy=1e-8)
-    assert run.outcome is Outcome.DONE
+    assert run.outcome is gm.Outcome.DONE
     assert run.readings["displacement"][-1] == pytest.approx(0.25, abs=1e-9)  # m v^2 / (2 W)
     assert run.events[0].time == pytest.approx(0.5, abs=1e-9)  # m v / W
     assert run.energy.dissipated_energy[-1] == pytest.approx(1.0, abs=1e-9)
@@ -190,7 +172,7 @@ def test_a_spring_and_friction_stop_the_block_after_the_analytical_half_swings()
     scene = slider(spring, dry_friction(3.0, "displacement"), rate=0.0, duration=2.0)
     scene = scene.with_changes(start=Start(values={"displacement": 0.2}, rates={"displacement": 0.0}))
     run = ImpulseEngine().run(scene, accuracy=1e-7)
-    assert run.outcome is Outcome.DONE
+    assert run.outcome is gm.Outcome.DONE
     half = math.pi / math.sqrt(100.0 / 2.0)
     turning_values = np.interp([half, 2 * half], run.times, run.readings["displacement"])
     np.testing.assert_allclose(turning_values, [-0.14, 0.08], atol=2e-4)  # interpolation at the turning point
@@ -206,7 +188,7 @@ def test_a_block_on_a_spring_sticks_and_slips_with_the_friction_limit():
     scene = slider(spring, dry_friction(relieved, "displacement"), duration=2.0).with_changes(start=Start(values={"displacement": 0.05}))
     true = gm.run(scene, engine="multibody", accuracy=1e-10)
     run = ImpulseEngine().run(scene, accuracy=1e-6)
-    assert run.outcome is Outcome.DONE
+    assert run.outcome is gm.Outcome.DONE
     assert [event.kind for event in run.events] == [event.kind for event in true.events]
     assert np.max(np.abs(run.readings["displacement"] - true.readings["displacement"])) < 1e-6 * 0.2
 
@@ -230,7 +212,7 @@ def test_a_governor_comes_to_rest_on_its_stop_and_leaves_it():
     scene = porter(stops, speed=ramp, angle=math.acos(0.9) + 0.01, rate=0.0)
     true = gm.run(scene, engine="multibody", accuracy=1e-9)
     run = ImpulseEngine().run(scene, accuracy=1e-5)
-    assert run.outcome is Outcome.DONE
+    assert run.outcome is gm.Outcome.DONE
     assert errors_of(run, true) < 1e-5
     resting = [event.kind for event in run.events if event.kind != "strikes its stop"]
     assert resting[:2] == ["rests on its stop", "leaves its stop"]
@@ -252,7 +234,7 @@ def test_the_estimate_of_random_governors_with_friction_holds():
         scene = scene.with_changes(effects=(*scene.effects, dry_friction(force)))
         true = gm.run(scene, engine="multibody", accuracy=1e-9)
         run = ImpulseEngine().run(scene, accuracy=1e-5)
-        if true.outcome is not Outcome.DONE or run.outcome is not Outcome.DONE:
+        if true.outcome is not gm.Outcome.DONE or run.outcome is not gm.Outcome.DONE:
             continue
         is_honest.append(errors_of(run, true) <= 3 * run.error_estimate)
     assert sum(is_honest) >= 7
@@ -273,7 +255,7 @@ def test_a_slip_with_a_small_excess_force_is_followed():
     scene = scene.with_changes(effects=(*scene.effects, dry_friction(0.35568296660805304, "arm_angle")))
     true = gm.run(scene, engine="multibody", accuracy=1e-8)
     run = ImpulseEngine().run(scene, accuracy=1e-5)
-    assert run.outcome is Outcome.DONE
+    assert run.outcome is gm.Outcome.DONE
     assert errors_of(run, true) < 3 * run.error_estimate
 
 
@@ -292,7 +274,7 @@ def test_clearance_is_refused_by_name():
     clearance = Clearance(width=1e-3)
     machine = MACHINES["pendulum_governor"](**PORTER)
     scene = porter().with_changes(mechanism=machine.mechanism_with_effects([clearance]), effects=(Gravity(), clearance))
-    with pytest.raises(UnsupportedEffect, match=r"'impulse' cannot model \['Clearance'\]"):
+    with pytest.raises(gm.UnsupportedEffect, match=r"'impulse' cannot model \['Clearance'\]"):
         ImpulseEngine().run(scene)
 
 
@@ -301,12 +283,12 @@ def test_friction_on_a_line_between_two_bodies_is_refused():
     scene = porter()
     mechanism = replace(scene.mechanism, readings=(*scene.mechanism.readings, line))
     scene = scene.with_changes(mechanism=mechanism, effects=(*scene.effects, dry_friction(1.0, "link")))
-    with pytest.raises(UnsupportedEffect, match=r"cannot model dry friction on 'link'.*engine 'multibody'"):
+    with pytest.raises(gm.UnsupportedEffect, match=r"cannot model dry friction on 'link'.*engine 'multibody'"):
         ImpulseEngine().run(scene)
 
 
 def test_the_plain_scheme_has_no_friction():
-    with pytest.raises(UnsupportedEffect, match="leave plain=True out"):
+    with pytest.raises(gm.UnsupportedEffect, match="leave plain=True out"):
         ImpulseEngine(step=1e-3, plain=True).run(porter(dry_friction(10.0)))
 
 
@@ -372,7 +354,7 @@ def test_a_sample_just_before_an_impact_is_on_the_right_side():
     drawn = draw_scene(62, 7)
     run = ImpulseEngine().run(drawn.scene, accuracy=5.7e-5)
     true = gm.run(drawn.scene, "multibody", accuracy=1e-10)
-    assert run.outcome is Outcome.DONE
+    assert run.outcome is gm.Outcome.DONE
     for name, rates in true.rates.items():
         assert np.max(np.abs(run.rates[name] - rates)) < 1e-4  # the lever rebounds at 0.5 rad/s
 
@@ -393,7 +375,7 @@ def test_what_all_step_sizes_could_get_wrong_alike_is_within_the_estimate(machin
     scene = draw_study_scene(machine, number, 20261124).scene
     true, run = gm.run(scene, "multibody", accuracy=1e-10), ImpulseEngine().run(scene, accuracy=accuracy)
     times, true_times = ([event.time for event in one.events if event.kind == kind] for one in (run, true))
-    assert run.outcome is Outcome.DONE
+    assert run.outcome is gm.Outcome.DONE
     assert len(times) == len(true_times) > 0
     assert np.max(np.abs(np.subtract(times, true_times))) <= run.reading_errors[EVENT_TIMES]
     assert run.reading_errors[EVENT_TIMES] < 3e-3 * scene.run.duration

@@ -1,7 +1,5 @@
 """Quantities that a wrong sign would change: torque of a speed ramp, velocities at a jump, rotated axes, full turns."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 
@@ -16,12 +14,12 @@ from governor_mechanism.engines.impulse.settings import ImpulseSettings
 from governor_mechanism.machines.pendulum.machine import PendulumGovernor
 from governor_mechanism.mechanics.dynamics.characteristic_scales import time_scale
 from governor_mechanism.model.joints import GROUND, Joint, Pin, Point, Slider
-from governor_mechanism.model.mechanism import Body, Mechanism, SecondMoments
-from governor_mechanism.model.output_variables import LineAngle, PointCoordinate
+from governor_mechanism.model.output_variables import LineAngle
 from governor_mechanism.model.part import Spindle, Start
 from governor_mechanism.model.results.outcome import Outcome
 from governor_scenes import EXTENDED, PORTER, governor_scene
 from one_coordinate_reference import integrate_one_coordinate
+from scene_parts import body_point, ground_point, make_mechanism, point_mass, rod_body, y_reading
 
 ENGINES = [ImpulseEngine, MultibodyEngine, ReducedEngine]
 
@@ -99,15 +97,9 @@ def test_lever_may_be_described_in_any_axes(engine):
 
 @pytest.mark.parametrize("engine", ENGINES)
 def test_angle_is_continuous_over_full_turns(engine):
-    rod = Body(name="rod", mass=1.0, second_moments=SecondMoments(xx=1.0 / 12))
-    mechanism = Mechanism(
-        bodies=(rod,),
-        joints=(Pin(name="hinge", first=Point(body=GROUND), second=Point(body="rod", x=-0.5)),),
-        readings=(LineAngle(name="turned", quantity="angle", start=Point(body=GROUND), end=Point(body="rod")),),
-        coordinate="turned",
-        length_scale=1.0,
-        initial_guess=((0.0, -0.5, -math.pi / 2),),
-    )
+    hinge = Pin(name="hinge", first=ground_point(), second=body_point("rod", -0.5))
+    reading = LineAngle(name="turned", quantity="angle", start=ground_point(), end=body_point("rod"))
+    mechanism = make_mechanism([rod_body("rod", 1.0, 1.0)], [hinge], [reading], [(0.0, -0.5, -math.pi / 2)])
     scene = governor_scene(PORTER, speed=13.0, angle=0.7, output_interval=0.05)
     scene = scene.with_changes(effects=(), mechanism=mechanism, start=Start(values={"turned": 0.0}, rates={"turned": 5.0}))
     run = engine().run(scene)
@@ -119,17 +111,8 @@ def test_angle_is_continuous_over_full_turns(engine):
 
 def test_body_guided_off_the_axis_has_a_centrifugal_force():
     def evaluations(distance: float) -> int:
-        slug = Body(name="slug", mass=1.0, can_rotate=False)
-        guide = Slider(name="guide", first=Point(body=GROUND, x=distance), second=Point(body="slug"), angle=math.pi / 2)
-        height = PointCoordinate(name="height", quantity="length", point=Point(body="slug"), direction_x=0.0, direction_y=1.0)
-        mechanism = Mechanism(
-            bodies=(slug,),
-            joints=(guide,),
-            readings=(height,),
-            coordinate="height",
-            length_scale=1.0,
-            initial_guess=((distance, 0.0, 0.0),),
-        )
+        guide = Slider(name="guide", first=ground_point(distance), second=body_point("slug"), angle=math.pi / 2)
+        mechanism = make_mechanism([point_mass("slug", 1.0)], [guide], [y_reading("slug", "height")], [(distance, 0.0, 0.0)])
         scene = governor_scene(PORTER, speed=13.0, angle=0.7, duration=0.1)
         scene = scene.with_changes(mechanism=mechanism, start=Start(values={"height": 0.0}))
         return ImpulseEngine().run(scene).cost.evaluations.get("centrifugal", 0)

@@ -15,8 +15,7 @@ from governor_mechanism.closed_form.pendulum import dynamics as closed
 from governor_mechanism.engines import ImpulseEngine, MultibodyEngine, ReducedEngine
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.model.joints import GROUND, Distance, Pin, Point, Slider
-from governor_mechanism.model.mechanism import Body, Mechanism, SecondMoments
-from governor_mechanism.model.output_variables import PointCoordinate
+from governor_mechanism.model.mechanism import Body
 from governor_mechanism.model.part import Spindle, Start
 from governor_mechanism.model.results.outcome import Outcome
 from governor_mechanism.scenes.library import shipped_scenes
@@ -24,6 +23,7 @@ from governor_scenes import CROSSED, EXTENDED, PORTER, UNCROSSED_LINKS, WATT, go
 from one_coordinate_reference import integrate_one_coordinate
 from reference.zehnder import PORTER_OPEN_MOTION as MOTION
 from rigid_link_governor import porter_with_rods
+from scene_parts import body_point, ground_point, make_mechanism, point_mass, rod_body, y_reading
 
 SOURCE = Path(gm.__file__).parent
 FINE = pytest.mark.parametrize("engine", [MultibodyEngine, ReducedEngine], ids=["multibody", "reduced"])
@@ -196,19 +196,12 @@ def test_redundant_joints_do_not_change_the_motion(engine):
 
 def test_slider_on_a_rotating_body():
     # A bead on a rod that rotates about its end, without loads: r'' = r w^2, and the total angular momentum is constant.
-    rod = Body(name="rod", mass=2.0, second_moments=SecondMoments(xx=2.0 / 12))
-    bead = Body(name="bead", mass=0.5, can_rotate=False)
-    mechanism = Mechanism(
-        bodies=(rod, bead),
-        joints=(
-            Pin(name="hinge", first=Point(body=GROUND), second=Point(body="rod", x=-0.5)),
-            Slider(name="bore", first=Point(body="rod"), second=Point(body="bead"), angle=0.0),
-        ),
-        readings=(PointCoordinate(name="height", quantity="length", point=Point(body="bead"), direction_x=0.0, direction_y=1.0),),
-        coordinate="height",
-        length_scale=1.0,
-        initial_guess=((0.5, 0.0, 0.0), (0.4, 0.0, 0.0)),
-    )
+    joints = [
+        Pin(name="hinge", first=ground_point(), second=body_point("rod", -0.5)),
+        Slider(name="bore", first=body_point("rod"), second=body_point("bead"), angle=0.0),
+    ]
+    bodies, sketch = [rod_body("rod", 2.0, 1.0), point_mass("bead", 0.5)], [(0.5, 0.0, 0.0), (0.4, 0.0, 0.0)]
+    mechanism = make_mechanism(bodies, joints, [y_reading("bead", "height")], sketch)
     scene = porter_open(duration=1.0)
     scene = scene.with_changes(effects=(), mechanism=mechanism, start=Start(values={"height": 0.0}, rates={"height": 0.4}))
     run = MultibodyEngine().run(scene, accuracy=1e-10)

@@ -1,7 +1,5 @@
 """Random four-bar linkages, slider-cranks and inverted slider-cranks with loads, against their equation of motion."""
 
-from __future__ import annotations
-
 import cmath
 import math
 from dataclasses import dataclass, replace
@@ -19,7 +17,8 @@ from governor_mechanism.model.results.outcome import Outcome
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.model.time_functions import InputFunction
 from governor_mechanism.observables.evaluation import time_scale
-from joint_mechanisms import GRAVITY, body_angle, body_point, ground_point, integrate_state, make_scene
+from joint_mechanisms import GRAVITY, integrate_state, make_scene
+from scene_parts import body_angle, body_point, ground_point
 
 COUNT, SEED = 18, 20261121
 KINDS = ("four-bar", "slider-crank", "inverted")

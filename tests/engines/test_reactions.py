@@ -1,7 +1,5 @@
 """Joint reactions of pendulums, beams and redundant structures with known forces, and by Newton's laws."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 
@@ -19,21 +17,14 @@ from joint_mechanisms import (
     GRAVITY,
     ExactCase,
     bent_pendulum,
-    body_angle,
-    body_point,
     collar_on_a_turning_rod,
     falling_rack,
     geared_wheels,
-    ground_point,
     make_scene,
     pendulum_on_a_pin,
-    point_mass,
     released_pendulum,
-    rod_body,
-    rotating_body,
-    x_reading,
-    y_reading,
 )
+from scene_parts import body_angle, body_point, ground_point, point_mass, rod_body, rotating_body, x_reading, y_reading
 
 EVERY = [(MultibodyEngine(), 1e-10), (ImpulseEngine(), 1e-6), (ReducedEngine(), 1e-10)]
 NAMES = [engine.name for engine, _ in EVERY]

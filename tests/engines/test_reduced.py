@@ -1,7 +1,5 @@
 """The reduced engine against multibody, against its own tables' independent witness, and at the ends of its way."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 
@@ -18,7 +16,6 @@ from governor_mechanism.effects.spring import OutputSpring
 from governor_mechanism.effects.stops import Stops
 from governor_mechanism.engines import MultibodyEngine, ReducedEngine
 from governor_mechanism.engines.initial_state import initial_state
-from governor_mechanism.errors import MechanismError, UnsupportedEffect
 from governor_mechanism.mechanics.dynamics.characteristic_scales import time_scale
 from governor_mechanism.mechanics.kinematics.constraint_kernels import evaluate_gamma, evaluate_jacobian
 from governor_mechanism.mechanics.kinematics.output_rows import make_output_rows
@@ -31,22 +28,21 @@ from governor_mechanism.model.force_elements import Damper, Force, Spring, Torqu
 from governor_mechanism.model.joints import Distance, Pin, Slider
 from governor_mechanism.model.output_variables import LineAngle
 from governor_mechanism.model.part import FreeSpindle, Spindle
-from governor_mechanism.model.results.outcome import Outcome
-from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.model.time_functions import InputFunction
 from governor_mechanism.numerics.chebyshev import CHEBYSHEV_NODES, N_CHEBYSHEV_NODES, evaluate_piece, fit_piece
 from governor_mechanism.numerics.hermite import quintic_hermite
 from governor_mechanism.scenes.library import shipped_scenes
 from governor_scenes import CROSSED, EXTENDED, PORTER, UNCROSSED_LINKS, WATT, governor_scene, random_governor
-from joint_mechanisms import body_angle, body_point, ground_point, make_scene, point_mass, rod_body, rotating_body, x_reading, y_reading
+from joint_mechanisms import make_scene
 from one_coordinate_reference import integrate_one_coordinate
 from reference.zehnder import PORTER_OPEN_MOTION as MOTION
+from scene_parts import body_angle, body_point, ground_point, point_mass, rod_body, rotating_body, x_reading, y_reading
 
 AGREEMENT_TOLERANCE = 1e-10
 """Allowed difference, in scales, of two engines of order 8 that are each run with a tenth of it."""
 
 
-def agree(one: Trajectory, two: Trajectory, allowed: float = AGREEMENT_TOLERANCE) -> None:
+def agree(one: gm.Trajectory, two: gm.Trajectory, allowed: float = AGREEMENT_TOLERANCE) -> None:
     """Assert that two runs of one scene have the same readings, rates, poses, energies and events, each in its scale."""
     assert one.outcome is two.outcome, (one.message, two.message)
     np.testing.assert_allclose(one.times, two.times, rtol=4e-16, atol=0)  # a breakpoint may replace a time
@@ -75,7 +71,7 @@ def agree(one: Trajectory, two: Trajectory, allowed: float = AGREEMENT_TOLERANCE
     np.testing.assert_allclose([e.time for e in recorded], [e.time for e in other], atol=1e-9 * max(1.0, second))
 
 
-def both(scene, accuracy: float = 1e-11, **options) -> tuple[Trajectory, Trajectory]:
+def both(scene, accuracy: float = 1e-11, **options) -> tuple[gm.Trajectory, gm.Trajectory]:
     """Run the scene with the reduced and the multibody engine."""
     reduced, multibody = (engine().run(scene, accuracy=accuracy, **options) for engine in (ReducedEngine, MultibodyEngine))
     return reduced, multibody
@@ -99,7 +95,7 @@ SPECIAL_ACCURACY = {"slider_crank_torque": 1e-10, "porter_dry_friction": 1e-8, "
 @pytest.mark.parametrize("name", MODELS)
 def test_every_shipped_scene_agrees_with_multibody(name):
     reduced, multibody = both(gm.load(name), SPECIAL_ACCURACY.get(name, 1e-11))
-    assert reduced.outcome is Outcome.DONE, reduced.message
+    assert reduced.outcome is gm.Outcome.DONE, reduced.message
     agree(reduced, multibody)
 
 
@@ -107,7 +103,7 @@ def test_porter_open_agrees_with_the_reference():
     start = {"speed": MOTION["spindle_speed"], "angle": MOTION["arm_angle"], "rate": MOTION["arm_rate"]}
     run = ReducedEngine().run(governor_scene(PORTER, accuracy=1e-11, **start))
     expected = MOTION["constant_speed"]
-    assert run.outcome is Outcome.DONE
+    assert run.outcome is gm.Outcome.DONE
     assert run.readings["arm_angle"][-1] == pytest.approx(expected["arm_angle"], abs=1e-11)  # requested
     assert run.rates["arm_angle"][-1] == pytest.approx(expected["arm_rate"], abs=1e-10)  # times 12 rad/s
     assert run.readings["spindle_torque"][-1] == pytest.approx(expected["drive_torque"], abs=1e-9)
@@ -135,7 +131,7 @@ def test_every_spindle_program_agrees_with_multibody(dimensions, program):
         spindle = replace(program, speeds=tuple(speed * part for part in program.speeds))
     scene = governor_scene(dimensions, speed=speed, angle=0.75, output_interval=0.05).with_changes(spindle=spindle)
     reduced, multibody = both(scene)
-    assert reduced.outcome is Outcome.DONE
+    assert reduced.outcome is gm.Outcome.DONE
     agree(reduced, multibody)
     assert reduced.energy.drift < AGREEMENT_TOLERANCE
 
@@ -147,7 +143,7 @@ def test_a_fluctuating_spindle_speed_depends_on_the_angle(engine):
     scene = governor_scene(PORTER, speed=spindle, angle=0.6, output_interval=0.05, accuracy=1e-10)
     run = engine.run(scene)
     angles, rates = integrate_one_coordinate(scene, run.times)
-    assert run.outcome is Outcome.DONE
+    assert run.outcome is gm.Outcome.DONE
     np.testing.assert_allclose(run.readings["arm_angle"], angles, atol=1e-10)  # requested
     np.testing.assert_allclose(run.rates["arm_angle"], rates, atol=1e-10 * run.scales["spindle_speed"])
 
@@ -200,7 +196,7 @@ LOADS = {
 def test_every_force_element_agrees_over_several_turns(load):
     # Over 3 s a constant torque turns the crank by 78 rad, where the roundings of the steps alone may exceed the request.
     reduced, multibody = both(crank(load, duration=2.0))
-    assert reduced.outcome is Outcome.DONE
+    assert reduced.outcome is gm.Outcome.DONE
     turns = np.ptp(reduced.readings["crank"]) / math.tau
     assert turns > 1  # so that the table is periodic and used again
     agree(reduced, multibody)
@@ -255,8 +251,8 @@ def test_random_governors_agree_with_multibody(seed):
         dimensions, speed=speed, angle=middle + random.uniform(-0.1, 0.1), rate=random.uniform(-0.3, 0.3), output_interval=0.1
     )
     reduced, multibody = both(scene)
-    if reduced.outcome is not multibody.outcome or reduced.outcome is Outcome.LEFT_RANGE:
-        assert {reduced.outcome, multibody.outcome} <= {Outcome.LEFT_RANGE, Outcome.ACCURACY_MISSED}
+    if reduced.outcome is not multibody.outcome or reduced.outcome is gm.Outcome.LEFT_RANGE:
+        assert {reduced.outcome, multibody.outcome} <= {gm.Outcome.LEFT_RANGE, gm.Outcome.ACCURACY_MISSED}
         return
     agree(reduced, multibody)
 
@@ -369,7 +365,7 @@ def test_the_range_ends_as_with_multibody():
     scene = governor_scene(WATT, speed=0.0, angle=0.5, rate=4.0, duration=2.0)
     scene = scene.with_changes(effects=scene.effects[1:])
     reduced, multibody = both(scene, 1e-9)
-    assert reduced.outcome is multibody.outcome is Outcome.LEFT_RANGE
+    assert reduced.outcome is multibody.outcome is gm.Outcome.LEFT_RANGE
     sentence, time = zip(*(run.detail.split(", at t = ") for run in (reduced, multibody)), strict=True)
     assert sentence[0] == sentence[1]
     found, expected = (float(one.split(" s")[0]) for one in time)
@@ -382,7 +378,7 @@ def test_the_range_ends_as_with_multibody():
 def test_the_limit_of_another_reading_ends_the_range():
     scene = governor_scene(CROSSED, speed=13.0, angle=0.6, duration=5.0)
     reduced, multibody = both(scene, 1e-9)
-    assert reduced.outcome is multibody.outcome is Outcome.LEFT_RANGE
+    assert reduced.outcome is multibody.outcome is gm.Outcome.LEFT_RANGE
     sentences = [run.detail.split(", at ")[0] for run in (reduced, multibody)]
     assert sentences[0] == sentences[1]
     assert "the balls meet on the spindle axis" in sentences[0]
@@ -393,8 +389,8 @@ def test_a_turning_point_of_the_coordinate_ends_the_run():
     # With the piston position as coordinate the run ends at the end of the stroke; with the crank angle it continues.
     scene = crank(coordinate="x", duration=1.0)
     run, true = ReducedEngine().run(scene, accuracy=1e-7), MultibodyEngine().run(scene, accuracy=1e-9)
-    assert true.outcome is Outcome.DONE
-    assert run.outcome is Outcome.DEAD_CENTRE
+    assert true.outcome is gm.Outcome.DONE
+    assert run.outcome is gm.Outcome.DEAD_CENTRE
     assert "'x' is at a turning point" in run.message
     many = len(run.times)
     centre = np.interp(math.pi, true.readings["crank"], true.times)
@@ -407,7 +403,7 @@ def test_a_turning_point_of_the_coordinate_ends_the_run():
 def test_a_change_point_ends_the_run_and_auto_continues():
     scene = gm.load("four_bar_chain")
     run, true = both(scene, 1e-9)  # multibody misses 1e-10 after ten change points
-    assert run.outcome is Outcome.DEAD_CENTRE
+    assert run.outcome is gm.Outcome.DEAD_CENTRE
     assert "the joints at a change point, and does not determine the poses at" in run.message
     many = len(run.times)
     passed = next(event.time for event in true.events if event.kind == EventKind.CHANGE_POINT)
@@ -415,7 +411,7 @@ def test_a_change_point_ends_the_run_and_auto_continues():
     for name in run.readings:
         assert np.max(np.abs(run.readings[name] - true.readings[name][:many])) < AGREEMENT_TOLERANCE * run.scales[name], name
     by_auto = gm.run(scene, accuracy=1e-8)
-    assert by_auto.outcome is Outcome.DONE
+    assert by_auto.outcome is gm.Outcome.DONE
     assert by_auto.cost.engine == "multibody"
     assert len(by_auto.events) == len(true.events)
 
@@ -428,7 +424,7 @@ def test_a_start_at_a_turning_point_is_refused():
         readings=[y_reading("lamp"), x_reading("lamp")],
         sketch=[(0.0, 0.4, 0.0)],
     )
-    with pytest.raises(MechanismError, match=r"'reduced' cannot start: 'y' is at a turning point.*'multibody'"):
+    with pytest.raises(gm.MechanismError, match=r"'reduced' cannot start: 'y' is at a turning point.*'multibody'"):
         ReducedEngine().run(scene)
 
 
@@ -440,7 +436,7 @@ def test_a_start_at_a_turning_point_is_refused():
     ],
 )
 def test_an_unsupported_scene_is_refused(name, sentence):
-    with pytest.raises(UnsupportedEffect, match=sentence):
+    with pytest.raises(gm.UnsupportedEffect, match=sentence):
         gm.run(name, engine="reduced")
 
 
@@ -454,7 +450,7 @@ def test_two_degrees_of_freedom_are_refused():
         readings=[body_angle("one"), body_angle("two")],
         sketch=[(0.5, 0.0, 0.0), (1.5, 0.0, 0.0)],
     )
-    with pytest.raises(UnsupportedEffect, match=r"mobility.*2.*choose.*multibody"):
+    with pytest.raises(gm.UnsupportedEffect, match=r"mobility.*2.*choose.*multibody"):
         ReducedEngine().run(scene)
 
 
@@ -463,21 +459,21 @@ def test_two_degrees_of_freedom_are_refused():
 
 @pytest.mark.parametrize("made", [{"tolerance": 0.0}, {"tolerance": 1e-16}, {"tolerance": 2.0}, {"max_steps": 0}])
 def test_invalid_settings_are_refused(made):
-    with pytest.raises(MechanismError, match=f"ReducedEngine.{next(iter(made))} must"):
+    with pytest.raises(gm.MechanismError, match=f"ReducedEngine.{next(iter(made))} must"):
         ReducedEngine(**made)
 
 
 def test_the_step_limit_ends_the_run():
     scene = governor_scene(PORTER, speed=12.2, angle=0.6, duration=50.0)
     run = ReducedEngine(max_steps=20).run(scene)
-    assert run.outcome is Outcome.STEP_LIMIT
+    assert run.outcome is gm.Outcome.STEP_LIMIT
     assert 0 < run.times[-1] < 50.0
 
 
 def test_a_run_without_certificate_has_the_same_motion():
     scene = governor_scene(PORTER, speed=12.2, angle=0.6)
     certified, plain = (ReducedEngine(tolerance=1e-10).run(scene, certify=certify) for certify in (True, False))
-    assert plain.outcome is Outcome.NOT_CERTIFIED
+    assert plain.outcome is gm.Outcome.NOT_CERTIFIED
     assert plain.error_estimate is None
     assert (certified.cost.runs, plain.cost.runs) == (2, 1)
     np.testing.assert_array_equal(plain.poses, certified.poses)

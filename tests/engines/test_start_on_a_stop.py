@@ -1,13 +1,11 @@
 """A start on a stop with a velocity into it: every engine lists the strike, begins after it, and accounts for its energy."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 
 import governor_mechanism as gm
+from documents import governor_document
 from governor_mechanism.model.events import EventKind
-from governor_mechanism.model.results.outcome import Outcome
 from governor_mechanism.scenes.parser import parse_scene_document
 
 RESTITUTION, RATE = 0.5, 1.0
@@ -15,16 +13,13 @@ RESTITUTION, RATE = 0.5, 1.0
 
 def start_on_a_stop(spindle: dict, restitution: float = RESTITUTION, rate: float = RATE):
     """A Porter governor whose arm strikes its upper stop at the start."""
-    return parse_scene_document(
-        {
-            "machine": "pendulum_governor",
-            "dimensions": {"arm": 0.3, "offset": 0.04, "ball_mass": 5, "sleeve_mass": 20},
-            "effects": {"gravity": True, "centrifugal": True, "stops": {"arm_angle": ["15 deg", "40 deg"], "restitution": restitution}},
-            "spindle": spindle,
-            "start": {"arm_angle": "40 deg", "arm_rate": rate},
-            "run": {"duration": 0.1, "output_interval": 0.01, "accuracy": 1e-6},
-        }
+    document = governor_document(
+        effects={"gravity": True, "centrifugal": True, "stops": {"arm_angle": ["15 deg", "40 deg"], "restitution": restitution}},
+        spindle=spindle,
+        start={"arm_angle": "40 deg", "arm_rate": rate},
+        run={"duration": 0.1, "output_interval": 0.01, "accuracy": 1e-6},
     )
+    return parse_scene_document(document)
 
 
 def struck_energy() -> float:
@@ -37,7 +32,7 @@ def struck_energy() -> float:
 @pytest.mark.parametrize("engine", ["reduced", "multibody", "impulse"])
 def test_a_strike_at_the_start_is_in_the_energy_account(engine, spindle):
     run = gm.run(start_on_a_stop(spindle), engine=engine)
-    assert run.outcome is Outcome.DONE
+    assert run.outcome is gm.Outcome.DONE
     energy = run.energy
     assert energy.kinetic[0] == pytest.approx(RESTITUTION**2 * struck_energy(), rel=1e-9)
     assert energy.dissipated_energy[0] == pytest.approx((1 - RESTITUTION**2) * struck_energy(), rel=1e-9)
@@ -60,6 +55,6 @@ def test_a_strike_at_the_start_is_in_the_energy_account(engine, spindle):
 @pytest.mark.parametrize("engine", ["reduced", "multibody", "impulse"])
 def test_the_events_of_a_start_are_its_strikes(engine, speed, restitution, rate, kinds):
     run = gm.run(start_on_a_stop({"speed": speed}, restitution, rate), engine=engine)
-    assert run.outcome is Outcome.DONE
+    assert run.outcome is gm.Outcome.DONE
     assert [(event.subject, event.kind) for event in run.events] == [("arm_angle", kind) for kind in kinds]
     assert all(event.time < 1e-12 for event in run.events)

@@ -1,7 +1,5 @@
 """Stiff scenes: the engine detects stiffness, switches to implicit steps, reports it, and agrees with known motions."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np
@@ -13,58 +11,36 @@ from coupled_scenes import coupled_scene, discs_part
 from governor_mechanism.effects.gravity import Gravity
 from governor_mechanism.engines import MultibodyEngine
 from governor_mechanism.model.force_elements import Damper, Spring, Torque, TorsionDamper, TorsionSpring
-from governor_mechanism.model.joints import GROUND, Distance, Pin, Point
-from governor_mechanism.model.mechanism import Body, Mechanism, SecondMoments
-from governor_mechanism.model.output_variables import BodyAngle, PointCoordinate
-from governor_mechanism.model.part import FIXED_PLANE, Part, Start
-from governor_mechanism.model.results.outcome import Outcome
-from governor_mechanism.model.scene import RunSettings, Scene
+from governor_mechanism.model.joints import Distance, Pin
+from governor_mechanism.model.output_variables import BodyAngle
 from governor_mechanism.model.time_functions import InputFunction
 from reference import stiff_flyball
+from scene_parts import body_angle, body_point, ground_point, make_mechanism, point_mass, rod_body, scene_of, x_reading
 
 
-def make_scene(mechanism, *, gravity, duration=2.0, start=None):
-    part = Part(
-        name="mechanism",
-        machine="custom",
-        dimensions={},
-        mechanism=mechanism,
-        plane=FIXED_PLANE,
-        effects=(Gravity(),) if gravity else (),
-        start=start or Start(),
-    )
-    return Scene(title="stiff", parts=(part,), run=RunSettings(duration=duration, output_interval=0.01))
+def make_scene(mechanism, *, gravity, duration=2.0, values=None):
+    return scene_of(mechanism, *([Gravity()] if gravity else []), values=values, duration=duration, output_interval=0.01)
 
 
 def two_rods(stiffness, damping):
     """Return two uniform rods of 1 m in line, horizontal, with a stiff joint between them: nearly one rod of 2 m."""
-    bodies = tuple(Body(name=name, mass=1.0, second_moments=SecondMoments(xx=1 / 12)) for name in ("upper", "lower"))
-    joints = (
-        Pin(name="pin", first=Point(body=GROUND), second=Point(body="upper", x=-0.5)),
-        Pin(name="knee", first=Point(body="upper", x=0.5), second=Point(body="lower", x=-0.5)),
-    )
-    loads = (
+    joints = [
+        Pin(name="pin", first=ground_point(), second=body_point("upper", -0.5)),
+        Pin(name="knee", first=body_point("upper", 0.5), second=body_point("lower", -0.5)),
+    ]
+    loads = [
         TorsionSpring(name="spring", first="upper", second="lower", stiffness=stiffness),
         TorsionDamper(name="damper", first="upper", second="lower", damping=damping),
-    )
-    return Mechanism(
-        bodies=bodies,
-        joints=joints,
-        force_elements=loads,
-        readings=(
-            BodyAngle(name="upper", quantity="angle", body="upper"),
-            BodyAngle(name="bend", quantity="angle", body="lower", reference_body="upper"),
-        ),
-        coordinate="upper",
-        length_scale=1.0,
-        initial_guess=((0.5, 0.0, 0.0), (1.5, 0.0, 0.0)),
-    )
+    ]
+    readings = [body_angle("upper"), BodyAngle(name="bend", quantity="angle", body="lower", reference_body="upper")]
+    sketch = [(0.5, 0.0, 0.0), (1.5, 0.0, 0.0)]
+    return make_mechanism([rod_body("upper", 1.0, 1.0), rod_body("lower", 1.0, 1.0)], joints, readings, sketch, loads=loads)
 
 
 @pytest.mark.parametrize(("stiffness", "damping"), [(1e4, 1e4), (1e6, 1e5), (1e3, 1e6)])
 def test_two_rods_with_a_stiff_joint_oscillate_as_one(stiffness, damping):
     run = MultibodyEngine().run(make_scene(two_rods(stiffness, damping), gravity=True, duration=0.5), accuracy=1e-6)
-    assert run.outcome is Outcome.DONE
+    assert run.outcome is gm.Outcome.DONE
     assert run.cost.method.startswith("stiff from t = ")
     assert "implicit" in run.cost.method
     # One uniform rod of 2 m released from the horizontal: a pendulum of length (2/3) 2 m.
@@ -83,22 +59,13 @@ def test_two_rods_with_a_stiff_joint_oscillate_as_one(stiffness, damping):
 
 def test_stiff_damped_mass_agrees_with_the_exact_solution():
     mass, stiffness, damping = 1.0, 1e4, 1e4
-    ball = Body(name="ball", mass=mass, can_rotate=False)
-    ground = Point(body=GROUND)
-    mechanism = Mechanism(
-        bodies=(ball,),
-        joints=(),
-        force_elements=(
-            Spring(name="spring", first=ground, second=Point(body="ball"), stiffness=stiffness, free_length=1.0),
-            Damper(name="damper", first=ground, second=Point(body="ball"), damping=damping),
-        ),
-        readings=(PointCoordinate(name="x", quantity="length", point=Point(body="ball"), direction_x=1.0, direction_y=0.0),),
-        coordinate="x",
-        length_scale=1.0,
-        initial_guess=((1.1, 0.0, 0.0),),
-    )
+    loads = [
+        Spring(name="spring", first=ground_point(), second=body_point("ball"), stiffness=stiffness, free_length=1.0),
+        Damper(name="damper", first=ground_point(), second=body_point("ball"), damping=damping),
+    ]
+    mechanism = make_mechanism([point_mass("ball", mass)], [], [x_reading("ball")], [(1.1, 0.0, 0.0)], loads=loads)
     run = MultibodyEngine().run(make_scene(mechanism, gravity=False), accuracy=1e-8)
-    assert run.outcome is Outcome.DONE
+    assert run.outcome is gm.Outcome.DONE
     assert "implicit" in run.cost.method
     root = math.sqrt(damping**2 - 4 * stiffness * mass)
     slow, fast = (-damping + root) / (2 * mass), (-damping - root) / (2 * mass)
@@ -117,7 +84,7 @@ def test_the_stiff_flyball_governor_agrees_with_its_equations_in_three_coordinat
     reference = stiff_flyball.solve(times)
     for accuracy in (1e-4, 1e-6, 1e-8, 1e-10):
         run = gm.run("stiff_flyball", times=times, accuracy=accuracy)
-        assert run.outcome is Outcome.DONE, accuracy
+        assert run.outcome is gm.Outcome.DONE, accuracy
         assert run.error_estimate <= accuracy
         assert run.cost.method.startswith("stiff from t = 0 s")
         assert run.cost.steps < 5000, accuracy  # two or three runs without explicit steps, which alone would be 13,000 in each
@@ -136,7 +103,7 @@ def pendulum_angle(times, length, amplitude):
 @pytest.mark.parametrize("stiffness", [1e6, 1e8])
 def test_a_stiff_joint_of_rods_does_not_shorten_the_steps(stiffness):
     run = MultibodyEngine().run(make_scene(two_rods(stiffness, stiffness), gravity=True, duration=4.0), accuracy=1e-8)
-    assert run.outcome is Outcome.DONE
+    assert run.outcome is gm.Outcome.DONE
     assert "implicit" in run.cost.method
     # The joint bends by 30 N m / stiffness at most, and passes energy in this proportion; ten times as much for four seconds.
     allowed = 300.0 / stiffness + 1e-8
@@ -149,25 +116,17 @@ def test_other_coordinates_become_independent_where_the_first_ones_turn_back():
     """Two equal pendulums of points in parallel: the spring-damper between them keeps its length, but makes the motion stiff."""
     names = ("left", "right")
     places = {name: 0.5 * k for k, name in enumerate(names)}
-    mechanism = Mechanism(
-        bodies=tuple(Body(name=name, mass=1.0, can_rotate=False) for name in names),
-        joints=tuple(
-            Distance(name=f"{name} rod", first=Point(body=GROUND, x=places[name]), second=Point(body=name), length=1.0) for name in names
-        ),
-        force_elements=(
-            Spring(name="spring", first=Point(body="left"), second=Point(body="right"), stiffness=1e4, free_length=0.5),
-            Damper(name="damper", first=Point(body="left"), second=Point(body="right"), damping=1e4),
-        ),
-        readings=tuple(
-            PointCoordinate(name=name, quantity="length", point=Point(body=name), direction_x=1.0, direction_y=0.0) for name in names
-        ),
-        coordinate="left",
-        length_scale=1.0,
-        initial_guess=tuple((place + 0.8, -0.6, 0.0) for place in places.values()),
-    )
-    start = Start(values={name: place + 0.8 for name, place in places.items()})
-    run = MultibodyEngine().run(make_scene(mechanism, gravity=True, duration=4.0, start=start), accuracy=1e-8)
-    assert run.outcome is Outcome.DONE
+    rods = [Distance(name=f"{name} rod", first=ground_point(x), second=body_point(name), length=1.0) for name, x in places.items()]
+    loads = [
+        Spring(name="spring", first=body_point("left"), second=body_point("right"), stiffness=1e4, free_length=0.5),
+        Damper(name="damper", first=body_point("left"), second=body_point("right"), damping=1e4),
+    ]
+    sketch = [(place + 0.8, -0.6, 0.0) for place in places.values()]
+    balls = [point_mass(name, 1.0) for name in names]
+    mechanism = make_mechanism(balls, rods, [x_reading(name, name) for name in names], sketch, loads=loads)
+    values = {name: place + 0.8 for name, place in places.items()}
+    run = MultibodyEngine().run(make_scene(mechanism, gravity=True, duration=4.0, values=values), accuracy=1e-8)
+    assert run.outcome is gm.Outcome.DONE
     assert run.cost.method.startswith("stiff from t = 0 s")
     for name, place in places.items():
         exact = place + np.sin(pendulum_angle(run.times, 1.0, math.asin(0.8)))
@@ -183,7 +142,7 @@ def test_a_stiff_motion_follows_steps_of_a_torque():
     torque = Torque(name="load", second="wheel", moment=InputFunction(times=tuple(times), values=tuple(values)))
     disc = discs_part("engine", {"wheel": inertia}, torque, TorsionDamper(name="damper", second="wheel", damping=damping))
     run = gm.run(coupled_scene(disc), engine="multibody", accuracy=1e-8)
-    assert run.outcome is Outcome.DONE
+    assert run.outcome is gm.Outcome.DONE
     assert run.cost.method.startswith("stiff from t = 0 s")
     angle, speed, last = np.zeros(len(run.times)), 0.0, 0.0
     for start, end, final in zip(steps, [*steps[1:], run.times[-1]], torques / damping, strict=True):
@@ -198,5 +157,5 @@ def test_a_stiff_motion_follows_steps_of_a_torque():
 @pytest.mark.parametrize(("damping", "is_stiff"), [(5.0, False), (1e6, True)])
 def test_stiffness_is_found_before_the_first_step(damping, is_stiff):
     run = MultibodyEngine().run(make_scene(two_rods(1e4, damping), gravity=True, duration=10.0), accuracy=1e-4)
-    assert run.outcome is Outcome.DONE
+    assert run.outcome is gm.Outcome.DONE
     assert run.cost.method.startswith("stiff from t = 0 s") is is_stiff

@@ -1,33 +1,29 @@
 """Loads that swing with the time, and loads that depend on the speed of a shaft, against their formulas in every engine."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 
 import governor_mechanism as gm
-from governor_mechanism.model.scene import Scene
+from documents import custom_document, pin
 
 INERTIA, TORQUE, FREQUENCY = 0.5, 3.0, 1.5
 SWING = 2 * np.pi * FREQUENCY
 PHASE = 0.7
 
 
-def rotor(moment: object, *, rate: float = 0.0, engine: str = "auto", accuracy: float = 1e-7) -> Scene:
+def rotor(moment: object, *, rate: float = 0.0, engine: str = "auto", accuracy: float = 1e-7) -> gm.Scene:
     """Return a disc on a shaft under a torque."""
-    return gm.Scene.from_dict(
-        {
-            "machine": "custom",
-            "size": 1.0,
-            "plane": "fixed",
-            "body": [{"name": "rotor", "mass": 1.0, "inertia": INERTIA}],
-            "joint": [{"type": "pin", "first": "ground.origin", "second": "rotor.centre"}],
-            "force": [{"type": "torque", "body": "rotor", "moment": moment}],
-            "readings": {"angle": {"angle": "rotor"}},
-            "start": {"angle": 0.0, "angle_rate": rate},
-            "run": {"duration": 2.0, "output_interval": 0.05, "accuracy": accuracy, "engine": engine},
-        }
+    document = custom_document(
+        size=1.0,
+        plane="fixed",
+        body=[{"name": "rotor", "mass": 1.0, "inertia": INERTIA}],
+        joint=[pin("ground.origin", "rotor.centre")],
+        force=[{"type": "torque", "body": "rotor", "moment": moment}],
+        readings={"angle": {"angle": "rotor"}},
+        start={"angle": 0.0, "angle_rate": rate},
+        run={"duration": 2.0, "output_interval": 0.05, "accuracy": accuracy, "engine": engine},
     )
+    return gm.Scene.from_dict(document)
 
 
 def forced_speed(times: np.ndarray) -> np.ndarray:
@@ -47,18 +43,11 @@ def test_a_rotor_under_a_torque_that_is_a_sine_of_the_time(engine, accuracy):
     assert np.max(np.abs(run.readings["angle"] - (drift - swing))) <= accuracy * np.max(np.abs(run.readings["angle"])) + accuracy
 
 
-def engine(load: object, *, name: str = "auto", accuracy: float = 1e-8, **dimensions: object) -> Scene:
+def engine(load: object, *, name: str = "auto", accuracy: float = 1e-8, **dimensions: object) -> gm.Scene:
     """Return an engine with the mean torque of its gas and a load, from 6 rad/s."""
     given = {
-        "area": "500 cm^2",
-        "stroke": "650 mm",
-        "cut_off": 0.375,
-        "clearance": 0.05,
-        "supply_pressure": "4 bar",
-        "back_pressure": "1.5 bar",
-        "inertia": "60 kg m^2",
-        "gas_torque": "mean",
-        "load_torque": load,
+        **{"area": "500 cm^2", "stroke": "650 mm", "cut_off": 0.375, "clearance": 0.05, "inertia": "60 kg m^2"},
+        **{"supply_pressure": "4 bar", "back_pressure": "1.5 bar", "gas_torque": "mean", "load_torque": load},
     }
     run = {"duration": 2.0, "output_interval": 0.05, "accuracy": accuracy, "engine": name}
     start = {"crank_angle": 0, "crank_rate": "6 rad/s"}

@@ -3,8 +3,6 @@
 Where the printed answer is rounded early or read off a drawing, the recomputed one counts, and the list says so.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
@@ -13,6 +11,7 @@ import numpy as np
 import pytest
 
 import governor_mechanism as gm
+from documents import governor_document
 from governor_mechanism.closed_form.flywheel import turning_moment, wheel
 from reference.textbook_problems import PROBLEMS, Problem
 
@@ -38,16 +37,8 @@ def ends_of(scene: gm.Scene, radii: Sequence[float], **options: Any) -> Any:
 
 def governor(machine: str, dimensions: Mapping[str, Any]) -> gm.Scene:
     """A governor at a position whose speed does not matter here."""
-    return gm.Scene.from_dict(
-        {
-            "machine": machine,
-            "dimensions": dict(dimensions),
-            "effects": {"gravity": True, "centrifugal": True},
-            "spindle": {"speed": "100 rpm"},
-            "start": {"arm_angle": "40 deg"},
-            "run": {"duration": "1 s"},
-        }
-    )
+    tables = {"spindle": {"speed": "100 rpm"}, "start": {"arm_angle": "40 deg"}, "run": {"duration": "1 s"}}
+    return gm.Scene.from_dict(governor_document(dimensions, machine=machine, **tables))
 
 
 def porter(arm: float, ball_mass: float, sleeve_mass: float, **more: float) -> gm.Scene:

@@ -1,7 +1,5 @@
 """Assembly and equilibria from the joints alone: closed joints, correct tangents, one degree of freedom."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np
@@ -14,13 +12,13 @@ from governor_mechanism.errors import MechanismError
 from governor_mechanism.machines.registry import MACHINES
 from governor_mechanism.mechanics.kinematics.assembly import PositionSolver
 from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output, evaluate_output_value
-from governor_mechanism.model.joints import GROUND, Distance, Point
-from governor_mechanism.model.mechanism import Body, Mechanism
+from governor_mechanism.model.joints import Distance
 from governor_mechanism.model.output_variables import PointCoordinate
 from governor_mechanism.statics.equilibria import find_equilibria
 from governor_mechanism.statics.speed_curve import equilibrium_speed_at
 from governor_scenes import CROSSED, EXTENDED, PORTER, UNCROSSED_LINKS, WATT, governor_scene, random_governor
 from rigid_link_governor import porter_with_rods
+from scene_parts import body_point, ground_point, make_mechanism, point_mass
 
 ALL = [PORTER, WATT, CROSSED, EXTENDED, UNCROSSED_LINKS]
 
@@ -112,14 +110,9 @@ def test_no_equilibrium_speed_without_both_effects():
 def test_from_a_turning_point_of_a_reading_the_first_coordinate_grows(angle):
     """A pendulum of 0.4 m hangs at its lowest point, or lies at the lowest point of a sloping line; a height is requested."""
     up = np.array([-math.sin(angle), math.cos(angle)])
-    mechanism = Mechanism(
-        bodies=(Body(name="ball", mass=1.0, can_rotate=False),),
-        joints=(Distance(name="arm", first=Point(body=GROUND), second=Point(body="ball"), length=0.4),),
-        readings=(PointCoordinate(name="height", quantity="length", point=Point(body="ball"), direction_x=up[0], direction_y=up[1]),),
-        coordinate="height",
-        length_scale=0.4,
-        initial_guess=((*(-0.4 * up).tolist(), 0.0),),
-    )
+    arm = Distance(name="arm", first=ground_point(), second=body_point("ball"), length=0.4)
+    height = PointCoordinate(name="height", quantity="length", point=body_point("ball"), direction_x=up[0], direction_y=up[1])
+    mechanism = make_mechanism([point_mass("ball", 1.0)], [arm], [height], [(*(-0.4 * up).tolist(), 0.0)], size=0.4)
     (x, y, _), across = PositionSolver(mechanism).solve({"height": -0.2})[0], 0.4 * math.sqrt(1 - 0.5**2)
     assert (x, y) == pytest.approx(-0.2 * up + across * np.array([up[1], -up[0]]), abs=1e-12)
 

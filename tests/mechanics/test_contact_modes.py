@@ -1,7 +1,5 @@
 """Contact modes: what ends them, which segments of tables hold, and values at which outputs are held."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 
@@ -22,11 +20,11 @@ from governor_mechanism.mechanics.kinematics.time_functions import stack_local_c
 from governor_mechanism.model.coupling.couplings import GearCoupling
 from governor_mechanism.model.force_elements import Torque
 from governor_mechanism.model.joints import GROUND, Point
-from governor_mechanism.model.mechanism import Body, Mechanism, SecondMoments
+from governor_mechanism.model.mechanism import Body, SecondMoments
 from governor_mechanism.model.output_variables import BodyAngle, LineAngle, PointCoordinate, PointDistance
-from governor_mechanism.model.part import FIXED_PLANE, Part
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.model.time_functions import InputFunction, TableFunction
+from scene_parts import make_mechanism, scene_of
 
 ANGLE = "wheel_angle"
 KINKS = (-0.5, 0.2, 1.1)
@@ -113,11 +111,8 @@ def test_other_held_values_are_those_of_a_new_system(effects):
 def test_an_output_is_held_at_its_value(reading):
     """The nearest poses at which the holding row is satisfied have that value."""
     ball = Body(name="ball", mass=1.0, second_moments=SecondMoments(xx=0.5))
-    mechanism = Mechanism(
-        bodies=(ball,), joints=(), readings=(reading,), coordinate="held", length_scale=1.0, initial_guess=((0.3, -0.4, 0.1),)
-    )
-    part = Part(name="part", machine="custom", dimensions={}, mechanism=mechanism, plane=FIXED_PLANE)
-    scene = coupled_scene(part).with_changes(effects=(DryFriction(reading="held", force=InputFunction(values=(1.0,))),))
+    mechanism = make_mechanism([ball], [], [reading], [(0.3, -0.4, 0.1)])
+    scene = scene_of(mechanism, DryFriction(reading="held", force=InputFunction(values=(1.0,))))
     for held in (0.45, 0.6):
         system, functions = make_system(scene, ContactMode((held,), (0,)))
         poses, cubics = np.array([[0.3, -0.4, 0.1]]), stack_local_cubics(functions, np.zeros(1))[0]

@@ -1,7 +1,5 @@
 """Derivatives of joint equations and of Lagrangian coefficients, against finite differences."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np
@@ -34,13 +32,12 @@ from governor_mechanism.model.joints import (
     TranslationalDriver,
     Weld,
 )
-from governor_mechanism.model.mechanism import Body, Mechanism, SecondMoments
-from governor_mechanism.model.output_variables import BodyAngle
-from governor_mechanism.model.part import FIXED_PLANE, TURNING_PLANE, Part
-from governor_mechanism.model.scene import Scene
+from governor_mechanism.model.mechanism import Body, SecondMoments
+from governor_mechanism.model.part import TURNING_PLANE
 from governor_mechanism.model.time_functions import InputFunction, PrescribedMotion
 from reference.zehnder import PORTER_OPEN
 from rigid_link_governor import ARM_MASS, LINK_MASS, porter_with_rods
+from scene_parts import body_angle, make_mechanism, scene_of
 
 ON_BOTH = {"first": Point(body="a", x=0.31, y=-0.17), "second": Point(body="b", x=-0.23, y=0.29)}
 MOTION = PrescribedMotion(times=(0.0, 0.4, 1.1), values=(0.2, 0.9, -0.3))
@@ -72,15 +69,8 @@ def differences(value):
 
 
 def two_bodies(*joints):
-    moments = SecondMoments(xx=1.0)
-    return Mechanism(
-        bodies=(Body(name="a", mass=1.0, second_moments=moments), Body(name="b", mass=1.0, second_moments=moments)),
-        joints=joints,
-        readings=(BodyAngle(name="turn", quantity="angle", body="a"),),
-        coordinate="turn",
-        length_scale=1.0,
-        initial_guess=((0.0, 0.0, 0.0), (1.0, 0.0, 0.0)),
-    )
+    bodies = [Body(name=name, mass=1.0, second_moments=SecondMoments(xx=1.0)) for name in ("a", "b")]
+    return make_mechanism(bodies, joints, [body_angle("a", "turn")], [(0.0, 0.0, 0.0), (1.0, 0.0, 0.0)])
 
 
 @pytest.mark.parametrize("joint", JOINTS, ids=lambda joint: type(joint).__name__)
@@ -135,17 +125,8 @@ def loaded_crank():
         Torque(name="motor", first="rod", second="crank", moment=InputFunction(values=(1.3,))),
         Force(name="push", point=corner, x=InputFunction(values=(2.0,)), y=InputFunction(values=(-5.0,))),
     )
-    mechanism = Mechanism(
-        bodies=bodies,
-        joints=joints,
-        force_elements=loads,
-        readings=(BodyAngle(name="turn", quantity="angle", body="crank"),),
-        coordinate="turn",
-        length_scale=0.6,
-        initial_guess=((0.05, 0.09, 1.0), (0.4, 0.1, -0.2)),
-    )
-    part = Part(name="crank", machine="custom", dimensions={}, mechanism=mechanism, plane=FIXED_PLANE, effects=(Gravity(),))
-    return Scene(title="", parts=(part,))
+    sketch = [(0.05, 0.09, 1.0), (0.4, 0.1, -0.2)]
+    return scene_of(make_mechanism(bodies, joints, [body_angle("crank", "turn")], sketch, loads=loads, size=0.6), Gravity())
 
 
 def potential_of_loaded_crank(reduction, value):

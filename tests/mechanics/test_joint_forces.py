@@ -1,7 +1,5 @@
 """Forces in joints: with them, every body obeys the laws of Newton and Euler."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np
@@ -17,11 +15,11 @@ from governor_mechanism.mechanics.kinematics.constraint_equations import make_co
 from governor_mechanism.mechanics.kinematics.points import rotate_vector
 from governor_mechanism.model.force_elements import Spring, Torque
 from governor_mechanism.model.joints import GROUND, Pin, Point, Weld
-from governor_mechanism.model.mechanism import Body, Mechanism
-from governor_mechanism.model.output_variables import BodyAngle
-from governor_mechanism.model.part import FIXED_PLANE, Part, Spindle
+from governor_mechanism.model.mechanism import Body
+from governor_mechanism.model.part import Part, Spindle
 from governor_mechanism.model.time_functions import InputFunction
 from governor_scenes import PORTER, governor_scene
+from scene_parts import body_angle, body_point, fixed_part, ground_point, make_mechanism
 
 ROUNDING = 1e-12
 """Rounding of the solution of the joint forces, relative to the largest one."""
@@ -93,21 +91,14 @@ def test_drives_and_given_speeds_of_several_parts_do_not_mix():
 def test_bodies_without_mass_add_nothing_to_the_motion(is_turning):
     """A ball at the end of a rod without mass, with or without a joint at which it could turn; 0.7 m long."""
     length, angle = 0.7, 0.6
-    ball = Body(name="ball", mass=1.3, can_rotate=is_turning)
-    rod = Body(name="rod", mass=0.0)
-    end = Point(body="rod", x=0.5 * length)
-    mechanism = Mechanism(
-        bodies=(rod, ball),
-        joints=(
-            Pin(name="pivot", first=Point(body=GROUND), second=Point(body="rod", x=-0.5 * length)),
-            (Weld if is_turning else Pin)(name="end", first=end, second=Point(body="ball")),
-        ),
-        readings=(BodyAngle(name="angle", quantity="angle", body="rod"),),
-        coordinate="angle",
-        length_scale=length,
-        initial_guess=((0.0, 0.0, 0.0), (0.0, 0.0, 0.0)),
-    )
-    part = Part(name="pendulum", machine="custom", dimensions={}, mechanism=mechanism, plane=FIXED_PLANE, effects=(Gravity(),))
+    end = Pin if not is_turning else Weld
+    joints = [
+        Pin(name="pivot", first=ground_point(), second=body_point("rod", -0.5 * length)),
+        end(name="end", first=body_point("rod", 0.5 * length), second=body_point("ball")),
+    ]
+    bodies = [Body(name="rod", mass=0.0), Body(name="ball", mass=1.3, can_rotate=is_turning)]
+    mechanism = make_mechanism(bodies, joints, [body_angle("rod", "angle")], [(0.0, 0.0, 0.0)] * 2, size=length)
+    part = fixed_part(mechanism, Gravity())
     direction = np.array([np.cos(angle), np.sin(angle)])
     poses = np.array([[[*(0.5 * length * direction), angle], [*(length * direction), angle * is_turning]]])
     result = compute_inverse_dynamics(coupled_scene(part), np.zeros(1), poses, np.zeros((1, 2, 3)), np.zeros((1, 0)))
@@ -122,22 +113,11 @@ def test_bodies_without_mass_add_nothing_to_the_motion(is_turning):
 def test_a_point_mass_on_a_pin_swings_as_a_conical_pendulum():
     """Its inertia is that about the pin, where its weight and its centrifugal force have a moment."""
     length, speed, angle = 0.4, 6.0, 0.7
-    mechanism = Mechanism(
-        bodies=(Body(name="bob", mass=1.3),),
-        joints=(Pin(name="pivot", first=Point(body=GROUND), second=Point(body="bob", y=length)),),
-        readings=(BodyAngle(name="angle", quantity="angle", body="bob"),),
-        coordinate="angle",
-        length_scale=length,
-        initial_guess=((length * np.sin(angle), -length * np.cos(angle), angle),),
-    )
-    part = Part(
-        name="pendulum",
-        machine="custom",
-        dimensions={},
-        mechanism=mechanism,
-        effects=(Gravity(), Centrifugal()),
-        spindle=Spindle(speeds=(speed,)),
-    )
+    pivot = Pin(name="pivot", first=ground_point(), second=body_point("bob", y=length))
+    sketch = [(length * np.sin(angle), -length * np.cos(angle), angle)]
+    mechanism = make_mechanism([Body(name="bob", mass=1.3)], [pivot], [body_angle("bob", "angle")], sketch, size=length)
+    loads = {"effects": (Gravity(), Centrifugal()), "spindle": Spindle(speeds=(speed,))}
+    part = Part(name="pendulum", machine="custom", dimensions={}, mechanism=mechanism, **loads)
     poses = np.array([mechanism.initial_guess])
     result = compute_inverse_dynamics(coupled_scene(part), np.zeros(1), poses, np.zeros((1, 1, 3)), np.zeros((1, 0)))
     expected = -9.81 / length * np.sin(angle) + speed**2 * np.sin(angle) * np.cos(angle)

@@ -1,7 +1,5 @@
 """Residuals of joints where bodies stand as the joint says, and how far they are from there."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 
@@ -25,8 +23,9 @@ from governor_mechanism.model.joints import (
     Weld,
 )
 from governor_mechanism.model.mechanism import Body, Mechanism, SecondMoments
-from governor_mechanism.model.output_variables import BodyAngle, PointCoordinate
+from governor_mechanism.model.output_variables import BodyAngle
 from governor_mechanism.model.time_functions import PrescribedMotion
+from scene_parts import body_point, make_mechanism, point_mass, x_reading
 
 LENGTH_SCALE = 0.4
 KNOTS, HEIGHTS = (-0.3, -0.1, 0.2, 0.35, 0.6), (0.1, -0.2, 0.3, 0.25, -0.1)
@@ -87,12 +86,8 @@ def test_joints_of_displacements_and_angles(joint, residual):
 
 
 def test_a_weld_of_bodies_that_cannot_rotate_keeps_their_distance_alone():
-    bodies = tuple(Body(name=name, mass=1.0, can_rotate=False) for name in "ab")
-    reading = PointCoordinate(name="x", quantity="length", point=Point(body="a"), direction_x=1.0, direction_y=0.0)
-    weld = Weld(name="j", first=Point(body="a"), second=Point(body="b"))
-    mechanism = Mechanism(
-        bodies=bodies, joints=(weld,), readings=(reading,), coordinate="x", length_scale=1.0, initial_guess=((0.0,) * 3,) * 2
-    )
+    weld = Weld(name="j", first=body_point("a"), second=body_point("b"))
+    mechanism = make_mechanism([point_mass(name, 1.0) for name in "ab"], [weld], [x_reading("a")], [(0.0,) * 3] * 2)
     assert ConstraintEquations(mechanism).joint_indices.tolist() == [0, 0]
     with pytest.raises(MechanismError, match="'j' prescribes a relative angle of two bodies that cannot rotate"):
         ConstraintEquations(replace(mechanism, joints=(replace(weld, relative_angle=0.1),)))

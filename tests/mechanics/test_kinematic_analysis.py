@@ -1,7 +1,5 @@
 """Kinematic analysis against the geometry of the loops, and refusals."""
 
-from __future__ import annotations
-
 import cmath
 import math
 from dataclasses import replace
@@ -13,8 +11,9 @@ import governor_mechanism as gm
 from governor_mechanism.mechanics.kinematics.kinematic_analysis import validate_samples
 from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output, evaluate_readings
 from governor_mechanism.model.joints import GROUND, Point, Slider
-from governor_mechanism.model.mechanism import Body, Mechanism, SecondMoments
+from governor_mechanism.model.mechanism import Body, SecondMoments
 from governor_mechanism.model.output_variables import ArcPosition, BodyAngle, FollowerHeight, LineAngle, PointCoordinate, PointDistance
+from scene_parts import make_mechanism
 
 CRANK, ROD = 0.1, 0.3
 
@@ -178,15 +177,8 @@ def expected_value(reading, poses):
 
 def two_bodies(reading):
     """Return two free bodies with one reading."""
-    moments = SecondMoments(xx=1.0)
-    return Mechanism(
-        bodies=(Body(name="a", mass=1.0, second_moments=moments), Body(name="b", mass=1.0, second_moments=moments)),
-        joints=(),
-        readings=(reading,),
-        coordinate="r",
-        length_scale=1.0,
-        initial_guess=((0.0, 0.0, 0.0), (1.0, 0.0, 0.0)),
-    )
+    bodies = [Body(name=name, mass=1.0, second_moments=SecondMoments(xx=1.0)) for name in ("a", "b")]
+    return make_mechanism(bodies, [], [reading], [(0.0, 0.0, 0.0), (1.0, 0.0, 0.0)])
 
 
 @pytest.mark.parametrize("reading", READINGS, ids=lambda reading: type(reading).__name__)

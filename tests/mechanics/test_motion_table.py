@@ -1,7 +1,5 @@
 """Motion tables: poses and outputs along the coordinate, periods, and where a table ends."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 
@@ -28,6 +26,7 @@ from governor_mechanism.model.output_variables import BodyAngle, Limit, LineAngl
 from governor_mechanism.model.part import FIXED_PLANE, Part
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.scenes.parser import parse_scene_document
+from scene_parts import body_angle, body_point, ground_point, make_mechanism, scene_of
 
 CRANK, ROD = 0.1, 0.3
 TABLE_ERROR = 1e-12
@@ -151,22 +150,17 @@ def test_a_table_ends_at_a_turning_point_of_its_coordinate(limit):
 def test_a_table_ends_before_a_change_point_with_accurate_poses():
     """A parallelogram may fold there into an antiparallelogram; all its links lie in one line at angles 0 and pi."""
     crank, ground, start = 0.1, 0.4, 1.3
-    bodies = tuple(Body(name=name, mass=1.0, second_moments=SecondMoments(xx=0.01)) for name in ("crank", "coupler", "rocker"))
+    bodies = [Body(name=name, mass=1.0, second_moments=SecondMoments(xx=0.01)) for name in ("crank", "coupler", "rocker")]
     end = crank * np.array([math.cos(start), math.sin(start)])
-    mechanism = Mechanism(
-        bodies=bodies,
-        joints=(
-            Pin(name="A", first=Point(body=GROUND), second=Point(body="crank")),
-            Pin(name="B", first=Point(body="crank", x=crank), second=Point(body="coupler")),
-            Pin(name="C", first=Point(body="coupler", x=ground), second=Point(body="rocker", x=crank)),
-            Pin(name="D", first=Point(body="rocker"), second=Point(body=GROUND, x=ground)),
-        ),
-        readings=(BodyAngle(name="angle", quantity="angle", body="crank"),),
-        coordinate="angle",
-        length_scale=ground,
-        initial_guess=((0.0, 0.0, start), (*end.tolist(), 0.0), (ground, 0.0, start)),
-    )
-    scene = Scene(title="", parts=(Part(name="linkage", machine="custom", dimensions={}, mechanism=mechanism, plane=FIXED_PLANE),))
+    joints = [
+        Pin(name="A", first=ground_point(), second=body_point("crank")),
+        Pin(name="B", first=body_point("crank", crank), second=body_point("coupler")),
+        Pin(name="C", first=body_point("coupler", ground), second=body_point("rocker", crank)),
+        Pin(name="D", first=body_point("rocker"), second=ground_point(ground)),
+    ]
+    sketch = [(0.0, 0.0, start), (*end.tolist(), 0.0), (ground, 0.0, start)]
+    mechanism = make_mechanism(bodies, joints, [body_angle("crank", "angle")], sketch, size=ground)
+    scene = scene_of(mechanism)
     table = extend_to(MotionTable(scene, start, PositionSolver(mechanism).solve({})), -10.0, 10.0)
     ends = [table.end_coordinate(side) for side in (0, 1)]
     assert 0.0 < ends[0] < 0.2

@@ -1,7 +1,5 @@
 """Interpolated paths: cubic paths are reproduced, ends are clamped, a period in front is the path one period earlier."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 
@@ -12,9 +10,8 @@ from governor_mechanism.mechanics.kinematics.path_interpolant import (
     PathPoint,
     build_path,
 )
-from governor_mechanism.model.joints import GROUND, Point, Slider
-from governor_mechanism.model.mechanism import Body, Mechanism
-from governor_mechanism.model.output_variables import PointCoordinate
+from governor_mechanism.model.joints import Slider
+from scene_parts import body_point, ground_point, make_mechanism, point_mass, x_reading
 
 ARCS = np.array([0.0, 0.4, 1.0, 1.7])
 
@@ -71,15 +68,8 @@ def test_a_period_in_front_is_the_path_one_period_earlier():
 
 def test_a_straight_path_needs_no_more_points_than_the_least():
     """The tangents predict every point of it, so that no step is shortened; the ends and the initial guess are points."""
-    block = Body(name="block", mass=1.0, can_rotate=False)
-    mechanism = Mechanism(
-        bodies=(block,),
-        joints=(Slider(name="bar", first=Point(body=GROUND), second=Point(body="block"), angle=0.0),),
-        readings=(PointCoordinate(name="x", quantity="length", point=Point(body="block"), direction_x=1.0, direction_y=0.0),),
-        coordinate="x",
-        length_scale=0.1,
-        initial_guess=((0.5, 0.0, 0.0),),
-    )
+    bar = Slider(name="bar", first=ground_point(), second=body_point("block"), angle=0.0)
+    mechanism = make_mechanism([point_mass("block", 1.0)], [bar], [x_reading("block")], [(0.5, 0.0, 0.0)], size=0.1)
     path = build_path(mechanism, 0.0, 1.0)
     np.testing.assert_allclose(path.values, np.linspace(0.0, 1.0, MIN_PATH_INTERVALS + 1), atol=1e-15)
     np.testing.assert_allclose(path.poses[:, 0, 0], path.values, atol=1e-15)

@@ -1,7 +1,5 @@
 """Ranges of motion traced by continuation, against closed-form limits of the machines and geometry."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 
@@ -16,8 +14,9 @@ from governor_mechanism.mechanics.kinematics.coordinate_assembly import Coordina
 from governor_mechanism.mechanics.kinematics.range_of_motion import RANGE_END_MARGIN, find_range_of_motion, trace_range_of_motion
 from governor_mechanism.model.joints import GROUND, Distance, Gear, Pin, Point, Slider
 from governor_mechanism.model.mechanism import Body, Mechanism, SecondMoments
-from governor_mechanism.model.output_variables import BodyAngle, Limit, LineAngle, PointCoordinate
+from governor_mechanism.model.output_variables import BodyAngle, Limit, LineAngle
 from governor_scenes import CROSSED, governor_scene, random_governor
+from scene_parts import body_angle, body_point, ground_point, make_mechanism, point_mass, x_reading, y_reading
 
 
 def unlimited(mechanism):
@@ -107,15 +106,8 @@ def test_the_range_of_a_parallelogram_ends_at_its_change_points():
 
 def slide(start):
     """Return a block on a horizontal bar."""
-    block = Body(name="block", mass=1.0, can_rotate=False)
-    return Mechanism(
-        bodies=(block,),
-        joints=(Slider(name="bar", first=Point(body=GROUND), second=Point(body="block"), angle=0.0),),
-        readings=(PointCoordinate(name="x", quantity="length", point=Point(body="block"), direction_x=1.0, direction_y=0.0),),
-        coordinate="x",
-        length_scale=0.1,
-        initial_guess=((start, 0.0, 0.0),),
-    )
+    bar = Slider(name="bar", first=ground_point(), second=body_point("block"), angle=0.0)
+    return make_mechanism([point_mass("block", 1.0)], [bar], [x_reading("block")], [(start, 0.0, 0.0)], size=0.1)
 
 
 @pytest.mark.parametrize("rotates", [False, True])  # a body that starts on the axis may leave it
@@ -131,36 +123,25 @@ def test_a_mechanism_without_range_of_motion_is_refused():
     mechanism = gm.load("quick_return").part.mechanism
     with pytest.raises(gm.MechanismError, match="mobility 0"):
         find_range_of_motion(mechanism, rotates_with_spindle=False)
-    ball = Body(name="ball", mass=1.0, can_rotate=False)
-    pendulum = Mechanism(
-        bodies=(ball,),
-        joints=(Distance(name="arm", first=Point(body=GROUND), second=Point(body="ball"), length=0.4),),
-        readings=(PointCoordinate(name="height", quantity="length", point=Point(body="ball"), direction_x=0.0, direction_y=1.0),),
-        coordinate="height",
-        length_scale=0.4,
-        initial_guess=((0.0, -0.4, 0.0),),
-    )
+    arm = Distance(name="arm", first=ground_point(), second=body_point("ball"), length=0.4)
+    pendulum = make_mechanism([point_mass("ball", 1.0)], [arm], [y_reading("ball", "height")], [(0.0, -0.4, 0.0)], size=0.4)
     with pytest.raises(gm.MechanismError, match="turning point in the initial guess"):
         find_range_of_motion(pendulum, rotates_with_spindle=False)
 
 
 def pendulum_between(*, low, high):
     """Return a ball on an arm of 0.4 m, between angles -1.5 and 1.5 (initial guess 0.2) and between two values of x."""
-    pivot, ball = Point(body=GROUND), Point(body="ball")
-    return Mechanism(
-        bodies=(Body(name="ball", mass=1.0, can_rotate=False),),
-        joints=(Distance(name="arm", first=pivot, second=ball, length=0.4),),
-        readings=(
-            LineAngle(name="angle", quantity="angle", start=pivot, end=ball),
-            PointCoordinate(name="x", quantity="length", point=ball, direction_x=1.0, direction_y=0.0),
-        ),
-        coordinate="angle",
-        length_scale=0.4,
-        initial_guess=((0.4 * math.sin(0.2), -0.4 * math.cos(0.2), 0.0),),
-        limits=(
+    pivot, ball = ground_point(), body_point("ball")
+    return make_mechanism(
+        [point_mass("ball", 1.0)],
+        [Distance(name="arm", first=pivot, second=ball, length=0.4)],
+        [LineAngle(name="angle", quantity="angle", start=pivot, end=ball), x_reading("ball")],
+        [(0.4 * math.sin(0.2), -0.4 * math.cos(0.2), 0.0)],
+        size=0.4,
+        limits=[
             Limit(reading="angle", low=-1.5, high=1.5, low_message="far left", high_message="far right"),
             Limit(reading="x", low=low, high=high, low_message="the left wall", high_message="the right wall"),
-        ),
+        ],
     )
 
 
@@ -179,20 +160,14 @@ def test_limits_that_leave_no_range_are_refused():
 
 
 def geared(ratio):
-    wheels = tuple(Body(name=name, mass=1.0, second_moments=SecondMoments(xx=0.01)) for name in ("a", "b"))
-    first, second = Point(body="a"), Point(body="b", x=-0.1)
-    return Mechanism(
-        bodies=wheels,
-        joints=(
-            Pin(name="A", first=Point(body=GROUND), second=first),
-            Pin(name="B", first=Point(body=GROUND, x=0.3), second=second),
-            Gear(name="gear", first=first, second=second, ratio=ratio),
-        ),
-        readings=(BodyAngle(name="turn", quantity="angle", body="a"),),
-        coordinate="turn",
-        length_scale=0.3,
-        initial_guess=((0.0, 0.0, 0.0), (0.4, 0.0, 0.0)),
-    )
+    wheels = [Body(name=name, mass=1.0, second_moments=SecondMoments(xx=0.01)) for name in ("a", "b")]
+    first, second = body_point("a"), body_point("b", -0.1)
+    joints = [
+        Pin(name="A", first=ground_point(), second=first),
+        Pin(name="B", first=ground_point(0.3), second=second),
+        Gear(name="gear", first=first, second=second, ratio=ratio),
+    ]
+    return make_mechanism(wheels, joints, [body_angle("a", "turn")], [(0.0, 0.0, 0.0), (0.4, 0.0, 0.0)], size=0.3)
 
 
 @pytest.mark.long

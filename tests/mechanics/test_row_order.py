@@ -1,36 +1,23 @@
 """Order of the constraint rows: rows of a common body stand near each other, and no band is wider than that."""
 
-from __future__ import annotations
-
 from itertools import combinations
 
 import pytest
 
 import governor_mechanism as gm
-from coupled_scenes import coupled_scene
 from governor_mechanism.mechanics.dynamics.system.arrays import make_system_workspace
 from governor_mechanism.mechanics.dynamics.system.lowering import make_system
-from governor_mechanism.model.joints import GROUND, Distance, Point
-from governor_mechanism.model.mechanism import Body, Mechanism
-from governor_mechanism.model.output_variables import PointCoordinate
-from governor_mechanism.model.part import FIXED_PLANE, Part
-from governor_mechanism.model.scene import Scene
+from governor_mechanism.model.joints import Distance
+from scene_parts import body_point, ground_point, make_mechanism, point_mass, scene_of, x_reading
 
 
-def chain(n_links: int) -> Scene:
+def chain(n_links: int) -> gm.Scene:
     """Return balls that hang on each other by links."""
-    names = [GROUND, *(f"ball {k}" for k in range(n_links))]
-    mechanism = Mechanism(
-        bodies=tuple(Body(name=name, mass=1.0, can_rotate=False) for name in names[1:]),
-        joints=tuple(
-            Distance(name=f"link {k}", first=Point(body=names[k]), second=Point(body=names[k + 1]), length=0.2) for k in range(n_links)
-        ),
-        readings=(PointCoordinate(name="x", quantity="length", point=Point(body="ball 0"), direction_x=1.0, direction_y=0.0),),
-        coordinate="x",
-        length_scale=0.2,
-        initial_guess=tuple((0.0, -0.2 * (k + 1), 0.0) for k in range(n_links)),
-    )
-    return coupled_scene(Part(name="chain", machine="custom", dimensions={}, mechanism=mechanism, plane=FIXED_PLANE))
+    ends = [ground_point(), *(body_point(f"ball {k}") for k in range(n_links))]
+    links = [Distance(name=f"link {k}", first=ends[k], second=ends[k + 1], length=0.2) for k in range(n_links)]
+    sketch = [(0.0, -0.2 * (k + 1), 0.0) for k in range(n_links)]
+    balls = [point_mass(end.body, 1.0) for end in ends[1:]]
+    return scene_of(make_mechanism(balls, links, [x_reading("ball 0")], sketch, size=0.2))
 
 
 @pytest.mark.parametrize("scene", [chain(1), chain(2), chain(6), *map(gm.load, ("porter", "four_bar_chain", "andrews_squeezer"))])

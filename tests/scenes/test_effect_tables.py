@@ -1,7 +1,5 @@
 """[effects] and an uneven spindle become what they describe; what is wrong is told, and what is off does not exist."""
 
-from __future__ import annotations
-
 import math
 import tomllib
 from typing import Any
@@ -10,6 +8,7 @@ import numpy as np
 import pytest
 
 import governor_mechanism as gm
+from documents import governor_document
 from governor_mechanism.effects.centrifugal import Centrifugal
 from governor_mechanism.effects.clearance import CLEARANCE_READING, Clearance
 from governor_mechanism.effects.dashpot import Dashpot
@@ -18,11 +17,9 @@ from governor_mechanism.effects.gravity import Gravity
 from governor_mechanism.effects.rod_masses import RodMasses
 from governor_mechanism.effects.spring import OutputSpring
 from governor_mechanism.effects.stops import Stops
-from governor_mechanism.errors import MechanismError
 from governor_mechanism.machines.pendulum.machine import PendulumGovernor
 from governor_mechanism.model.effect import Effect
 from governor_mechanism.model.part import EQUILIBRIUM, Spindle
-from governor_mechanism.model.scene import Scene
 from governor_mechanism.model.time_functions import InputFunction
 from governor_mechanism.scenes.parser import parse_scene_document
 from governor_mechanism.units.problems import Problem
@@ -33,7 +30,7 @@ from invalid_scenes.effect_scenes import BROKEN_EFFECTS, WORDING_EFFECTS, with_e
 ALL = ("gravity", "centrifugal", "rods", "spring", "dry_friction", "dashpot", "stops", "clearance")
 
 
-def scene_of(text: str) -> Scene:
+def scene_of(text: str) -> gm.Scene:
     return parse_scene_document(tomllib.loads(text))
 
 
@@ -152,27 +149,21 @@ def test_a_start_on_a_stop_is_allowed() -> None:
 
 @pytest.mark.parametrize(("text", "expected"), [case[1:] for case in BROKEN_EFFECTS], ids=[case[0] for case in BROKEN_EFFECTS])
 def test_every_mistake_of_a_scene_is_found_at_its_key(text: str, expected: list[tuple[str, str]]) -> None:
-    with pytest.raises(MechanismError) as caught:
+    with pytest.raises(gm.MechanismError) as caught:
         scene_of(text)
     assert [(problem.code, problem.key) for problem in map(Problem, caught.value.problems)] == expected
 
 
 @pytest.mark.parametrize(("case", "message"), WORDING_EFFECTS)
 def test_each_message_says_what_is_wrong_and_how_to_correct_it(case: str, message: str) -> None:
-    with pytest.raises(MechanismError) as caught:
+    with pytest.raises(gm.MechanismError) as caught:
         scene_of(next(text for name, text, _ in BROKEN_EFFECTS if name == case))
     assert message in caught.value.problems
 
 
 def run_of(effects: dict[str, bool], engine: str) -> gm.Trajectory:
-    document = {
-        "machine": "pendulum_governor",
-        "dimensions": PORTER,
-        "effects": effects,
-        "spindle": {"speed": 12.0},
-        "start": {"arm_angle": 0.9, "arm_rate": 0.3},
-        "run": {"duration": 0.2},
-    }
+    start, run = {"arm_angle": 0.9, "arm_rate": 0.3}, {"duration": 0.2}
+    document = governor_document(effects=effects, spindle={"speed": 12.0}, start=start, run=run)
     return gm.run(parse_scene_document(document), engine=engine)
 
 

@@ -1,7 +1,5 @@
 """A scene file becomes the scene it describes; a broken one is refused with every mistake told in a sentence."""
 
-from __future__ import annotations
-
 import copy
 import datetime
 import math
@@ -18,9 +16,9 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 import governor_mechanism as gm
+from documents import governor_document
 from governor_mechanism.effects.centrifugal import Centrifugal
 from governor_mechanism.effects.gravity import Gravity
-from governor_mechanism.errors import MechanismError
 from governor_mechanism.machines.pendulum.machine import PendulumGovernor
 from governor_mechanism.model.events import NamedCrossing
 from governor_mechanism.model.part import EQUILIBRIUM, Spindle
@@ -33,21 +31,14 @@ from invalid_scenes.scenes import BROKEN_SCENES, SCENE_HEADER, WORDING_SCENES, f
 
 def document(**changed: Any) -> dict[str, Any]:
     """The Porter scene as Python users write it, in bare SI."""
-    whole: dict[str, Any] = {
-        "machine": "pendulum_governor",
-        "dimensions": {"arm": 0.3, "offset": 0.04, "ball_mass": 5, "sleeve_mass": 20},
-        "effects": {"gravity": True, "centrifugal": True},
-        "spindle": {"speed": 4 * math.pi},
-        "start": {"arm_angle": 0.7},
-        "run": {"duration": 10},
-    }
+    whole = governor_document(spindle={"speed": 4 * math.pi}, start={"arm_angle": 0.7}, run={"duration": 10})
     return {key: value for key, value in {**whole, **changed}.items() if value is not None}
 
 
 def errors_of(text: str, folder: Path) -> tuple[Problem, ...]:
     file = folder / "scene.toml"
     file.write_text(text, encoding="utf-8")
-    with pytest.raises(MechanismError) as caught:
+    with pytest.raises(gm.MechanismError) as caught:
         read_scene_file(file)
     assert all(problem.startswith(f"{file}: ") for problem in caught.value.problems)
     return tuple(Problem(problem) for problem in caught.value.problems)
@@ -119,7 +110,7 @@ def test_text_with_its_unit_is_taken_at_its_word() -> None:
 def test_a_bare_length_at_the_start_is_checked_like_a_dimension(start: object) -> None:
     table = start_table((("lift", "length", "lift_rate"),))
     table.read({"lift": start})
-    with pytest.raises(MechanismError) as caught:
+    with pytest.raises(gm.MechanismError) as caught:
         table.read({"lift": 300})
     assert (
         Problem(caught.value.problems[0])
@@ -165,10 +156,10 @@ def test_events_name_crossings_in_the_unit_of_their_reading() -> None:
 def test_events_of_several_parts_stand_above_them() -> None:
     whole = dict(gm.load("watt_engine_stable").document)
     whole["events"] = {"fast": {"reading": "sleeve_lift", "value": "20 mm"}}
-    with pytest.raises(MechanismError, match=r'events.fast.reading "sleeve_lift" is not a reading; .*governor.sleeve_lift'):
+    with pytest.raises(gm.MechanismError, match=r'events.fast.reading "sleeve_lift" is not a reading; .*governor.sleeve_lift'):
         parse_scene_document(whole)
     whole["part"] = {**whole["part"], "governor": {**whole["part"]["governor"], "events": {}}}
-    with pytest.raises(MechanismError, match=r"part\.governor: events stands once for the whole scene"):
+    with pytest.raises(gm.MechanismError, match=r"part\.governor: events stands once for the whole scene"):
         parse_scene_document(whole)
 
 
@@ -236,23 +227,23 @@ def test_every_scene_that_the_broken_ones_vary_is_itself_whole(tmp_path: Path) -
 def test_text_in_another_encoding_is_told_with_its_line(tmp_path: Path) -> None:
     file = tmp_path / "latin.toml"
     file.write_bytes('machine = "pendulum_governor"\ntitle = "Läufer"\n'.encode("latin-1"))
-    with pytest.raises(MechanismError, match="line 2 is not UTF-8 text; save the file as UTF-8"):
+    with pytest.raises(gm.MechanismError, match="line 2 is not UTF-8 text; save the file as UTF-8"):
         read_scene_file(file)
 
 
 def test_a_folder_is_no_scene(tmp_path: Path) -> None:
-    with pytest.raises(MechanismError, match=r"this is a folder, not a scene file; it holds no \.toml files"):
+    with pytest.raises(gm.MechanismError, match=r"this is a folder, not a scene file; it holds no \.toml files"):
         read_scene_file(tmp_path)
     (tmp_path / "porter.toml").write_text("", encoding="utf-8")
-    with pytest.raises(MechanismError, match=r"it holds porter\.toml"):
+    with pytest.raises(gm.MechanismError, match=r"it holds porter\.toml"):
         read_scene_file(tmp_path)
 
 
 def test_a_missing_file_is_told_with_the_nearest_name(tmp_path: Path) -> None:
     (tmp_path / "porter.toml").write_text("", encoding="utf-8")
-    with pytest.raises(MechanismError, match=r"portr\.toml: no such file\. Did you mean '.*porter\.toml'\?"):
+    with pytest.raises(gm.MechanismError, match=r"portr\.toml: no such file\. Did you mean '.*porter\.toml'\?"):
         read_scene_file(tmp_path / "portr.toml")
-    with pytest.raises(MechanismError, match="there is no folder"):
+    with pytest.raises(gm.MechanismError, match="there is no folder"):
         read_scene_file(tmp_path / "nowhere" / "porter.toml")
 
 
@@ -265,18 +256,18 @@ def test_a_file_without_permission_is_told(tmp_path: Path, monkeypatch: pytest.M
 
     # Rights on disk do not stop the superuser, who may be running these tests.
     monkeypatch.setattr(Path, "open", refuse)
-    with pytest.raises(MechanismError, match=r"locked\.toml: no permission to read this file"):
+    with pytest.raises(gm.MechanismError, match=r"locked\.toml: no permission to read this file"):
         read_scene_file(file)
 
 
 @pytest.mark.parametrize("wrong", [None, 3, "text", [], [("machine", "pendulum_governor")]])
 def test_a_document_that_is_no_table_is_refused(wrong: Any) -> None:
-    with pytest.raises(MechanismError, match="a scene is a table of keys"):
+    with pytest.raises(gm.MechanismError, match="a scene is a table of keys"):
         parse_scene_document(wrong)
 
 
 def test_messages_of_a_document_without_a_source_begin_with_the_key() -> None:
-    with pytest.raises(MechanismError) as caught:
+    with pytest.raises(gm.MechanismError) as caught:
         parse_scene_document(document(dimensions={"arm": 0.3, "ball_mass": None, 5: 1}))
     assert caught.value.problems[0].startswith("dimensions.ball_mass is a mass; found None")
     assert len(caught.value.problems) == 2
@@ -328,7 +319,7 @@ def reads_or_refuses(junk: dict[str, Any]) -> None:
     problems: tuple[str, ...] = ("junk.toml: nothing",)
     try:
         parse_scene_document(junk, "junk.toml")
-    except MechanismError as error:
+    except gm.MechanismError as error:
         problems = error.problems
     assert problems
     assert all(problem.startswith("junk.toml: ") for problem in problems)
@@ -368,7 +359,7 @@ def test_any_numbers_for_dimensions_are_read_or_refused(numbers: dict[str, float
 def test_any_bytes_are_refused_in_one_sentence(tmp_path_factory: pytest.TempPathFactory, content: bytes) -> None:
     file = tmp_path_factory.getbasetemp() / "junk.toml"
     file.write_bytes(content)
-    with pytest.raises(MechanismError):
+    with pytest.raises(gm.MechanismError):
         read_scene_file(file)
 
 
@@ -399,7 +390,7 @@ def test_importing_the_reader_stays_light() -> None:
 )
 def test_texts_that_no_scene_has_are_refused_at_once(text: str, sentence: str, tmp_path: Path) -> None:
     (tmp_path / "hard.toml").write_text('machine = "pendulum_governor"\n' + text, encoding="utf-8")
-    with pytest.raises(MechanismError) as caught:
+    with pytest.raises(gm.MechanismError) as caught:
         read_scene_file(tmp_path / "hard.toml")
     assert sentence in str(caught.value)
     assert all(len(problem) < 2000 for problem in caught.value.problems)
@@ -408,7 +399,7 @@ def test_texts_that_no_scene_has_are_refused_at_once(text: str, sentence: str, t
 def test_messages_hold_no_control_characters(tmp_path: Path) -> None:
     text = '"a\\u001b[31m\\u009b\\nb" = 1\nmachine = "\\u001b]0;x\\u0007"\n["d\\u001b"]\n[dimensions]\n"\\u001barm" = "\\u009b3m"\n'
     (tmp_path / "coloured.toml").write_text(text, encoding="utf-8")
-    with pytest.raises(MechanismError) as caught:
+    with pytest.raises(gm.MechanismError) as caught:
         read_scene_file(tmp_path / "coloured.toml")
     assert len(caught.value.problems) == str(caught.value).count("\n") + 1
     assert str(caught.value).replace("\n", "").isprintable()
@@ -418,14 +409,14 @@ def test_messages_hold_no_control_characters(tmp_path: Path) -> None:
 def test_a_pipe_a_device_and_a_large_file_are_refused_without_being_read(tmp_path: Path) -> None:
     os.mkfifo(tmp_path / "pipe.toml")
     for path in (tmp_path / "pipe.toml", Path("/dev/zero")):
-        with pytest.raises(MechanismError, match="this is not a file on disk but a pipe or a device"):
+        with pytest.raises(gm.MechanismError, match="this is not a file on disk but a pipe or a device"):
             read_scene_file(path)
     with (tmp_path / "large.toml").open("wb") as stream:
         stream.truncate(100_000_000)
-    with pytest.raises(MechanismError, match="larger than 1,000,000 bytes"):
+    with pytest.raises(gm.MechanismError, match="larger than 1,000,000 bytes"):
         read_scene_file(tmp_path / "large.toml")
     (tmp_path / "binary.toml").write_bytes(bytes(range(256)) * 100)
-    with pytest.raises(MechanismError, match="is not UTF-8 text"):
+    with pytest.raises(gm.MechanismError, match="is not UTF-8 text"):
         read_scene_file(tmp_path / "binary.toml")
 
 

@@ -1,7 +1,5 @@
 """Where mechanisms of one's own rest, over their whole travel: turns, seams, narrow springs, places that let go."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np
@@ -12,214 +10,93 @@ from scipy.optimize import brentq
 from typer.testing import CliRunner
 
 import governor_mechanism as gm
+from documents import between, custom_document, pin, rod
 from governor_mechanism.cli.main import app
 from governor_mechanism.mechanics.kinematics import continuation as walking
 from governor_mechanism.mechanics.kinematics import range_of_motion as travels
 from governor_mechanism.statics.speed_curve import equilibrium_speed_at
 
-FOUR_BAR = """
-machine = "custom"
-plane = "turning"
-[ground]
-A = [1.0029122975539906, 0]
-D = [1.1743410488237394, 0]
-S = [0.9529122975539905, 0.35]
-[[body]]
-name = "crank"
-mass = "1 kg"
-rod = { length = 0.25005879859865676 }
-at = [1.0029122975539906, 0]
-angle = -0.6518417572686532
-[[body]]
-name = "coupler"
-mass = "1.5 kg"
-rod = { length = 0.22669526662278572 }
-at = [1.2017010011821085, -0.15169856316542962]
-angle = -1.0856408469881669
-[[body]]
-name = "rocker"
-mass = "2 kg"
-rod = { length = 0.37653481411109657 }
-at = [1.1743410488237394, 0]
-angle = -1.2095620698393885
-[[joint]]
-type = "pin"
-first = "ground.A"
-second = "crank.start"
-[[joint]]
-type = "pin"
-first = "crank.end"
-second = "coupler.start"
-[[joint]]
-type = "pin"
-first = "coupler.end"
-second = "rocker.end"
-[[joint]]
-type = "pin"
-first = "ground.D"
-second = "rocker.start"
-[[force]]
-type = "spring"
-first = "ground.S"
-second = "coupler.centre"
-stiffness = 861.2346669752943
-free_length = 0.2395349664030299
-[readings]
-q = { line = ["coupler.start", "coupler.end"] }
-[effects]
-gravity = true
-centrifugal = true
-[spindle]
-speed = 2.648030917683111
-[run]
-duration = "1 s"
-"""
-
-PENDULUM = """
-machine = "custom"
-[ground]
-O = [0, 0]
-[[body]]
-name = "arm"
-mass = "1 kg"
-rod = {{ length = "1 m" }}
-angle = "{angle} deg"
-[[joint]]
-type = "pin"
-first = "ground.O"
-second = "arm.start"
-{load}
-[readings]
-q = {{ angle = "arm" }}
-[effects]
-gravity = true
-[run]
-duration = "1 s"
-"""
-
-GEARED = """
-machine = "custom"
-[ground]
-O = [0, 0]
-C = ["0.3 m", 0]
-[[body]]
-name = "a"
-mass = "1 kg"
-disc = {{ radius = "0.1 m" }}
-at = [0, 0]
-[[body]]
-name = "b"
-mass = "1 kg"
-rod = {{ length = "0.2 m" }}
-at = ["0.3 m", 0]
-angle = "-70 deg"
-[[joint]]
-type = "pin"
-first = "ground.O"
-second = "a.origin"
-[[joint]]
-type = "pin"
-first = "ground.C"
-second = "b.start"
-[[joint]]
-type = "gear"
-first = "a"
-second = "b"
-ratio = {ratio}
-[readings]
-q = {{ angle = "a" }}
-[effects]
-gravity = true
-[run]
-duration = "1 s"
-"""
-
-SLIDE = """
-machine = "custom"
-plane = "turning"
-{size}
-[ground]
-O = [0, 0]
-A = [0.2, {height}]
-[[body]]
-name = "m"
-mass = "1 kg"
-point = true
-turns = false
-at = [0.15, 0]
-[[joint]]
-type = "slider"
-first = "ground.O"
-second = "m.origin"
-angle = "0 deg"
-{load}
-[readings]
-x = {{ x = "m.origin" }}
-[effects]
-gravity = true
-centrifugal = true
-[spindle]
-speed = "5 rad/s"
-[run]
-duration = "1 s"
-"""
-
-DUMB_BELL = """
-machine = "custom"
-plane = "turning"
-[ground]
-O = [0, 0]
-[[body]]
-name = "b"
-mass = "2 kg"
-rod = { length = "0.4 m" }
-points = { mid = ["0.2 m", 0] }
-at = [0, -0.2]
-angle = "80 deg"
-[[joint]]
-type = "pin"
-first = "ground.O"
-second = "b.mid"
-[[force]]
-type = "torsion_spring"
-second = "b"
-stiffness = 0.3
-free_angle = "90 deg"
-[readings]
-q = { angle = "b" }
-[effects]
-gravity = true
-centrifugal = true
-[spindle]
-speed = "5 rad/s"
-[run]
-duration = "1 s"
-"""
-
-SPRING = 'type = "spring"\nfirst = "ground.A"\nsecond = "m.origin"\n'
+TURNING = {"plane": "turning", "effects": {"gravity": True, "centrifugal": True}}
+"""Tables of a mechanism that turns with its spindle."""
 
 
-@pytest.fixture
-def scene(tmp_path):
-    def load(text, **numbers):
-        path = tmp_path / "scene.toml"
-        path.write_text(text.format(**numbers) if numbers else text)
-        return gm.load(path)
+def four_bar():
+    at_crank, at_rocker = [1.0029122975539906, 0], [1.1743410488237394, 0]
+    return custom_document(
+        **TURNING,
+        ground={"A": at_crank, "D": at_rocker, "S": [0.9529122975539905, 0.35]},
+        body=[
+            rod("crank", 0.25005879859865676, "1 kg", at=at_crank, angle=-0.6518417572686532),
+            rod("coupler", 0.22669526662278572, "1.5 kg", at=[1.2017010011821085, -0.15169856316542962], angle=-1.0856408469881669),
+            rod("rocker", 0.37653481411109657, "2 kg", at=at_rocker, angle=-1.2095620698393885),
+        ],
+        joint=[
+            *(pin("ground.A", "crank.start"), pin("crank.end", "coupler.start")),
+            *(pin("coupler.end", "rocker.end"), pin("ground.D", "rocker.start")),
+        ],
+        force=[between("spring", "ground.S", "coupler.centre", stiffness=861.2346669752943, free_length=0.2395349664030299)],
+        readings={"q": {"line": ["coupler.start", "coupler.end"]}},
+        spindle={"speed": 2.648030917683111},
+    )
 
-    return load
+
+def pendulum(angle, load=None, *, gravity=True, **tables):
+    return custom_document(
+        body=[rod("arm", "1 m", "1 kg", angle=f"{angle} deg")],
+        joint=[pin("ground.A", "arm.start")],
+        readings={"q": {"angle": "arm"}},
+        effects={"gravity": gravity},
+        **({"force": [load]} if load else {}),
+        **tables,
+    )
 
 
-def sprung(scene, *, height, free_length, stiffness):
-    load = f"[[force]]\n{SPRING}stiffness = {stiffness!r}\nfree_length = {free_length!r}"
-    return scene(SLIDE, height=repr(height), load=load, size="")
+def geared(ratio):
+    return custom_document(
+        ground={"O": [0, 0], "C": ["0.3 m", 0]},
+        body=[
+            {"name": "a", "mass": "1 kg", "disc": {"radius": "0.1 m"}, "at": [0, 0]},
+            rod("b", "0.2 m", "1 kg", at=["0.3 m", 0], angle="-70 deg"),
+        ],
+        joint=[pin("ground.O", "a.origin"), pin("ground.C", "b.start"), between("gear", "a", "b", ratio=ratio)],
+        readings={"q": {"angle": "a"}},
+        effects={"gravity": True},
+    )
+
+
+def slide(height, spring=None, *, speed="5 rad/s", **tables):
+    """A mass on a slide, with a spring of a stiffness and a free length to a point at a height."""
+    keys = dict(zip(("stiffness", "free_length"), spring or (), strict=False))
+    return custom_document(
+        **TURNING,
+        ground={"O": [0, 0], "A": [0.2, height]},
+        body=[{"name": "m", "mass": "1 kg", "point": True, "turns": False, "at": [0.15, 0]}],
+        joint=[between("slider", "ground.O", "m.origin", angle="0 deg")],
+        readings={"x": {"x": "m.origin"}},
+        spindle={"speed": speed},
+        **({"force": [between("spring", "ground.A", "m.origin", **keys)]} if spring else {}),
+        **tables,
+    )
+
+
+DUMB_BELL = custom_document(
+    **TURNING,
+    body=[rod("b", "0.4 m", "2 kg", points={"mid": ["0.2 m", 0]}, at=[0, -0.2], angle="80 deg")],
+    joint=[pin("ground.A", "b.mid")],
+    force=[{"type": "torsion_spring", "second": "b", "stiffness": 0.3, "free_angle": "90 deg"}],
+    readings={"q": {"angle": "b"}},
+    spindle={"speed": "5 rad/s"},
+)
+
+scene = gm.Scene.from_dict
 
 
 def stabilities(rests):
     return [rest.stable for rest in rests]
 
 
-def test_rests_more_than_half_a_turn_from_the_sketch_are_found_on_the_way_there(scene):
-    linkage = scene(FOUR_BAR)
+def test_rests_more_than_half_a_turn_from_the_sketch_are_found_on_the_way_there():
+    linkage = scene(four_bar())
     rests = gm.equilibria(linkage)
     # By an integration of the joint's equation from the sketch in steps of 1e-3, worked out apart.
     assert [rest.coordinate for rest in rests] == pytest.approx([-5.6202, -5.2574, -0.59477], abs=1e-4)
@@ -236,16 +113,16 @@ def test_rests_more_than_half_a_turn_from_the_sketch_are_found_on_the_way_there(
 
 
 @pytest.mark.parametrize("angle", [-90, 90, -60, 17])
-def test_a_pendulum_rests_hanging_and_upright_wherever_it_is_sketched(scene, angle):
-    rests = gm.equilibria(scene(PENDULUM, angle=angle, load=""))
+def test_a_pendulum_rests_hanging_and_upright_wherever_it_is_sketched(angle):
+    rests = gm.equilibria(scene(pendulum(angle)))
     kinds = {round(math.degrees(rest.coordinate)) % 360: rest.stable for rest in rests}
     assert len(rests) == 2
     assert kinds == {270: True, 90: False}
 
 
 @pytest.mark.parametrize("ratio", [0.5, -0.5, 0.25, 2.0, 1.5])
-def test_a_heavy_rod_geared_to_the_coordinate_rests_once_upright_and_once_hanging_a_turn(scene, ratio):
-    mechanism = scene(GEARED, ratio=ratio)
+def test_a_heavy_rod_geared_to_the_coordinate_rests_once_upright_and_once_hanging_a_turn(ratio):
+    mechanism = scene(geared(ratio))
     turns = next(n for n in (1, 2, 3, 4) if (n * ratio) % 1 == 0)
     curve = travels.find_range_of_motion(mechanism.part.mechanism, rotates_with_spindle=False)
     assert curve.high - curve.low == pytest.approx(2 * math.pi * turns, abs=1e-12)
@@ -256,10 +133,10 @@ def test_a_heavy_rod_geared_to_the_coordinate_rests_once_upright_and_once_hangin
 
 
 @pytest.mark.parametrize(("height", "free_length", "stiffness"), [(0.002, 0.003, 1e5), (0.02, 0.03, 1e3)])
-def test_a_narrow_spring_on_a_long_slide_keeps_its_three_rests(scene, height, free_length, stiffness):
+def test_a_narrow_spring_on_a_long_slide_keeps_its_three_rests(height, free_length, stiffness):
     """k (1 - L0 / L) (x - a) = 0 where x = a and where L = L0."""
     aside = math.sqrt(free_length**2 - height**2)
-    rests = gm.equilibria(sprung(scene, height=height, free_length=free_length, stiffness=stiffness), 0.0)
+    rests = gm.equilibria(scene(slide(height, (stiffness, free_length))), 0.0)
     assert [rest.coordinate for rest in rests] == pytest.approx([0.2 - aside, 0.2, 0.2 + aside], abs=1e-12)
     assert stabilities(rests) == [True, False, True]
 
@@ -267,7 +144,7 @@ def test_a_narrow_spring_on_a_long_slide_keeps_its_three_rests(scene, height, fr
 @pytest.mark.parametrize(
     ("height", "free_length", "stiffness"), [(0.002, 0.003, 1e5), (0.005, 0.02, 1e3), (0.02, 0.025, 1e3), (0.02, 0.03, 1e3)]
 )
-def test_a_narrow_spring_on_a_long_slide_keeps_its_fold(scene, height, free_length, stiffness):
+def test_a_narrow_spring_on_a_long_slide_keeps_its_fold(height, free_length, stiffness):
     """w^2 = k (1 - L0 / L) (x - a) / (m x): its slope vanishes there; the same for few points as for many."""
 
     def slope(x):
@@ -277,7 +154,7 @@ def test_a_narrow_spring_on_a_long_slide_keeps_its_fold(scene, height, free_leng
 
     low = 0.2 - math.sqrt(free_length**2 - height**2)
     expected = brentq(slope, low, 0.2 - 1e-4 * height, xtol=1e-14)
-    curve = gm.speed_curve(sprung(scene, height=height, free_length=free_length, stiffness=stiffness), 5)
+    curve = gm.speed_curve(scene(slide(height, (stiffness, free_length))), 5)
     ((at, speed),) = curve.folds
     assert at == pytest.approx(expected, abs=1e-9)
     pull = stiffness * (1 - free_length / math.hypot(at - 0.2, height)) * (at - 0.2)
@@ -286,12 +163,9 @@ def test_a_narrow_spring_on_a_long_slide_keeps_its_fold(scene, height, free_leng
 
 @settings(max_examples=15)
 @given(height=st.floats(-4.0, -0.7), slack=st.floats(0.3, 6.0), share=st.floats(0.0, 0.5))
-def test_stable_and_unstable_rests_take_turns_however_narrow_the_spring(tmp_path_factory, height, slack, share):
-    path = tmp_path_factory.mktemp("slide") / "scene.toml"
-    load = f"[[force]]\n{SPRING}stiffness = 1000\nfree_length = {slack * 10**height!r}"
-    path.write_text(SLIDE.format(height=repr(10**height), load=load, size='size = "1 m"'))
+def test_stable_and_unstable_rests_take_turns_however_narrow_the_spring(height, slack, share):
     speed = share * math.sqrt(1000.0)
-    rests = gm.equilibria(gm.load(path), speed)
+    rests = gm.equilibria(scene(slide(10**height, (1000, slack * 10**height), size="1 m")), speed)
     x = np.concatenate([np.linspace(1e-3, 49.0, 20001), 0.2 + 10**height * np.linspace(-30, 30, 20001)])
     x = np.sort(x[x > 1e-3])
     force = 1000 * (1 - slack * 10**height / np.hypot(x - 0.2, 10**height)) * (x - 0.2) - speed**2 * x
@@ -299,16 +173,16 @@ def test_stable_and_unstable_rests_take_turns_however_narrow_the_spring(tmp_path
     assert stabilities(rests) == (np.diff(signs)[np.diff(signs) != 0] > 0).tolist()
 
 
-def test_a_torque_and_a_force_act_as_they_do_at_the_start(scene):
-    step = '[[force]]\ntype = "torque"\nbody = "arm"\nmoment = [[0, "0 N m"], [0, "2 N m"]]'
-    hanging = next(rest for rest in gm.equilibria(scene(PENDULUM, angle=-90, load=step)) if rest.stable)
+def test_a_torque_and_a_force_act_as_they_do_at_the_start():
+    step = {"type": "torque", "body": "arm", "moment": [[0, "0 N m"], [0, "2 N m"]]}
+    hanging = next(rest for rest in gm.equilibria(scene(pendulum(-90, step))) if rest.stable)
     assert hanging.coordinate == pytest.approx(-math.acos(2 / (9.81 * 0.5)), abs=1e-12)
-    ramp = '[[force]]\ntype = "force"\npoint = "arm.end"\nx = [[-1, "0 N"], [1, "4 N"]]'
-    hanging = next(rest for rest in gm.equilibria(scene(PENDULUM, angle=-90, load=ramp)) if rest.stable)
+    ramp = {"type": "force", "point": "arm.end", "x": [[-1, "0 N"], [1, "4 N"]]}
+    hanging = next(rest for rest in gm.equilibria(scene(pendulum(-90, ramp))) if rest.stable)
     assert math.tan(hanging.coordinate + math.pi / 2) == pytest.approx(2 / (9.81 / 2), rel=1e-9)
 
 
-def test_where_spring_and_turning_both_let_go_the_curve_is_smooth(scene):
+def test_where_spring_and_turning_both_let_go_the_curve_is_smooth():
     """w^2 = 2 c (q - 90 deg) / (I sin 2(q - 90 deg)) has its least value c / I in the middle."""
     dumb_bell, inertia = scene(DUMB_BELL), 2 * 0.4**2 / 12
     least = math.sqrt(0.3 / inertia)
@@ -373,56 +247,55 @@ def test_what_is_no_reading_is_refused(against):
         gm.insensitivity_band("porter", [0.5], 40.0, against)
 
 
-def test_no_speed_is_spoken_of_where_nothing_turns(scene):
-    free = PENDULUM.replace("gravity = true", "gravity = false")
-    torque = '[[force]]\ntype = "torque"\nbody = "arm"\nmoment = "2 N m"'
-    mechanism = scene(free, angle=-90, load=torque)
+def test_no_speed_is_spoken_of_where_nothing_turns():
+    torque = {"type": "torque", "body": "arm", "moment": "2 N m"}
+    mechanism = scene(pendulum(-90, torque, gravity=False))
     with pytest.raises(gm.MechanismError, match=r"^the mechanism has no equilibrium in its travel, q from -270 deg to 90 deg$"):
         gm.equilibria(mechanism)
     with pytest.raises(gm.MechanismError, match="has no effect on the loads"):
         gm.equilibria(mechanism, 2.0)
     with pytest.raises(gm.MechanismError, match=r"'equilibrium': the mechanism has no equilibrium .*; give a number$"):
-        scene(free + '[start]\nq = "equilibrium"\n', angle=-90, load=torque)
+        scene(pendulum(-90, torque, gravity=False, start={"q": "equilibrium"}))
 
 
-def test_one_question_follows_a_motion_once(scene, monkeypatch):
+def test_one_question_follows_a_motion_once(monkeypatch):
     walks = []
     monkeypatch.setattr(travels, "PathContinuation", lambda *args, **words: walks.append(args) or walking.PathContinuation(*args, **words))
-    slide = scene(SLIDE, height="0.05", load="", size='size = "1.05 m"')  # a travel that no other test has followed
+    sliding = scene(slide(0.05, size="1.05 m"))  # a travel that no other test has followed
     with pytest.raises(gm.MechanismError, match="no spindle speed balances it anywhere"):
-        gm.equilibria(slide, 2.0)
+        gm.equilibria(sliding, 2.0)
     assert len(walks) == 1
-    walk = walking.PathContinuation(slide.part.mechanism, rotates_with_spindle=True)
+    walk = walking.PathContinuation(sliding.part.mechanism, rotates_with_spindle=True)
     assert len(walk.find_end(1.0).points) < 100  # nothing curves on fifty metres
 
 
-def command(*words, text, tmp_path):
+def command(*words, document, tmp_path):
     path = tmp_path / "scene.toml"
-    path.write_text(text)
+    path.write_text(scene(document).to_toml())
     return CliRunner().invoke(app, ["equilibria", str(path), "--out", str(tmp_path), *words])
 
 
 def test_a_curve_that_is_held_nowhere_is_drawn(tmp_path):
     """Without warnings, which pytest makes errors."""
-    answer = command(text=SLIDE.format(height="0", load="", size='size = "1 m"').replace('"5 rad/s"', "0"), tmp_path=tmp_path)
+    answer = command(document=slide(0, size="1 m", speed=0), tmp_path=tmp_path)
     assert answer.exit_code == 0, answer.stderr
     assert "astatic, in equilibrium anywhere between" in answer.stdout
     assert (tmp_path / "scene_characteristic.png").exists()
 
 
 def test_a_resistance_without_a_reading_to_act_at_names_the_option(tmp_path):
-    answer = command("--resistance", "1 N m", text=DUMB_BELL, tmp_path=tmp_path)
+    answer = command("--resistance", "1 N m", document=DUMB_BELL, tmp_path=tmp_path)
     assert answer.exit_code == 2
     assert "choose one with --against: ['q']" in answer.stderr
-    answer = command("--resistance", "1 N m", "--against", "q", text=DUMB_BELL, tmp_path=tmp_path)
+    answer = command("--resistance", "1 N m", "--against", "q", document=DUMB_BELL, tmp_path=tmp_path)
     assert "1 N m at q: in equilibrium between 0 rpm and 99.18" in answer.stdout
     assert "is in equilibrium at q = 90 deg at every spindle speed" in answer.stdout
     assert "e-1" not in answer.stdout  # no speed moves the middle one by so many parts of rounding
 
 
 def test_a_speed_where_nothing_turns_is_refused(tmp_path):
-    answer = command("--speed", "20 rpm", text=PENDULUM.format(angle=-90, load=""), tmp_path=tmp_path)
+    answer = command("--speed", "20 rpm", document=pendulum(-90), tmp_path=tmp_path)
     assert answer.exit_code == 2
     assert "has no effect on the loads" in answer.stderr
-    answer = command("--speed", "1e200 rad/s", text=DUMB_BELL, tmp_path=tmp_path)
+    answer = command("--speed", "1e200 rad/s", document=DUMB_BELL, tmp_path=tmp_path)
     assert "must lie within 1e+06 rad/s" in answer.stderr

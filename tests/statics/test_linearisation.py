@@ -1,16 +1,15 @@
 """Linearised equations against closed forms: eigenvalues, modes, transfer functions, limits of stability, and refusals."""
 
-from __future__ import annotations
-
 import json
 import math
-import tomllib
+from collections.abc import Mapping
 
 import numpy as np
 import pytest
 from scipy.optimize import brentq
 
 import governor_mechanism as gm
+from documents import between, custom_document, governor_document, pin
 from governor_mechanism.cli.summary import report_linearisation
 from governor_mechanism.closed_form.pendulum import dynamics as pendulum
 from governor_mechanism.files.plain_values import format_json
@@ -83,20 +82,8 @@ def speeds_and_rows(dimensions: dict[str, float], angle: float) -> tuple[pendulu
     return governor, float(pendulum.equilibrium_speed(governor, arm_angle=angle))
 
 
-def porter_document(**changes) -> dict:
-    document = {
-        "machine": "pendulum_governor",
-        "dimensions": PORTER,
-        "effects": {"gravity": True, "centrifugal": True},
-        "spindle": {"speed": 12.2},
-        "start": {"arm_angle": 0.5},
-        "run": {"duration": 1.0},
-    }
-    return {**document, **changes}
-
-
 def scene_at_speed(dimensions: dict[str, float], *, speed: float, angle: float | str):
-    return parse_scene_document(porter_document(dimensions=dimensions, spindle={"speed": speed}, start={"arm_angle": angle}))
+    return parse_scene_document(governor_document(dimensions, spindle={"speed": speed}, start={"arm_angle": angle}))
 
 
 @pytest.mark.parametrize(("dimensions", "angle"), [(PORTER, 0.5), (EXTENDED, 0.6), (CROSSED, 0.9)])
@@ -116,7 +103,7 @@ def test_small_oscillations_with_a_free_spindle():
     """Omega_f^2 = Omega^2 + omega^2 J'^2 / ((J0 + J) I); the spindle keeps its start speed, and its momentum is conserved."""
     governor, speed = speeds_and_rows(PORTER, 0.6)
     spindle = {"inertia": 0.5, "start_speed": speed}
-    found = gm.linearise(parse_scene_document(porter_document(spindle=spindle, start={"arm_angle": 0.55})))
+    found = gm.linearise(parse_scene_document(governor_document(spindle=spindle, start={"arm_angle": 0.55})))
     square = float(pendulum.squared_oscillation_frequency(governor, arm_angle=0.6))
     reaction = speed**2 * float(linkage.spindle_inertia_derivative(governor, arm_angle=0.6)) ** 2
     inertia = 0.5 + float(pendulum.spindle_inertia(governor, arm_angle=0.6))
@@ -135,7 +122,7 @@ def test_dashpot_of_a_governor():
     """The damping ratio is c s'^2 / (2 sqrt(K I)); statics without the dashpot say so."""
     governor, speed = speeds_and_rows(PORTER, 0.5)
     effects = {"gravity": True, "centrifugal": True, "dashpot": {"sleeve": 40.0}}
-    scene = parse_scene_document(porter_document(effects=effects, spindle={"speed": speed}))
+    scene = parse_scene_document(governor_document(effects=effects, spindle={"speed": speed}))
     found = gm.linearise(scene)
     sleeve_slope = 2 * 0.3 * math.sin(0.5)  # sleeve lift of a rhombus, 2 l (1 - cos a)
     inertia = float(linkage.in_plane_inertia(governor, arm_angle=0.5))
@@ -158,55 +145,28 @@ def test_static_gain_of_the_spindle_speed():
 
 def test_inputs_that_vary_with_time_have_their_last_value():
     scene = scene_at_speed(PORTER, speed=12.2, angle="equilibrium")
-    ramp = parse_scene_document(porter_document(spindle={"speed": [[0.0, 11.0], [1.0, 12.2]]}))
+    ramp = parse_scene_document(governor_document(spindle={"speed": [[0.0, 11.0], [1.0, 12.2]]}))
     assert gm.linearise(ramp).eigenvalues == pytest.approx(gm.linearise(scene).eigenvalues, rel=RELATIVE_TOLERANCE)
     assert gm.linearise(scene, "12.2 rad/s").readings == pytest.approx(gm.linearise(scene).readings)
 
 
-CUSTOM = """
-machine = "custom"
-size = "1 m"
-[ground]
-A = [0, 0]
-B = [1, 0]
-"""
-
-SHAFT = """
-[[body]]
-name = "shaft"
-mass = "2 kg"
-inertia = "0.5 kg m^2"
-[body.points]
-P = [{offset}, 0]
-[[joint]]
-type = "pin"
-first = "ground.A"
-second = "shaft.P"
-[[force]]
-type = "torsion_damper"
-first = "ground"
-second = "shaft"
-damping = 0.2
-[[force]]
-type = "torque"
-name = "drive"
-body = "shaft"
-moment = {moment}
-[readings]
-angle = {{ angle = "shaft" }}
-[start]
-{start}
-[run]
-duration = "1 s"
-"""
+def custom_scene(**tables):
+    """A mechanism one metre large on two points of the ground, A and B."""
+    return parse_scene_document(custom_document(ground={"A": [0, 0], "B": [1, 0]}, size="1 m", **tables))
 
 
-def custom_scene(text: str, **tables):
-    return parse_scene_document({**tomllib.loads(CUSTOM + text), **tables})
-
-
-def shaft_scene(moment: str = '"3 N m"', *, offset: float = 0.0, start: str = "angle_rate = 1.0", **tables):
-    return custom_scene(SHAFT.format(moment=moment, offset=offset, start=start), **tables)
+def shaft_scene(moment="3 N m", *, offset=0.0, start: Mapping[str, float] = {"angle_rate": 1.0}, **tables):
+    return custom_scene(
+        body=[{"name": "shaft", "mass": "2 kg", "inertia": "0.5 kg m^2", "points": {"P": [offset, 0]}}],
+        joint=[pin("ground.A", "shaft.P")],
+        force=[
+            between("torsion_damper", "ground", "shaft", damping=0.2),
+            {"type": "torque", "name": "drive", "body": "shaft", "moment": moment},
+        ],
+        readings={"angle": {"angle": "shaft"}},
+        start=start,
+        **tables,
+    )
 
 
 @pytest.mark.parametrize("offset", [0.0, 0.3])
@@ -224,36 +184,15 @@ def test_steady_rotation_of_a_shaft(offset):
 
 def test_two_shafts_on_a_torsion_spring():
     """Their common rotation is removed; the twist oscillates with k (1/I1 + 1/I2), and the momentum stays."""
-    shafts = "".join(
-        f"""
-[[body]]
-name = "{name}"
-mass = "2 kg"
-inertia = {inertia}
-at = [{x}, 0]
-[[joint]]
-type = "pin"
-first = "ground.{pin}"
-second = "{name}.centre"
-"""
-        for name, inertia, x, pin in (("one", 0.5, 0, "A"), ("two", 0.3, 1, "B"))
+    shafts = {"one": (0.5, 0, "A"), "two": (0.3, 1, "B")}
+    scene = custom_scene(
+        body=[{"name": name, "mass": "2 kg", "inertia": inertia, "at": [x, 0]} for name, (inertia, x, _) in shafts.items()],
+        joint=[pin(f"ground.{point}", f"{name}.centre") for name, (_, _, point) in shafts.items()],
+        force=[between("torsion_spring", "one", "two", stiffness="30 N m/rad")],
+        readings={"first": {"angle": "one"}, "twist": {"angle": "two", "against": "one"}},
+        start={"first_rate": 4.0, "twist_rate": 0.0},
     )
-    text = """
-[[force]]
-type = "torsion_spring"
-first = "one"
-second = "two"
-stiffness = "30 N m/rad"
-[readings]
-first = { angle = "one" }
-twist = { angle = "two", against = "one" }
-[start]
-first_rate = 4.0
-twist_rate = 0.0
-[run]
-duration = "1 s"
-"""
-    found = gm.linearise(custom_scene(shafts + text))
+    found = gm.linearise(scene)
     assert np.sort(found.eigenvalues.imag) == pytest.approx(
         math.sqrt(30 * (1 / 0.5 + 1 / 0.3)) * np.array([-1, 0, 1]), rel=RELATIVE_TOLERANCE
     )
@@ -262,40 +201,24 @@ duration = "1 s"
     assert found.stability is Stability.UNDAMPED
 
 
-OSCILLATOR = """
-[[body]]
-name = "block"
-mass = "2 kg"
-turns = false
-at = [0.4, 0]
-[[joint]]
-type = "slider"
-first = "ground.A"
-second = "block.centre"
-angle = 0.0
-[[force]]
-type = "spring"
-first = "ground.A"
-second = "block.centre"
-stiffness = 50.0
-free_length = 0.4
-[[force]]
-type = "damper"
-first = "ground.A"
-second = "block.centre"
-damping = 3.0
-[readings]
-x = { x = "block.centre" }
-[start]
-x = 0.5
-[run]
-duration = "1 s"
-"""
+def oscillator(**effects):
+    """A block of 2 kg on a slide, with a spring and a damper."""
+    return custom_scene(
+        body=[{"name": "block", "mass": "2 kg", "turns": False, "at": [0.4, 0]}],
+        joint=[between("slider", "ground.A", "block.centre", angle=0.0)],
+        force=[
+            between("spring", "ground.A", "block.centre", stiffness=50.0, free_length=0.4),
+            between("damper", "ground.A", "block.centre", damping=3.0),
+        ],
+        readings={"x": {"x": "block.centre"}},
+        start={"x": 0.5},
+        effects=effects,
+    )
 
 
 def test_oscillator():
     """m x'' + c x' + k x = F: eigenvalues and frequency response in closed form."""
-    found = gm.linearise(custom_scene(OSCILLATOR))
+    found = gm.linearise(oscillator())
     mass, damping, stiffness = 2.0, 3.0, 50.0
     assert found.modes[0].natural_frequency == pytest.approx(math.sqrt(stiffness / mass), rel=RELATIVE_TOLERANCE)
     assert found.modes[0].damping_ratio == pytest.approx(damping / (2 * math.sqrt(mass * stiffness)), rel=RELATIVE_TOLERANCE)
@@ -310,43 +233,44 @@ def test_oscillator():
 
 def test_effects_without_a_linear_law_are_named():
     effects = {"dashpot": {"x": {"quadratic": 5.0}}, "dry_friction": {"x": 1.0}, "stops": {"x": [0.1, 0.9]}}
-    found, bare = gm.linearise(custom_scene(OSCILLATOR, effects=effects)), gm.linearise(custom_scene(OSCILLATOR))
+    found, bare = gm.linearise(oscillator(**effects)), gm.linearise(oscillator())
     assert found.eigenvalues == pytest.approx(bare.eigenvalues, rel=RELATIVE_TOLERANCE)
     assert any("dry friction on x is left out" in note for note in found.notes)
     assert any("quadratic damping" in note for note in found.notes)
     with pytest.raises(gm.MechanismError, match="at or beyond a stop"):
-        gm.linearise(custom_scene(OSCILLATOR, effects={"stops": {"x": [0.45, 0.9]}}))
+        gm.linearise(oscillator(stops={"x": [0.45, 0.9]}))
 
 
 @pytest.mark.parametrize(("free_value", "stiffness"), [(0.3, 150.0), (0.45, 50.0)])
 def test_a_spring_that_only_pulls(free_value, stiffness):
     """Beside the spring of 50 N/m it counts where it is taut."""
-    effects = {"spring": {"x": {"rate": 100.0, "zero": free_value, "one_sided": True}}}
-    found = gm.linearise(custom_scene(OSCILLATOR, effects=effects))
+    found = gm.linearise(oscillator(spring={"x": {"rate": 100.0, "zero": free_value, "one_sided": True}}))
     assert found.modes[0].natural_frequency == pytest.approx(math.sqrt(stiffness / 2.0), rel=RELATIVE_TOLERANCE)
 
 
 def test_a_spring_that_is_just_slack():
     with pytest.raises(gm.MechanismError, match="just slack at the equilibrium"):
-        gm.linearise(custom_scene(OSCILLATOR, effects={"spring": {"x": {"rate": 100.0, "zero": 0.4, "one_sided": True}}}))
+        gm.linearise(oscillator(spring={"x": {"rate": 100.0, "zero": 0.4, "one_sided": True}}))
 
 
 def test_a_load_that_follows_a_reading_with_a_lag():
     """I x'' + c x' + k / (1 + tau s) x = 0 has three eigenvalues; without damper the lag would make it grow."""
-    moment = '{ reading = "angle", gain = "-30 N m/rad", about = 0.0, lag = "2 ms" }'
-    found = gm.linearise(shaft_scene(moment, start="angle = 0.1"))
+    moment = {"reading": "angle", "gain": "-30 N m/rad", "about": 0.0, "lag": "2 ms"}
+    found = gm.linearise(shaft_scene(moment, start={"angle": 0.1}))
     expected = np.roots([0.5 * 0.002, 0.5 + 0.2 * 0.002, 0.2, 30.0])
     assert np.sort_complex(found.eigenvalues) == pytest.approx(np.sort_complex(expected), rel=RELATIVE_TOLERANCE)
     assert found.readings["angle"] == pytest.approx(0.0, abs=1e-13)
 
 
 def test_a_load_by_a_table_counts_with_its_slope():
-    moment = '{ reading = "angle", table = [["-1 rad", "40 N m"], ["-0.2 rad", "8 N m"], ["1 rad", "-4 N m"]] }'
-    found = gm.linearise(shaft_scene(moment, start="angle = 0.1"))
+    def moment(middle: str):
+        return {"reading": "angle", "table": [["-1 rad", "40 N m"], ["-0.2 rad", middle], ["1 rad", "-4 N m"]]}
+
+    found = gm.linearise(shaft_scene(moment("8 N m"), start={"angle": 0.1}))
     assert found.readings["angle"] == pytest.approx(0.6, rel=1e-13)
     assert found.modes[0].natural_frequency == pytest.approx(math.sqrt(10 / 0.5), rel=RELATIVE_TOLERANCE)
     with pytest.raises(gm.MechanismError, match="at a kink of a table"):
-        gm.linearise(shaft_scene(moment.replace('"8 N m"', '"0 N m"'), start="angle = 0.1"))
+        gm.linearise(shaft_scene(moment("0 N m"), start={"angle": 0.1}))
 
 
 def watt_engine(damping: float) -> WattEngine:
@@ -394,46 +318,23 @@ def test_haugs_governor():
     assert not gain.stable_below
 
 
-PENDULUM_ON_A_SPRING = """
-[[body]]
-name = "rod"
-mass = "2 kg"
-inertia = "0.1 kg m^2"
-angle = "90 deg"
-at = [0, 0.5]
-[body.points]
-foot = [-0.5, 0]
-[[joint]]
-type = "pin"
-first = "ground.A"
-second = "rod.foot"
-[[force]]
-type = "torsion_spring"
-name = "spring"
-first = "ground"
-second = "rod"
-stiffness = 12.0
-free_angle = "90 deg"
-[[force]]
-type = "torsion_damper"
-name = "damper"
-first = "ground"
-second = "rod"
-damping = 0.5
-[readings]
-angle = { angle = "rod" }
-[effects]
-gravity = true
-[start]
-angle = "90 deg"
-[run]
-duration = "1 s"
-"""
+def pendulum_on_a_spring():
+    return custom_scene(
+        body=[{"name": "rod", "mass": "2 kg", "inertia": "0.1 kg m^2", "angle": "90 deg", "at": [0, 0.5], "points": {"foot": [-0.5, 0]}}],
+        joint=[pin("ground.A", "rod.foot")],
+        force=[
+            between("torsion_spring", "ground", "rod", name="spring", stiffness=12.0, free_angle="90 deg"),
+            between("torsion_damper", "ground", "rod", name="damper", damping=0.5),
+        ],
+        readings={"angle": {"angle": "rod"}},
+        effects={"gravity": True},
+        start={"angle": "90 deg"},
+    )
 
 
 def test_limit_of_an_inverted_pendulum():
     """It stands upright from a spring of m g l on, where it begins to fall without oscillation."""
-    scene = custom_scene(PENDULUM_ON_A_SPRING)
+    scene = pendulum_on_a_spring()
     limit = gm.stability_limit(scene, "force.spring.stiffness", 9.5, "12 N m/rad")
     assert limit.value == pytest.approx(2 * 9.81 * 0.5, rel=RELATIVE_TOLERANCE)
     assert limit.frequency == 0.0
@@ -446,7 +347,7 @@ def test_limit_of_an_inverted_pendulum():
 
 
 def test_report_of_a_limit():
-    scene = custom_scene(PENDULUM_ON_A_SPRING)
+    scene = pendulum_on_a_spring()
     result = report_linearisation(scene, None, "force.spring.stiffness=9.5:12 N m/rad")
     assert "stable above 9.81 N m/rad; at the limit the motion diverges without oscillation" in "\n".join(map(str, result.text))
     assert json.loads(format_json(result.values))["limit"]["value"] == pytest.approx(9.81, rel=RELATIVE_TOLERANCE)
@@ -485,12 +386,12 @@ def test_refusals(scene, message):
 
 
 def test_a_turning_crank_under_gravity_is_periodic():
-    scene = shaft_scene(offset=0.3, start="angle_rate = 20.0", effects={"gravity": True})
+    scene = shaft_scene(offset=0.3, start={"angle_rate": 20.0}, effects={"gravity": True})
     with pytest.raises(gm.MechanismError, match=r"the steady state is periodic: shaft\.angle turns"):
         gm.linearise(scene)
 
 
 def test_a_free_spindle_under_a_constant_torque_has_no_steady_state():
-    scene = parse_scene_document(porter_document(spindle={"inertia": 0.5, "start_speed": 12.0, "torque": 1.0}))
+    scene = parse_scene_document(governor_document(spindle={"inertia": 0.5, "start_speed": 12.0, "torque": 1.0}))
     with pytest.raises(gm.MechanismError, match="no steady state was found"):
         gm.linearise(scene)

@@ -1,7 +1,5 @@
 """Sweeps on a cluster: the same table as alone, whatever happens to its workers."""
 
-from __future__ import annotations
-
 import os
 import signal
 import sys
@@ -10,20 +8,18 @@ import warnings
 import pytest
 
 import governor_mechanism as gm
+from documents import governor_document
 from governor_mechanism.scenes.parser import parse_scene_document
 from governor_mechanism.studies.sweep import cluster
 
 distributed = pytest.importorskip("distributed", reason="the extra `cluster` (dask.distributed) is not installed")
 
-DOCUMENT = {
-    "title": "Porter",
-    "machine": "pendulum_governor",
-    "dimensions": {"arm": 0.3, "offset": 0.04, "ball_mass": 5.0, "sleeve_mass": 20.0},
-    "effects": {"gravity": True, "centrifugal": True},
-    "spindle": {"speed": "120 rpm"},
-    "start": {"arm_angle": "40 deg"},
-    "run": {"duration": "0.2 s", "output_interval": "20 ms", "accuracy": 1e-8, "engine": "reduced"},
-}
+DOCUMENT = governor_document(
+    title="Porter",
+    spindle={"speed": "120 rpm"},
+    start={"arm_angle": "40 deg"},
+    run={"duration": "0.2 s", "output_interval": "20 ms", "accuracy": 1e-8, "engine": "reduced"},
+)
 VARY = ["dimensions.arm=250mm:350mm:20", "dimensions.link=100mm,300mm"]
 TAKEN = ["final arm_angle", "max sleeve_lift"]
 

@@ -1,7 +1,5 @@
 """Effect ablation: negligible effects, costs, and effects that cannot be switched."""
 
-from __future__ import annotations
-
 import json
 from dataclasses import replace
 
@@ -9,6 +7,7 @@ import numpy as np
 import pytest
 
 import governor_mechanism as gm
+from documents import governor_document
 from governor_mechanism.effects.dashpot import Dashpot
 from governor_mechanism.effects.dry_friction import DryFriction
 from governor_mechanism.effects.rod_masses import RodMasses
@@ -17,22 +16,14 @@ from governor_mechanism.render.figures.effect_ablation import effect_ablation_fi
 from governor_mechanism.scenes.parser import parse_scene_document
 from governor_mechanism.studies.effect_ablation import EffectComparison, EffectCost, run_effects_study
 
-DOCUMENT = {
-    "title": "Porter",
-    "machine": "pendulum_governor",
-    "dimensions": {"arm": 0.3, "offset": 0.04, "ball_mass": 5.0, "sleeve_mass": 20.0},
-    "effects": {
-        "gravity": True,
-        "centrifugal": True,
-        "rods": {"arm_mass": "0.6 kg"},
-        "dry_friction": {"sleeve": "10 N"},
-        "dashpot": {"sleeve": "1e-9 N s/m"},
-        "stops": {"arm_angle": ["15 deg", "60 deg"]},
-    },
-    "spindle": {"speed": "120 rpm"},
-    "start": {"arm_angle": "40 deg"},
-    "run": {"duration": "1 s", "output_interval": "10 ms", "accuracy": 1e-6},
-}
+EFFECTS = {"rods": {"arm_mass": "0.6 kg"}, "dry_friction": {"sleeve": "10 N"}, "dashpot": {"sleeve": "1e-9 N s/m"}}
+DOCUMENT = governor_document(
+    title="Porter",
+    effects={"gravity": True, "centrifugal": True, **EFFECTS, "stops": {"arm_angle": ["15 deg", "60 deg"]}},
+    spindle={"speed": "120 rpm"},
+    start={"arm_angle": "40 deg"},
+    run={"duration": "1 s", "output_interval": "10 ms", "accuracy": 1e-6},
+)
 
 
 @pytest.fixture(scope="module")

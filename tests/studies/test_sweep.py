@@ -1,7 +1,5 @@
 """Sweeps: rows that depend on nothing but their values, files that do not tell how they came about, refusals."""
 
-from __future__ import annotations
-
 import json
 import math
 import signal
@@ -11,7 +9,7 @@ import numpy as np
 import pytest
 
 import governor_mechanism as gm
-from governor_mechanism.model.results.outcome import Outcome
+from documents import governor_document
 from governor_mechanism.render.figures.sweep import sweep_figure
 from governor_mechanism.scenes.changed_document import replace_document_value
 from governor_mechanism.scenes.parser import parse_scene_document
@@ -21,15 +19,12 @@ from governor_mechanism.studies.sweep.quantities import find_reading_units
 from governor_mechanism.studies.sweep.run import compute_row
 from governor_mechanism.units.quantities import QUANTITY_KINDS
 
-DOCUMENT = {
-    "title": "Porter",
-    "machine": "pendulum_governor",
-    "dimensions": {"arm": 0.3, "offset": 0.04, "ball_mass": 5.0, "sleeve_mass": 20.0},
-    "effects": {"gravity": True, "centrifugal": True},
-    "spindle": {"speed": "120 rpm"},
-    "start": {"arm_angle": "40 deg"},
-    "run": {"duration": "0.2 s", "output_interval": "20 ms", "accuracy": 1e-5, "engine": "multibody"},
-}
+DOCUMENT = governor_document(
+    title="Porter",
+    spindle={"speed": "120 rpm"},
+    start={"arm_angle": "40 deg"},
+    run={"duration": "0.2 s", "output_interval": "20 ms", "accuracy": 1e-5, "engine": "multibody"},
+)
 
 ARMS, MASSES = "dimensions.arm=250mm:350mm:3", "dimensions.sleeve_mass=15kg,20kg,25kg"
 
@@ -521,7 +516,7 @@ def test_every_row_is_the_run_of_its_scene_without_certificate():
         run = gm.run(parse_scene_document(document | {"dimensions": dimensions, "spindle": {"speed": speed}}), certify=False)
         angle, lift, torque = (run.readings[name] for name in ("arm_angle", "sleeve_lift", "spindle_torque"))
         numbers = [angle[-1], lift.min(), run.rates["ball_radius"].max(), torque.max()]
-        has_final_values = run.outcome is Outcome.NOT_CERTIFIED
+        has_final_values = run.outcome is gm.Outcome.NOT_CERTIFIED
         assert row.outcome == ("ok" if has_final_values else run.outcome.name.lower())
         assert row.message == ("" if has_final_values else run.message)
         np.testing.assert_array_equal(row.numbers, [*(numbers if has_final_values else [math.nan] * 4), run.times[-1]])

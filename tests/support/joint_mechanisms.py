@@ -1,7 +1,5 @@
 """Small scenes, at least one for each joint and force element, with exact readings: closed forms, or integrated by scipy."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -16,13 +14,11 @@ from governor_mechanism.effects.gravity import Gravity
 from governor_mechanism.model.curves import Curve, PolynomialCurve, SplineCurve
 from governor_mechanism.model.force_elements import Damper, Force, Spring, Torque, TorsionDamper, TorsionSpring
 from governor_mechanism.model.joints import (
-    GROUND,
     ArcSlot,
     CurveSlot,
     Distance,
     Gear,
     Pin,
-    Point,
     Prismatic,
     RackAndPinion,
     RotationalDriver,
@@ -30,12 +26,23 @@ from governor_mechanism.model.joints import (
     TranslationalDriver,
     Weld,
 )
-from governor_mechanism.model.mechanism import Body, Mechanism, SecondMoments
+from governor_mechanism.model.mechanism import Body
 from governor_mechanism.model.output_variables import BodyAngle, PointCoordinate, PointDistance
-from governor_mechanism.model.part import FIXED_PLANE, Part, Start
-from governor_mechanism.model.scene import RunSettings, Scene
+from governor_mechanism.model.scene import Scene
 from governor_mechanism.model.time_functions import Harmonic, InputFunction, PrescribedMotion
 from governor_mechanism.types import FloatArray
+from scene_parts import (
+    body_angle,
+    body_point,
+    ground_point,
+    make_mechanism,
+    point_mass,
+    rod_body,
+    rotating_body,
+    scene_of,
+    x_reading,
+    y_reading,
+)
 
 ExactReadings = dict[str, tuple[FloatArray, FloatArray]]
 """Values (n,) and rates (n,) of each reading, by name."""
@@ -58,72 +65,10 @@ class ExactCase:
     impulse: bool = True
 
 
-# --- the parts of a scene ---------------------------------------------------------------------------------------------
-
-
-def make_scene(
-    *, bodies, joints, readings, sketch, loads=(), values=None, rates=None, gravity=GRAVITY, size=1.0, duration=1.0, output_interval=0.1
-) -> Scene:
+def make_scene(*, bodies, joints, readings, sketch, loads=(), gravity=GRAVITY, size=1.0, **options) -> Scene:
     """Return a scene of one mechanism in a fixed plane."""
-    mechanism = Mechanism(
-        bodies=tuple(bodies),
-        joints=tuple(joints),
-        readings=tuple(readings),
-        coordinate=readings[0].name,
-        length_scale=size,
-        initial_guess=tuple(sketch),
-        force_elements=tuple(loads),
-    )
-    part = Part(
-        name="mechanism",
-        machine="custom",
-        dimensions={},
-        mechanism=mechanism,
-        plane=FIXED_PLANE,
-        effects=(Gravity(acceleration=gravity),) if gravity else (),
-        start=Start(values=values or {}, rates=rates or {}),
-    )
-    return Scene(title="test", parts=(part,), run=RunSettings(duration=duration, output_interval=output_interval, accuracy=1e-6))
-
-
-def body_point(body: str, x: float = 0.0, y: float = 0.0) -> Point:
-    """A point of a body."""
-    return Point(body=body, x=x, y=y)
-
-
-def ground_point(x: float = 0.0, y: float = 0.0) -> Point:
-    """A point of the ground."""
-    return Point(body=GROUND, x=x, y=y)
-
-
-def rotating_body(name: str, mass: float, inertia: float) -> Body:
-    """A body of this moment of inertia about its mass centre."""
-    return Body(name=name, mass=mass, second_moments=SecondMoments(xx=inertia / 2, yy=inertia / 2))
-
-
-def rod_body(name: str, mass: float, length: float) -> Body:
-    """A uniform slender rod along its x axis."""
-    return Body(name=name, mass=mass, second_moments=SecondMoments(xx=mass * length**2 / 12))
-
-
-def point_mass(name: str, mass: float) -> Body:
-    """A mass in one point."""
-    return Body(name=name, mass=mass, can_rotate=False)
-
-
-def body_angle(body: str, name: str = "") -> BodyAngle:
-    """Return a reading of the angle of a body, named after the body by default."""
-    return BodyAngle(name=name or body, quantity="angle", body=body)
-
-
-def x_reading(body: str, name: str = "x", zero: float = 0.0) -> PointCoordinate:
-    """Return a reading of the x coordinate of a mass centre."""
-    return PointCoordinate(name=name, quantity="length", point=body_point(body), direction_x=1.0, direction_y=0.0, zero=zero)
-
-
-def y_reading(body: str, name: str = "y") -> PointCoordinate:
-    """Return a reading of the y coordinate of a mass centre."""
-    return PointCoordinate(name=name, quantity="length", point=body_point(body), direction_x=0.0, direction_y=1.0)
+    mechanism = make_mechanism(bodies, joints, readings, sketch, loads=loads, size=size)
+    return scene_of(mechanism, *([Gravity(acceleration=gravity)] if gravity else []), **options)
 
 
 # --- independent solutions ----------------------------------------------------------------------------------------------

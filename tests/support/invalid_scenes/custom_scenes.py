@@ -1,6 +1,6 @@
 """Broken scene files with a custom machine, each with the code and the key of every mistake."""
 
-from __future__ import annotations
+from invalid_scenes.cases import Case, wrong
 
 TOP = 'title = "A crank"\nmachine = "custom"\n'
 GROUND = "[ground]\nO = [0, 0]\n"
@@ -33,134 +33,123 @@ def force_table(kind: str, *lines: str) -> str:
 POINTS_LINE = 'points = { start = ["-50 mm", 0] }'
 SPINDLE = '[spindle]\nspeed = "120 rpm"\n'
 
-BROKEN_CUSTOM: list[tuple[str, str, list[tuple[str, str]]]] = [
-    (
+BROKEN_CUSTOM: list[Case] = [
+    wrong(
         "event of an unknown reading",
         custom_scene('[events]\npassed = { reading = "crank_angl", value = "20 deg" }\n'),
-        [("unknown name", "events.passed.reading")],
+        "unknown name: events.passed.reading",
     ),
-    ("no body", TOP, [("missing key", "body")]),
-    ("empty list of bodies", TOP + "body = []\n", [("missing key", "body")]),
-    ("one table for a list", TOP + "[body]\nmass = 1\n", [("wrong type", "body")]),
-    ("a number for a body", TOP + "body = [3]\n", [("wrong type", "body 1")]),
-    ("dimensions", custom_scene("[dimensions]\narm = true\n"), [("wrong type", "dimensions.arm")]),
-    ("misspelt table", custom_scene(top=TOP, joint=JOINT.replace("[[joint]]", "[[jiont]]")), [("unknown key", "jiont")]),
-    ("unknown plane", custom_scene(top=TOP + 'plane = "turnin"\n'), [("unknown name", "plane")]),
-    ("size zero", custom_scene(top=TOP + "size = 0\n"), [("out of range", "size")]),
-    ("ground's point", custom_scene(ground='[ground]\nO = ["5 kg", 0]\n'), [("wrong quantity", "ground")]),
-    ("ground's point alone", custom_scene(ground="[ground]\nO = 5\n"), [("wrong type", "ground")]),
-    (
+    wrong("no body", TOP, "missing key: body"),
+    wrong("empty list of bodies", TOP + "body = []\n", "missing key: body"),
+    wrong("one table for a list", TOP + "[body]\nmass = 1\n", "wrong type: body"),
+    wrong("a number for a body", TOP + "body = [3]\n", "wrong type: body 1"),
+    wrong("dimensions", custom_scene("[dimensions]\narm = true\n"), "wrong type: dimensions.arm"),
+    wrong("misspelt table", custom_scene(top=TOP, joint=JOINT.replace("[[joint]]", "[[jiont]]")), "unknown key: jiont"),
+    wrong("unknown plane", custom_scene(top=TOP + 'plane = "turnin"\n'), "unknown name: plane"),
+    wrong("size zero", custom_scene(top=TOP + "size = 0\n"), "out of range: size"),
+    wrong("ground's point", custom_scene(ground='[ground]\nO = ["5 kg", 0]\n'), "wrong quantity: ground"),
+    wrong("ground's point alone", custom_scene(ground="[ground]\nO = 5\n"), "wrong type: ground"),
+    wrong(
         "moving points with mistakes",
         custom_scene(ground='[ground]\nO = [0, 0]\nP = [0, { rate = "1 m" }]\nQ = [{ start = 0 }]\n"a.b" = [[[0, 0], [1, 1]], 0]\n'),
-        [("wrong quantity", "ground.P y: rate"), ("wrong type", "ground.Q"), ("wrong type", "ground.a.b")],
+        "wrong quantity: ground.P y: rate; wrong type: ground.Q; wrong type: ground.a.b",
     ),
-    ("mass missing", custom_scene(body=body_with("point = true", mass=None)), [("missing key", 'body "crank": mass')]),
-    ("negative mass", custom_scene(body=body_with(POINTS_LINE, "inertia = 1", mass="-1")), [("out of range", 'body "crank": mass')]),
-    (
+    wrong("mass missing", custom_scene(body=body_with("point = true", mass=None)), 'missing key: body "crank": mass'),
+    wrong("negative mass", custom_scene(body=body_with(POINTS_LINE, "inertia = 1", mass="-1")), 'out of range: body "crank": mass'),
+    wrong(
         "point masses with mistakes",
         custom_scene(body=body_with("point_masses = [{ mass = 0, at = [0, 0] }, { mass = 1 }]", mass=None)),
-        [
-            ("out of range", 'body "crank": point_masses, point mass 1: mass'),
-            ("missing key", 'body "crank": point_masses, point mass 2: at'),
-        ],
+        'out of range: body "crank": point_masses, point mass 1: mass; missing key: body "crank": point_masses, point mass 2: at',
     ),
-    ("no inertia", custom_scene(body=body_with(POINTS_LINE)), [("missing key", 'body "crank": inertia')]),
-    ("inertia zero", custom_scene(body=body_with(POINTS_LINE, "inertia = 0")), [("out of range", 'body "crank": inertia')]),
-    (
-        "inertia of the wrong kind",
-        custom_scene(body=body_with(POINTS_LINE, 'inertia = "1 kg"')),
-        [("wrong quantity", 'body "crank": inertia')],
+    wrong("no inertia", custom_scene(body=body_with(POINTS_LINE)), 'missing key: body "crank": inertia'),
+    wrong("inertia zero", custom_scene(body=body_with(POINTS_LINE, "inertia = 0")), 'out of range: body "crank": inertia'),
+    wrong(
+        "inertia of the wrong kind", custom_scene(body=body_with(POINTS_LINE, 'inertia = "1 kg"')), 'wrong quantity: body "crank": inertia'
     ),
-    ("mass not a number", custom_scene(body=body_with("point = true", mass="nan")), [("wrong quantity", 'body "crank": mass')]),
-    (
+    wrong("mass not a number", custom_scene(body=body_with("point = true", mass="nan")), 'wrong quantity: body "crank": mass'),
+    wrong(
         "a length beyond all that is built",
         custom_scene(body=body_with('rod = { length = "1e10 m" }')),
-        [("out of range", 'body "crank": rod.length')],
+        'out of range: body "crank": rod.length',
     ),
-    ("bare millimetres", custom_scene(body=body_with("rod = { length = 300 }")), [("wrong quantity", 'body "crank": rod.length')]),
-    ("two shapes", custom_scene(body=body_with("rod = { length = 1 }", "disc = { radius = 1 }")), [("conflict", 'body "crank"')]),
-    (
+    wrong("bare millimetres", custom_scene(body=body_with("rod = { length = 300 }")), 'wrong quantity: body "crank": rod.length'),
+    wrong("two shapes", custom_scene(body=body_with("rod = { length = 1 }", "disc = { radius = 1 }")), 'conflict: body "crank"'),
+    wrong(
         "shape and inertia",
         custom_scene(body=body_with("rod = { length = 1 }", "inertia = 1", "centre = [0, 0]")),
-        [("conflict", 'body "crank"')],
+        'conflict: body "crank"',
     ),
-    (
-        "inertia and moments",
-        custom_scene(body=body_with(POINTS_LINE, "inertia = 1", "moments = { xx = 1 }")),
-        [("conflict", 'body "crank"')],
+    wrong(
+        "inertia and moments", custom_scene(body=body_with(POINTS_LINE, "inertia = 1", "moments = { xx = 1 }")), 'conflict: body "crank"'
     ),
-    (
+    wrong(
         "moments that no body has",
         custom_scene(body=body_with(POINTS_LINE, "moments = { xx = 1, yy = 1, xy = 2 }")),
-        [("out of range", 'body "crank": moments')],
+        'out of range: body "crank": moments',
     ),
-    ("moments zero", custom_scene(body=body_with(POINTS_LINE, "moments = { zz = 1 }")), [("out of range", 'body "crank"')]),
-    ("inertia in a turning plane", custom_scene(SPINDLE, body=body_with(POINTS_LINE, "inertia = 1")), [("missing key", 'body "crank"')]),
-    ("a point mass that turns", custom_scene(body=body_with("point = true", "turns = true")), [("conflict", 'body "crank"')]),
-    ("an angle without turning", custom_scene(body=body_with("turns = false", 'angle = "30 deg"')), [("conflict", 'body "crank"')]),
-    ("misspelt key of a body", custom_scene(body=body_with(POINTS_LINE, "inertai = 1")), [("unknown key", 'body "crank": inertai')]),
-    ("misspelt key of a shape", custom_scene(body=body_with("rod = { lenght = 1 }")), [("unknown key", 'body "crank": rod.lenght')]),
-    (
+    wrong("moments zero", custom_scene(body=body_with(POINTS_LINE, "moments = { zz = 1 }")), 'out of range: body "crank"'),
+    wrong("inertia in a turning plane", custom_scene(SPINDLE, body=body_with(POINTS_LINE, "inertia = 1")), 'missing key: body "crank"'),
+    wrong("a point mass that turns", custom_scene(body=body_with("point = true", "turns = true")), 'conflict: body "crank"'),
+    wrong("an angle without turning", custom_scene(body=body_with("turns = false", 'angle = "30 deg"')), 'conflict: body "crank"'),
+    wrong("misspelt key of a body", custom_scene(body=body_with(POINTS_LINE, "inertai = 1")), 'unknown key: body "crank": inertai'),
+    wrong("misspelt key of a shape", custom_scene(body=body_with("rod = { lenght = 1 }")), 'unknown key: body "crank": rod.lenght'),
+    wrong(
         "body named ground",
         custom_scene(body=body_with("point = true", name="ground")),
-        [("duplicate", 'body "ground": name'), ("unknown name", 'joint "A": second')],
+        'duplicate: body "ground": name; unknown name: joint "A": second',
     ),
-    (
+    wrong(
         "a dot in a name",
         custom_scene(body=body_with("point = true", name="a.b")),
-        [("wrong type", 'body "a.b": name'), ("unknown name", 'joint "A": second')],
+        'wrong type: body "a.b": name; unknown name: joint "A": second',
     ),
-    (
-        "a point's name taken",
-        custom_scene(body=body_with("rod = { length = 1 }", "points = { end = [0, 0] }")),
-        [("duplicate", 'body "crank"')],
+    wrong(
+        "a point's name taken", custom_scene(body=body_with("rod = { length = 1 }", "points = { end = [0, 0] }")), 'duplicate: body "crank"'
     ),
-    ("two bodies of one name", custom_scene(body=BODY + BODY), [("duplicate", "body")]),
-    ("two joints of one name", custom_scene(JOINT), [("duplicate", "joint or link")]),
-    ("unknown type of joint", custom_scene(joint=joint_table("pinn")), [("unknown name", 'joint "A": type')]),
-    ("type of joint missing", custom_scene(joint=JOINT.replace('type = "pin"\n', "")), [("missing key", 'joint "A": type')]),
-    ("end missing", custom_scene(joint=JOINT.replace('first = "ground.O"\n', "")), [("missing key", 'joint "A": first')]),
-    ("unknown body", custom_scene(joint=joint_table("pin", ends=("ground.O", "crnk.start"))), [("unknown name", 'joint "A": second')]),
-    ("unknown point", custom_scene(joint=joint_table("pin", ends=("ground.O", "crank.strat"))), [("unknown name", 'joint "A": second')]),
-    (
+    wrong("two bodies of one name", custom_scene(body=BODY + BODY), "duplicate: body"),
+    wrong("two joints of one name", custom_scene(JOINT), "duplicate: joint or link"),
+    wrong("unknown type of joint", custom_scene(joint=joint_table("pinn")), 'unknown name: joint "A": type'),
+    wrong("type of joint missing", custom_scene(joint=JOINT.replace('type = "pin"\n', "")), 'missing key: joint "A": type'),
+    wrong("end missing", custom_scene(joint=JOINT.replace('first = "ground.O"\n', "")), 'missing key: joint "A": first'),
+    wrong("unknown body", custom_scene(joint=joint_table("pin", ends=("ground.O", "crnk.start"))), 'unknown name: joint "A": second'),
+    wrong("unknown point", custom_scene(joint=joint_table("pin", ends=("ground.O", "crank.strat"))), 'unknown name: joint "A": second'),
+    wrong(
         "unknown point of the ground",
         custom_scene(joint=joint_table("pin", ends=("ground.P", "crank.start"))),
-        [("unknown name", 'joint "A": first')],
+        'unknown name: joint "A": first',
     ),
-    ("a body without a point", custom_scene(joint=joint_table("pin", ends=("ground.O", "crank"))), [("wrong type", 'joint "A": second')]),
-    ("an end of another kind", custom_scene(joint=JOINT.replace('"ground.O"', "3")), [("wrong type", 'joint "A": first')]),
-    ("a joint to itself", custom_scene(joint=joint_table("pin", ends=("crank.end", "crank.start"))), [("conflict", 'joint "A"')]),
-    ("a key of another joint", custom_scene(joint=joint_table("pin", 'angle = "30 deg"')), [("unknown key", 'joint "A": angle')]),
-    ("slider without angle", custom_scene(joint=joint_table("slider")), [("missing key", 'joint "A": angle')]),
-    ("arc without radius", custom_scene(joint=joint_table("arc")), [("missing key", 'joint "A": radius')]),
-    ("gear of ratio 0", custom_scene(joint=joint_table("gear", "ratio = 0")), [("out of range", 'joint "A": ratio')]),
-    (
+    wrong("a body without a point", custom_scene(joint=joint_table("pin", ends=("ground.O", "crank"))), 'wrong type: joint "A": second'),
+    wrong("an end of another kind", custom_scene(joint=JOINT.replace('"ground.O"', "3")), 'wrong type: joint "A": first'),
+    wrong("a joint to itself", custom_scene(joint=joint_table("pin", ends=("crank.end", "crank.start"))), 'conflict: joint "A"'),
+    wrong("a key of another joint", custom_scene(joint=joint_table("pin", 'angle = "30 deg"')), 'unknown key: joint "A": angle'),
+    wrong("slider without angle", custom_scene(joint=joint_table("slider")), 'missing key: joint "A": angle'),
+    wrong("arc without radius", custom_scene(joint=joint_table("arc")), 'missing key: joint "A": radius'),
+    wrong("gear of ratio 0", custom_scene(joint=joint_table("gear", "ratio = 0")), 'out of range: joint "A": ratio'),
+    wrong(
         "a table's points must rise",
         custom_scene(joint=joint_table("curve", "curve = { points = [[1, 0], [0, 0]] }")),
-        [("inconsistent", 'joint "A": curve.points')],
+        'inconsistent: joint "A": curve.points',
     ),
-    (
+    wrong(
         "a curve of two kinds",
         custom_scene(joint=joint_table("curve", "curve = { points = [], coefficients = [] }")),
-        [("wrong type", 'joint "A": curve')],
+        'wrong type: joint "A": curve',
     ),
-    (
+    wrong(
         "no coefficients",
         custom_scene(joint=joint_table("curve", "curve = { coefficients = [] }")),
-        [("inconsistent", 'joint "A": curve.coefficients')],
+        'inconsistent: joint "A": curve.coefficients',
     ),
-    ("a drive without a motion", custom_scene(joint=joint_table("driven_turn")), [("missing key", 'joint "A"')]),
-    (
+    wrong("a drive without a motion", custom_scene(joint=joint_table("driven_turn")), 'missing key: joint "A"'),
+    wrong(
         "a drive of two motions",
         custom_scene(joint=joint_table("driven_turn", "rate = 1", "motion = [[0, 0], [1, 1]]")),
-        [("conflict", 'joint "A"')],
+        'conflict: joint "A"',
     ),
-    (
-        "a drive in a jump",
-        custom_scene(joint=joint_table("driven_turn", "motion = [[0, 0], [0, 1]]")),
-        [("inconsistent", 'joint "A": motion')],
+    wrong(
+        "a drive in a jump", custom_scene(joint=joint_table("driven_turn", "motion = [[0, 0], [0, 1]]")), 'inconsistent: joint "A": motion'
     ),
-    (
+    wrong(
         "a formula of a motion with mistakes",
         custom_scene(
             joint=joint_table(
@@ -168,103 +157,87 @@ BROKEN_CUSTOM: list[tuple[str, str, list[tuple[str, str]]]] = [
                 'motion = { rat = 1, harmonics = [{ amplitude = "1 mm", frequency = 1 }, { amplitude = 1, frequency = 0 }, 3, {}] }',
             )
         ),
-        [
-            ("wrong quantity", 'joint "A": motion.harmonics, harmonic 1: amplitude'),
-            ("out of range", 'joint "A": motion.harmonics, harmonic 2: frequency'),
-            ("wrong type", 'joint "A": motion.harmonics, harmonic 3'),
-            ("missing key", 'joint "A": motion.harmonics, harmonic 4: amplitude'),
-            ("missing key", 'joint "A": motion.harmonics, harmonic 4: frequency'),
-            ("unknown key", 'joint "A": motion.rat'),
-        ],
+        'wrong quantity: joint "A": motion.harmonics, harmonic 1: amplitude',
+        'out of range: joint "A": motion.harmonics, harmonic 2: frequency; wrong type: joint "A": motion.harmonics, harmonic 3',
+        'missing key: joint "A": motion.harmonics, harmonic 4: amplitude',
+        'missing key: joint "A": motion.harmonics, harmonic 4: frequency; unknown key: joint "A": motion.rat',
     ),
-    ("a number for a motion", custom_scene(joint=joint_table("driven_turn", "motion = 3")), [("wrong type", 'joint "A": motion')]),
-    (
+    wrong("a number for a motion", custom_scene(joint=joint_table("driven_turn", "motion = 3")), 'wrong type: joint "A": motion'),
+    wrong(
         "contradictory drives",
         custom_scene(joint_table("driven_turn", "rate = 1", name="B"), joint_table("driven_turn", "rate = 2", name="C")),
-        [("conflict", "joint")],
+        "conflict: joint",
     ),
-    ("a part nobody holds", custom_scene(body=BODY + body_with("point = true", name="loose")), [("missing key", "body")]),
-    (
+    wrong("a part nobody holds", custom_scene(body=BODY + body_with("point = true", name="loose")), "missing key: body"),
+    wrong(
         "a free spindle beside a fixed plane",
         custom_scene("[spindle]\ninertia = 1\nstart_speed = 2", top=TOP + '\nplane = "fixed"'),
-        [("conflict", "spindle.inertia")],
+        "conflict: spindle.inertia",
     ),
-    (
+    wrong(
         "parts nobody holds",
         custom_scene(
             force_table("torque", 'body = "crank"', "moment = 1"),
             body=BODY + body_with("point = true", name="loose"),
             joint=joint_table("pin", ends=("loose.centre", "crank.start")),
         ),
-        [("missing key", "body")],
+        "missing key: body",
     ),
-    (
+    wrong(
         "unknown type of force",
         custom_scene(force_table("sprng")),
-        [
-            ("missing key", 'force "load": first'),
-            ("missing key", 'force "load": second'),
-            ("unknown name", 'force "load": type'),
-            ("missing key", 'force "load": stiffness'),
-        ],
+        'missing key: force "load": first; missing key: force "load": second; unknown name: force "load": type',
+        'missing key: force "load": stiffness',
     ),
-    (
+    wrong(
         "spring of the wrong kind",
         custom_scene(force_table("spring", 'first = "ground.O"', 'second = "crank.end"', 'stiffness = "5 N"')),
-        [("wrong quantity", 'force "load": stiffness')],
+        'wrong quantity: force "load": stiffness',
     ),
-    (
+    wrong(
         "torsion spring of the wrong kind",
         custom_scene(force_table("torsion_spring", 'second = "crank"', 'stiffness = "5 N m"')),
-        [("wrong quantity", 'force "load": stiffness')],
+        'wrong quantity: force "load": stiffness',
     ),
-    (
-        "torque on an unknown body",
-        custom_scene(force_table("torque", 'body = "crnk"', "moment = 1")),
-        [("unknown name", 'force "load": body')],
+    wrong(
+        "torque on an unknown body", custom_scene(force_table("torque", 'body = "crnk"', "moment = 1")), 'unknown name: force "load": body'
     ),
-    (
+    wrong(
         "torque program",
         custom_scene(force_table("torque", 'body = "crank"', 'moment = [[0, "5 N"], 1]')),
-        [("wrong quantity", 'force "load": moment'), ("wrong type", 'force "load": moment')],
+        'wrong quantity: force "load": moment; wrong type: force "load": moment',
     ),
-    ("force without parts", custom_scene(force_table("force", 'point = "crank.end"')), [("missing key", 'force "load"')]),
-    ("force on the ground", custom_scene(force_table("force", 'point = "ground.O"', "x = 1")), [("conflict", 'force "load"')]),
-    (
-        "link of no length",
-        custom_scene('[[link]]\nname = "bar"\nfirst = "ground.O"\nsecond = "crank.start"\n'),
-        [("missing key", 'link "bar"')],
+    wrong("force without parts", custom_scene(force_table("force", 'point = "crank.end"')), 'missing key: force "load"'),
+    wrong("force on the ground", custom_scene(force_table("force", 'point = "ground.O"', "x = 1")), 'conflict: force "load"'),
+    wrong(
+        "link of no length", custom_scene('[[link]]\nname = "bar"\nfirst = "ground.O"\nsecond = "crank.start"\n'), 'missing key: link "bar"'
     ),
-    ("unknown reading", custom_scene('[readings]\nlean = { angel = "crank" }\n'), [("unknown key", "readings.lean.angel")]),
-    (
-        "a reading of two kinds",
-        custom_scene('[readings]\nlean = { x = "crank.end", y = "crank.end" }\n'),
-        [("wrong type", "readings.lean")],
-    ),
-    ("a reading of an unknown point", custom_scene('[readings]\nlean = { x = "crank.eend" }\n'), [("unknown name", "readings.lean.x")]),
-    ("a reading's name", custom_scene('[readings]\n"a b" = { angle = "crank" }\n'), [("wrong type", "readings.a b")]),
-    ("unknown start", custom_scene("[start]\ncrank_angel = 1\n"), [("unknown key", "start.crank_angel")]),
-    ("start of the wrong kind", custom_scene('[start]\ncrank_angle = "1 m"\n'), [("wrong quantity", "start.crank_angle")]),
-    (
+    wrong("unknown reading", custom_scene('[readings]\nlean = { angel = "crank" }\n'), "unknown key: readings.lean.angel"),
+    wrong("a reading of two kinds", custom_scene('[readings]\nlean = { x = "crank.end", y = "crank.end" }\n'), "wrong type: readings.lean"),
+    wrong("a reading of an unknown point", custom_scene('[readings]\nlean = { x = "crank.eend" }\n'), "unknown name: readings.lean.x"),
+    wrong("a reading's name", custom_scene('[readings]\n"a b" = { angle = "crank" }\n'), "wrong type: readings.a b"),
+    wrong("unknown start", custom_scene("[start]\ncrank_angel = 1\n"), "unknown key: start.crank_angel"),
+    wrong("start of the wrong kind", custom_scene('[start]\ncrank_angle = "1 m"\n'), "wrong quantity: start.crank_angle"),
+    wrong(
         "no length at all",
         custom_scene(body=body_with("inertia = 1"), joint=joint_table("pin", ends=("ground.O", "crank.origin"))),
-        [("missing key", "size")],
+        "missing key: size",
     ),
-    (
+    wrong(
         "centrifugal in a fixed plane",
         custom_scene(SPINDLE, "[effects]\ncentrifugal = true\n", top=TOP + 'plane = "fixed"\n'),
-        [("conflict", "effects.centrifugal")],
+        "conflict: effects.centrifugal",
     ),
-    ("a free spindle that nothing slows", custom_scene("[spindle]\ninertia = 1\nstart_speed = 1\n"), [("conflict", "effects.centrifugal")]),
-    ("speed and inertia", custom_scene('[spindle]\nspeed = "120 rpm"\ninertia = 1\n'), [("conflict", "spindle.inertia")]),
-    (
+    wrong("a free spindle that nothing slows", custom_scene("[spindle]\ninertia = 1\nstart_speed = 1\n"), "conflict: effects.centrifugal"),
+    wrong("speed and inertia", custom_scene('[spindle]\nspeed = "120 rpm"\ninertia = 1\n'), "conflict: spindle.inertia"),
+    wrong(
         "no start of a free spindle",
         custom_scene('[spindle]\ninertia = "1 kg"\n'),
-        [("wrong quantity", "spindle.inertia"), ("missing key", "spindle.start_speed")],
+        "wrong quantity: spindle.inertia; missing key: spindle.start_speed",
     ),
-    ("negative inertia of the spindle", custom_scene("[spindle]\ninertia = -1\nstart_speed = 1\n"), [("out of range", "spindle.inertia")]),
-    ("a misspelt key of the spindle", custom_scene("[spindle]\nsped = 1\n"), [("unknown key", "spindle.sped")]),
-    (
+    wrong("negative inertia of the spindle", custom_scene("[spindle]\ninertia = -1\nstart_speed = 1\n"), "out of range: spindle.inertia"),
+    wrong("a misspelt key of the spindle", custom_scene("[spindle]\nsped = 1\n"), "unknown key: spindle.sped"),
+    wrong(
         "several mistakes at once",
         custom_scene(
             "[run]\nduration = 0\n",
@@ -272,13 +245,8 @@ BROKEN_CUSTOM: list[tuple[str, str, list[tuple[str, str]]]] = [
             body=BODY + body_with("point = true", name="bob", mass="-1"),
             joint=joint_table("pinn") + joint_table("pin", name="B", ends=("bob.nowhere", "crank.end")),
         ),
-        [
-            ("out of range", 'body "bob": mass'),
-            ("unknown name", 'joint "A": type'),
-            ("unknown name", 'force "load": first'),
-            ("unknown name", 'force "load": second'),
-            ("out of range", "run.duration"),
-        ],
+        'out of range: body "bob": mass; unknown name: joint "A": type; unknown name: force "load": first',
+        'unknown name: force "load": second; out of range: run.duration',
     ),
 ]
 

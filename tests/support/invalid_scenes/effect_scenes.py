@@ -1,7 +1,6 @@
 """Scene files with wrong effects or spindles, each with the code and the key of every mistake."""
 
-from __future__ import annotations
-
+from invalid_scenes.cases import Case, wrong
 from invalid_scenes.custom_scenes import custom_scene
 from invalid_scenes.scenes import DEFAULT_TABLES, SCENE_HEADER, format_dimensions, scene_text
 
@@ -25,216 +24,203 @@ def parabolic_scene(*lines: str, size: str = PARABOLIC_DIMENSIONS) -> str:
     return scene_text(PARABOLIC_MACHINE, size, effects="\n".join([DEFAULT_TABLES["effects"], *lines]), start=None)
 
 
-BROKEN_EFFECTS: list[tuple[str, str, list[tuple[str, str]]]] = [
-    ("misspelt effect", with_effects('dash_pot = { sleeve = "120 N s/m" }'), [("unknown key", "effects.dash_pot")]),
-    ("rods without masses", with_effects("rods = true"), [("wrong type", "effects.rods")]),
-    ("rods without any mass", with_effects("rods = { arm_mass = 0 }"), [("inconsistent", "effects.rods")]),
-    ("misspelt key of rods", with_effects('rods = { arm_mas = "0.6 kg" }'), [("unknown key", "effects.rods.arm_mas")]),
-    (
+BROKEN_EFFECTS: list[Case] = [
+    wrong("misspelt effect", with_effects('dash_pot = { sleeve = "120 N s/m" }'), "unknown key: effects.dash_pot"),
+    wrong("rods without masses", with_effects("rods = true"), "wrong type: effects.rods"),
+    wrong("rods without any mass", with_effects("rods = { arm_mass = 0 }"), "inconsistent: effects.rods"),
+    wrong("misspelt key of rods", with_effects('rods = { arm_mas = "0.6 kg" }'), "unknown key: effects.rods.arm_mas"),
+    wrong(
         "rods of negative mass and of the wrong kind",
         with_effects('rods = { arm_mass = "-1 kg", ball_radius = "5 kg" }'),
-        [("out of range", "effects.rods.arm_mass"), ("wrong quantity", "effects.rods.ball_radius")],
+        "out of range: effects.rods.arm_mass; wrong quantity: effects.rods.ball_radius",
     ),
-    ("a ball as large as its arm", with_effects('rods = { ball_radius = "300 mm" }'), [("inconsistent", "[effects]")]),
-    ("links where there are none", watt_scene('rods = { link_mass = "0.5 kg" }'), [("inconsistent", "[effects]")]),
-    (
+    wrong("a ball as large as its arm", with_effects('rods = { ball_radius = "300 mm" }'), "inconsistent: [effects]"),
+    wrong("links where there are none", watt_scene('rods = { link_mass = "0.5 kg" }'), "inconsistent: [effects]"),
+    wrong(
         "rods and play of another machine",
         parabolic_scene('rods = { arm_mass = "0.6 kg" }', 'clearance = "1 mm"'),
-        [("conflict", "[effects]"), ("conflict", "[effects]")],
+        "conflict: [effects]; conflict: [effects]",
     ),
-    (
+    wrong(
         "play of another machine whose dimensions are wrong",
         parabolic_scene('clearance = "1 mm"', size=PARABOLIC_DIMENSIONS.replace("0.6", "0")),
-        [("out of range", "dimensions.double_parameter"), ("conflict", "[effects]")],
+        "out of range: dimensions.double_parameter; conflict: [effects]",
     ),
-    (
+    wrong(
         "rods and play of one's own mechanism",
         custom_scene('[effects]\nrods = { arm_mass = 1 }\nclearance = "1 mm"'),
-        [("conflict", "[effects]"), ("conflict", "[effects]")],
+        "conflict: [effects]; conflict: [effects]",
     ),
-    ("a spring on nothing", with_effects('spring = "2 N/mm"'), [("wrong type", "effects.spring")]),
-    ("a spring on no reading", with_effects('spring = { sleve = { rate = "2 N/mm" } }'), [("unknown name", "effects.spring.sleve")]),
-    ("no reading at all", with_effects("spring = {}"), [("missing key", "effects.spring")]),
-    ("a spring that is its rate", with_effects('spring = { sleeve = "2 N/mm" }'), [("wrong type", "effects.spring.sleeve")]),
-    (
+    wrong("a spring on nothing", with_effects('spring = "2 N/mm"'), "wrong type: effects.spring"),
+    wrong("a spring on no reading", with_effects('spring = { sleve = { rate = "2 N/mm" } }'), "unknown name: effects.spring.sleve"),
+    wrong("no reading at all", with_effects("spring = {}"), "missing key: effects.spring"),
+    wrong("a spring that is its rate", with_effects('spring = { sleeve = "2 N/mm" }'), "wrong type: effects.spring.sleeve"),
+    wrong(
         "one reading by two names",
         with_effects("spring = { sleeve = { rate = 1 }, sleeve_lift = { rate = 2 } }"),
-        [("duplicate", "effects.spring.sleeve_lift")],
+        "duplicate: effects.spring.sleeve_lift",
     ),
-    (
+    wrong(
         "a spring in the wrong units",
         with_effects('spring = { sleeve = { rate = "2 N", preload = "3 m", zero = "1 N", one_sided = "yes" } }'),
-        [
-            ("wrong quantity", "effects.spring.sleeve.rate"),
-            ("wrong quantity", "effects.spring.sleeve.preload"),
-            ("wrong quantity", "effects.spring.sleeve.zero"),
-            ("wrong type", "effects.spring.sleeve.one_sided"),
-        ],
+        "wrong quantity: effects.spring.sleeve.rate; wrong quantity: effects.spring.sleeve.preload",
+        "wrong quantity: effects.spring.sleeve.zero; wrong type: effects.spring.sleeve.one_sided",
     ),
-    (
+    wrong(
         "a spring on an angle in the units of a length",
         with_effects('spring = { arm_angle = { rate = "2 N/mm" } }'),
-        [("wrong quantity", "effects.spring.arm_angle.rate")],
+        "wrong quantity: effects.spring.arm_angle.rate",
     ),
-    (
+    wrong(
         "a spring without a rate",
         with_effects('spring = { sleeve = { preload = "3 N" }, arm_angle = { zero = 0 } }'),
-        [("missing key", "effects.spring.sleeve"), ("missing key", "effects.spring.arm_angle")],
+        "missing key: effects.spring.sleeve; missing key: effects.spring.arm_angle",
     ),
-    ("a spring of rate zero", with_effects("spring = { sleeve = { rate = 0 } }"), [("out of range", "effects.spring.sleeve.rate")]),
-    (
+    wrong("a spring of rate zero", with_effects("spring = { sleeve = { rate = 0 } }"), "out of range: effects.spring.sleeve.rate"),
+    wrong(
         "wire and rate",
         with_effects('spring = { sleeve = { rate = 2, wire = "4 mm", coil = "40 mm" } }'),
-        [("conflict", "effects.spring.sleeve")],
+        "conflict: effects.spring.sleeve",
     ),
-    ("half a coil", with_effects('spring = { sleeve = { wire = "4 mm", turns = 8 } }'), [("conflict", "effects.spring.sleeve")]),
-    (
+    wrong("half a coil", with_effects('spring = { sleeve = { wire = "4 mm", turns = 8 } }'), "conflict: effects.spring.sleeve"),
+    wrong(
         "a coil thinner than its wire",
         with_effects('spring = { sleeve = { wire = "4 mm", coil = "4 mm", turns = 8, modulus = "80 GPa" } }'),
-        [("inconsistent", "effects.spring.sleeve")],
+        "inconsistent: effects.spring.sleeve",
     ),
-    ("wire in torsion", with_effects('spring = { arm_angle = { wire = "4 mm" } }'), [("conflict", "effects.spring.arm_angle")]),
-    (
+    wrong("wire in torsion", with_effects('spring = { arm_angle = { wire = "4 mm" } }'), "conflict: effects.spring.arm_angle"),
+    wrong(
         "a modulus of paper",
         with_effects('spring = { sleeve = { wire = "4 mm", coil = "40 mm", turns = 8, modulus = "0 GPa" } }'),
-        [("out of range", "effects.spring.sleeve.modulus")],
+        "out of range: effects.spring.sleeve.modulus",
     ),
-    ("friction on nothing", with_effects('dry_friction = "40 N"'), [("wrong type", "effects.dry_friction")]),
-    ("friction on nothing of one's own mechanism", custom_scene("[effects]\ndry_friction = 40"), [("wrong type", "effects.dry_friction")]),
-    (
+    wrong("friction on nothing", with_effects('dry_friction = "40 N"'), "wrong type: effects.dry_friction"),
+    wrong("friction on nothing of one's own mechanism", custom_scene("[effects]\ndry_friction = 40"), "wrong type: effects.dry_friction"),
+    wrong(
         "negative friction",
         with_effects('dry_friction = { sleeve = "-40 N", arm_angle = [[0, "1 N m"], [1, "-1 N m"]] }'),
-        [("out of range", "effects.dry_friction.sleeve"), ("out of range", "effects.dry_friction.arm_angle")],
+        "out of range: effects.dry_friction.sleeve; out of range: effects.dry_friction.arm_angle",
     ),
-    (
+    wrong(
         "friction as a mass, and as a force about a pin",
         with_effects('dry_friction = { sleeve = "40 kg", arm_angle = "40 N" }'),
-        [("wrong quantity", "effects.dry_friction.sleeve"), ("wrong quantity", "effects.dry_friction.arm_angle")],
+        "wrong quantity: effects.dry_friction.sleeve; wrong quantity: effects.dry_friction.arm_angle",
     ),
-    (
-        "friction back in time",
-        with_effects("dry_friction = { sleeve = [[1, 40], [0, 0]] }"),
-        [("inconsistent", "effects.dry_friction.sleeve")],
+    wrong(
+        "friction back in time", with_effects("dry_friction = { sleeve = [[1, 40], [0, 0]] }"), "inconsistent: effects.dry_friction.sleeve"
     ),
-    (
+    wrong(
         "a dashpot without oil",
         with_effects("dashpot = { sleeve = 0, ball_radius = {} }"),
-        [("out of range", "effects.dashpot.sleeve"), ("inconsistent", "effects.dashpot.ball_radius")],
+        "out of range: effects.dashpot.sleeve; inconsistent: effects.dashpot.ball_radius",
     ),
-    (
+    wrong(
         "a dashpot in the wrong units",
         with_effects('dashpot = { sleeve = "120 N", arm_angle = { linear = "1 N s/m", quadratic = "1 N" } }'),
-        [
-            ("wrong quantity", "effects.dashpot.sleeve"),
-            ("wrong quantity", "effects.dashpot.arm_angle.linear"),
-            ("wrong quantity", "effects.dashpot.arm_angle.quadratic"),
-        ],
+        "wrong quantity: effects.dashpot.sleeve; wrong quantity: effects.dashpot.arm_angle.linear",
+        "wrong quantity: effects.dashpot.arm_angle.quadratic",
     ),
-    (
+    wrong(
         "quadratic and piston",
         with_effects('dashpot = { sleeve = { quadratic = 3, piston = "20 cm^2", hole = "12 mm^2" } }'),
-        [("conflict", "effects.dashpot.sleeve")],
+        "conflict: effects.dashpot.sleeve",
     ),
-    (
+    wrong(
         "a piston without a hole",
         with_effects('dashpot = { sleeve = { linear = 1, piston = "20 cm^2" } }'),
-        [("conflict", "effects.dashpot.sleeve")],
+        "conflict: effects.dashpot.sleeve",
     ),
-    (
-        "a screw without a piston",
-        with_effects("dashpot = { sleeve = { linear = 1, screw = 0.5 } }"),
-        [("conflict", "effects.dashpot.sleeve")],
+    wrong(
+        "a screw without a piston", with_effects("dashpot = { sleeve = { linear = 1, screw = 0.5 } }"), "conflict: effects.dashpot.sleeve"
     ),
-    (
+    wrong(
         "a hole as wide as the piston, and a screw beyond open",
         with_effects(
             'dashpot = { sleeve = { piston = "12 mm^2", hole = "12 mm^2" }, '
             'ball_radius = { piston = "20 cm^2", hole = "12 mm^2", screw = 1.5 } }'
         ),
-        [("inconsistent", "effects.dashpot.sleeve"), ("inconsistent", "effects.dashpot.ball_radius")],
+        "inconsistent: effects.dashpot.sleeve; inconsistent: effects.dashpot.ball_radius",
     ),
-    (
+    wrong(
         "a piston that turns",
         with_effects('dashpot = { arm_angle = { piston = "20 cm^2", hole = "12 mm^2" } }'),
-        [("conflict", "effects.dashpot.arm_angle")],
+        "conflict: effects.dashpot.arm_angle",
     ),
-    ("stops on nothing", with_effects('stops = ["15 deg", "45 deg"]'), [("wrong type", "effects.stops")]),
-    ("a restitution alone", with_effects("stops = { restitution = 0.5 }"), [("missing key", "effects.stops")]),
-    (
+    wrong("stops on nothing", with_effects('stops = ["15 deg", "45 deg"]'), "wrong type: effects.stops"),
+    wrong("a restitution alone", with_effects("stops = { restitution = 0.5 }"), "missing key: effects.stops"),
+    wrong(
         "stops in the wrong order, and a restitution over 1",
         with_effects('stops = { arm_angle = ["45 deg", "15 deg"], restitution = 1.5 }'),
-        [("out of range", "effects.stops.restitution"), ("out of range", "effects.stops.arm_angle")],
+        "out of range: effects.stops.restitution; out of range: effects.stops.arm_angle",
     ),
-    ("one end of two", with_effects('stops = { arm_angle = "45 deg" }'), [("wrong type", "effects.stops.arm_angle")]),
-    ("no end of two", with_effects('stops = { arm_angle = ["none", "none"] }'), [("out of range", "effects.stops.arm_angle")]),
-    (
+    wrong("one end of two", with_effects('stops = { arm_angle = "45 deg" }'), "wrong type: effects.stops.arm_angle"),
+    wrong("no end of two", with_effects('stops = { arm_angle = ["none", "none"] }'), "out of range: effects.stops.arm_angle"),
+    wrong(
         "ends of the wrong kind",
         with_effects('stops = { arm_angle = ["15 mm", "45 kg"] }'),
-        [("wrong quantity", "effects.stops.arm_angle"), ("wrong quantity", "effects.stops.arm_angle")],
+        "wrong quantity: effects.stops.arm_angle; wrong quantity: effects.stops.arm_angle",
     ),
-    ("a start beyond a stop", with_effects('stops = { arm_angle = ["none", "35 deg"] }'), [("out of range", "start.arm_angle")]),
-    (
+    wrong("a start beyond a stop", with_effects('stops = { arm_angle = ["none", "35 deg"] }'), "out of range: start.arm_angle"),
+    wrong(
         "a start of one's own mechanism beyond a stop",
         custom_scene('[start]\ncrank_angle = "90 deg"\n[effects]\nstops = { crank_angle = ["0 deg", "45 deg"] }'),
-        [("out of range", "start.crank_angle")],
+        "out of range: start.crank_angle",
     ),
-    (
-        "stops beyond the travel",
-        with_effects('stops = { arm_angle = ["95 deg", "120 deg"] }'),
-        [("out of range", "effects.stops.arm_angle")],
+    wrong(
+        "stops beyond the travel", with_effects('stops = { arm_angle = ["95 deg", "120 deg"] }'), "out of range: effects.stops.arm_angle"
     ),
-    ("clearance of zero", with_effects("clearance = 0"), [("out of range", "effects.clearance")]),
-    ("play without a width", with_effects("clearance = true"), [("wrong type", "effects.clearance")]),
-    ("a table of play without a width", with_effects("clearance = {}"), [("missing key", "effects.clearance.width")]),
-    (
+    wrong("clearance of zero", with_effects("clearance = 0"), "out of range: effects.clearance"),
+    wrong("play without a width", with_effects("clearance = true"), "wrong type: effects.clearance"),
+    wrong("a table of play without a width", with_effects("clearance = {}"), "missing key: effects.clearance.width"),
+    wrong(
         "play of the wrong kind and a restitution below 0",
         with_effects('clearance = { width = "1 kg", restitution = -0.1 }'),
-        [("wrong quantity", "effects.clearance.width"), ("out of range", "effects.clearance.restitution")],
+        "wrong quantity: effects.clearance.width; out of range: effects.clearance.restitution",
     ),
-    ("play without a sleeve", watt_scene('clearance = "0.5 mm"'), [("inconsistent", "[effects]")]),
-    ("play of links with mass", with_effects('clearance = "0.5 mm"', 'rods = { link_mass = "0.5 kg" }'), [("inconsistent", "[effects]")]),
-    (
+    wrong("play without a sleeve", watt_scene('clearance = "0.5 mm"'), "inconsistent: [effects]"),
+    wrong("play of links with mass", with_effects('clearance = "0.5 mm"', 'rods = { link_mass = "0.5 kg" }'), "inconsistent: [effects]"),
+    wrong(
         "play between stops",
         with_effects('clearance = "0.5 mm"', 'stops = { sleeve_clearance = ["-1 mm", "1 mm"] }'),
-        [("conflict", "effects.stops.sleeve_clearance")],
+        "conflict: effects.stops.sleeve_clearance",
     ),
-    (
+    wrong(
         "a start beyond the play",
         with_effects('clearance = "0.5 mm"', start='arm_angle = "40 deg"\nsleeve_clearance = "0.3 mm"'),
-        [("out of range", "start.sleeve_clearance")],
+        "out of range: start.sleeve_clearance",
     ),
-    (
+    wrong(
         "play written wrong, and its start",
         with_effects('clearance = "x"', start='arm_angle = "40 deg"\nsleeve_clearance = "0.1 mm"'),
-        [("wrong quantity", "effects.clearance")],
+        "wrong quantity: effects.clearance",
     ),
-    (
+    wrong(
         "a start in play that is not there",
         with_effects("clearance = false", start="sleeve_clearance = 0"),
-        [("unknown key", "start.sleeve_clearance")],
+        "unknown key: start.sleeve_clearance",
     ),
-    (
+    wrong(
         "speed fluctuation of 1",
         with_effects(spindle='speed = "120 rpm"\nspeed_fluctuation = 1\ncycles_per_turn = 0'),
-        [("out of range", "spindle.speed_fluctuation"), ("out of range", "spindle.cycles_per_turn")],
+        "out of range: spindle.speed_fluctuation; out of range: spindle.cycles_per_turn",
     ),
-    ("waves of nothing", with_effects(spindle='speed = "120 rpm"\ncycles_per_turn = 2'), [("conflict", "spindle.cycles_per_turn")]),
-    (
+    wrong("waves of nothing", with_effects(spindle='speed = "120 rpm"\ncycles_per_turn = 2'), "conflict: spindle.cycles_per_turn"),
+    wrong(
         "speed fluctuation of a free spindle",
         with_effects(spindle='inertia = "1 kg m^2"\nstart_speed = "120 rpm"\nspeed_fluctuation = 0.03'),
-        [("conflict", "spindle.speed_fluctuation")],
+        "conflict: spindle.speed_fluctuation",
     ),
-    (
+    wrong(
         "speed fluctuation that nothing feels",
         scene_text(effects="gravity = true", spindle='speed = "120 rpm"\nspeed_fluctuation = 0.03'),
-        [("conflict", "spindle.speed_fluctuation")],
+        "conflict: spindle.speed_fluctuation",
     ),
-    (
+    wrong(
         "speed fluctuation beside a fixed plane",
         custom_scene("[spindle]\nspeed = 12\nspeed_fluctuation = 0.03", top='machine = "custom"\nplane = "fixed"\n'),
-        [("conflict", "spindle.speed_fluctuation")],
+        "conflict: spindle.speed_fluctuation",
     ),
-    (
+    wrong(
         "wrong dimensions, effects and start",
         scene_text(
             SCENE_HEADER,
@@ -242,30 +228,22 @@ BROKEN_EFFECTS: list[tuple[str, str, list[tuple[str, str]]]] = [
             effects='dry_friction = { sleve = "40 N" }\nstops = { arm_angle = ["45 deg", "15 deg"] }\nclearance = "1 mm"',
             start="sleeve_clearance = 0\narm_angel = 3",
         ),
-        [
-            ("wrong quantity", "dimensions.arm"),
-            ("unknown name", "effects.dry_friction.sleve"),
-            ("out of range", "effects.stops.arm_angle"),
-            ("unknown key", "start.arm_angel"),
-        ],
+        "wrong quantity: dimensions.arm; unknown name: effects.dry_friction.sleve; out of range: effects.stops.arm_angle",
+        "unknown key: start.arm_angel",
     ),
-    (
+    wrong(
         "an unknown machine and wrong effects",
         scene_text(
             'machine = "xyzzy"\n',
             effects='dry_friction = { whatever = "40 kg" }\nstops = { lean = ["45 deg", "15 deg"] }\nclearance = "1 kg"',
         ),
-        [
-            ("unknown name", "machine"),
-            ("wrong quantity", "effects.dry_friction.whatever"),
-            ("out of range", "effects.stops.lean"),
-            ("wrong quantity", "effects.clearance"),
-        ],
+        "unknown name: machine; wrong quantity: effects.dry_friction.whatever; out of range: effects.stops.lean",
+        "wrong quantity: effects.clearance",
     ),
-    (
+    wrong(
         "an unknown body and wrong effects",
         custom_scene('[readings]\nlean = { angle = "crnk" }\n[effects]\ngravity = "x"\ndry_friction = { lean = "40 kg" }'),
-        [("unknown name", "readings.lean.angle"), ("wrong quantity", "effects.gravity"), ("wrong quantity", "effects.dry_friction.lean")],
+        "unknown name: readings.lean.angle; wrong quantity: effects.gravity; wrong quantity: effects.dry_friction.lean",
     ),
 ]
 

@@ -9,8 +9,6 @@ Theory of Machines; Th. Bevan, The Theory of Machines; R. S. Khurmi and J. K. Gu
 marked `from_memory` are quoted from the books without a copy at hand.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 from decimal import Decimal
@@ -45,6 +43,14 @@ class Problem:
     answers: Mapping[str, Answer]
     from_memory: bool = False
 
+
+def read_off(printed: str, recomputed: float, unit: str, percent: float) -> Answer:
+    """An answer that the book reads off a drawing, wrong by some per cent."""
+    return Answer(printed, recomputed, unit, f"read off a drawing of the velocities and accelerations, {percent} % off")
+
+
+CUT_FORMULA = "the book's formula cuts off the series of the rod after the second harmonic"
+CUT_ACCELERATION = "the book's formula of the acceleration cuts off the series of the rod after the second harmonic"
 
 PROBLEMS: Mapping[str, Problem] = {
     "gov01_porter_khurmi18.3": Problem(
@@ -185,14 +191,10 @@ PROBLEMS: Mapping[str, Problem] = {
         source="Khurmi ch8 Ex8.1 p.177",
         data={"r": 0.15, "l": 0.6, "N": 300, "theta_deg": 45, "point": "mid rod"},
         answers={
-            "v_D": Answer("4.1", 3.9953581078742952, "m/s", remark="read off a drawing of the velocities and accelerations, 2.6 % off"),
+            "v_D": read_off("4.1", 3.9953581078742952, "m/s", 2.6),
             "a_D": Answer("117", 117.31042577013004, "m/s2"),
-            "omega_rod": Answer(
-                "5.67", 5.64246697393092, "rad/s", remark="read off a drawing of the velocities and accelerations, 0.5 % off"
-            ),
-            "alpha_rod": Answer(
-                "171.67", 171.54515606539746, "rad/s2", remark="read off a drawing of the velocities and accelerations, 0.1 % off"
-            ),
+            "omega_rod": read_off("5.67", 5.64246697393092, "rad/s", 0.5),
+            "alpha_rod": read_off("171.67", 171.54515606539746, "rad/s2", 0.1),
         },
     ),
     "sc02_khurmi15.2_15.5": Problem(
@@ -200,24 +202,12 @@ PROBLEMS: Mapping[str, Problem] = {
         source="Khurmi ch15 Ex15.2 p.522 (Klein) and Ex15.5 p.528 (approx. formulae)",
         data={"r": 0.15, "l": 0.6, "N": 450, "theta_deg": 60, "point": "0.15 m from crank pin"},
         answers={
-            "v_P Klein": Answer(
-                "6.833", 6.905359942835751, "m/s", remark="read off a drawing of the velocities and accelerations, 1.0 % off"
-            ),
-            "a_P Klein": Answer(
-                "124.4", 124.94934388520868, "m/s2", remark="read off a drawing of the velocities and accelerations, 0.4 % off"
-            ),
-            "v_D Klein": Answer(
-                "6.833", 6.851084906402433, "m/s", remark="read off a drawing of the velocities and accelerations, 0.3 % off"
-            ),
-            "a_D Klein": Answer(
-                "266.48", 266.8179720703542, "m/s2", remark="read off a drawing of the velocities and accelerations, 0.1 % off"
-            ),
-            "omega_rod Klein": Answer(
-                "6.126", 6.033595820786168, "rad/s", remark="read off a drawing of the velocities and accelerations, 1.5 % off"
-            ),
-            "alpha_rod Klein": Answer(
-                "481.14", 484.3947067578374, "rad/s2", remark="read off a drawing of the velocities and accelerations, 0.7 % off"
-            ),
+            "v_P Klein": read_off("6.833", 6.905359942835751, "m/s", 1.0),
+            "a_P Klein": read_off("124.4", 124.94934388520868, "m/s2", 0.4),
+            "v_D Klein": read_off("6.833", 6.851084906402433, "m/s", 0.3),
+            "a_D Klein": read_off("266.48", 266.8179720703542, "m/s2", 0.1),
+            "omega_rod Klein": read_off("6.126", 6.033595820786168, "rad/s", 1.5),
+            "alpha_rod Klein": read_off("481.14", 484.3947067578374, "rad/s2", 0.7),
             "a_P approx formula": Answer(
                 "124.91",
                 124.91218070128718,
@@ -231,31 +221,19 @@ PROBLEMS: Mapping[str, Problem] = {
         kind="slider-crank kinematics",
         source="Bevan ch3 Ex3 p.90",
         data={"r_in": 6, "l_in": 24, "N": 240, "theta_deg": 45},
-        answers={
-            "piston velocity (graphical)": Answer(
-                "10.57", 10.481696540271809, "ft/s", remark="read off a drawing of the velocities and accelerations, 0.8 % off"
-            )
-        },
+        answers={"piston velocity (graphical)": read_off("10.57", 10.481696540271809, "ft/s", 0.8)},
     ),
     "sc04_bevan3.4": Problem(
         kind="slider-crank accelerations (graphical answers)",
         source="Bevan ch3 Ex4 p.93",
         data={"r_in": 9, "l_in": 36, "N": 240, "theta_deg": 40, "X_from_crankpin_in": 12, "case_b_crank_acc": 100},
         answers={
-            "|a_P - a_C| case a": Answer(
-                "306", 305.36002005861957, "ft/s2", remark="read off a drawing of the velocities and accelerations, 0.2 % off"
-            ),
+            "|a_P - a_C| case a": read_off("306", 305.36002005861957, "ft/s2", 0.2),
             "a_P case a (absolute)": Answer("", 385.6101186541389, "ft/s2"),
             "a_X case a": Answer("422", 422.45042859475444, "ft/s2"),
-            "alpha_rod case a": Answer(
-                "98.7", 98.96964765662062, "rad/s2", remark="read off a drawing of the velocities and accelerations, 0.3 % off"
-            ),
-            "a_X case b (acc)": Answer(
-                "452", 452.81918270763487, "ft/s2", remark="read off a drawing of the velocities and accelerations, 0.2 % off"
-            ),
-            "alpha_rod case b (acc)": Answer(
-                "79.3", 79.56636771449882, "rad/s2", remark="read off a drawing of the velocities and accelerations, 0.3 % off"
-            ),
+            "alpha_rod case a": read_off("98.7", 98.96964765662062, "rad/s2", 0.3),
+            "a_X case b (acc)": read_off("452", 452.81918270763487, "ft/s2", 0.2),
+            "alpha_rod case b (acc)": read_off("79.3", 79.56636771449882, "rad/s2", 0.3),
         },
     ),
     "fb01_bevan3.5": Problem(
@@ -263,13 +241,9 @@ PROBLEMS: Mapping[str, Problem] = {
         source="Bevan ch3 Ex5 p.98",
         data={"AB": 2.5, "BC": 7, "CD": 4.5, "DA": 8, "unit": "in", "N": 100, "angle_BAD_deg": 60},
         answers={
-            "alpha_CD": Answer(
-                "50.9", 50.60196610189126, "rad/s2", remark="read off a drawing of the velocities and accelerations, 0.6 % off"
-            ),
-            "alpha_BC": Answer(
-                "24.7", 25.6254077973868, "rad/s2", remark="read off a drawing of the velocities and accelerations, 3.6 % off"
-            ),
-            "v_C": Answer("1.47", 1.4871798315458296, "ft/s", remark="read off a drawing of the velocities and accelerations, 1.2 % off"),
+            "alpha_CD": read_off("50.9", 50.60196610189126, "rad/s2", 0.6),
+            "alpha_BC": read_off("24.7", 25.6254077973868, "rad/s2", 3.6),
+            "v_C": read_off("1.47", 1.4871798315458296, "ft/s", 1.2),
         },
     ),
     "fb02_khurmi8.4": Problem(
@@ -277,16 +251,10 @@ PROBLEMS: Mapping[str, Problem] = {
         source="Khurmi ch8 Ex8.4 p.184",
         data={"PQ": 62.5, "QR": 175, "RS": 112.5, "PS": 200, "unit": "mm", "omega": 10, "angle_QPS_deg": 60},
         answers={
-            "omega_QR": Answer(
-                "1.9", 1.9800260174948643, "rad/s", remark="read off a drawing of the velocities and accelerations, 4.0 % off"
-            ),
+            "omega_QR": read_off("1.9", 1.9800260174948643, "rad/s", 4.0),
             "omega_RS": Answer("3.79", 3.787072343313456, "rad/s"),
-            "alpha_QR": Answer(
-                "23.43", 23.367569844139396, "rad/s2", remark="read off a drawing of the velocities and accelerations, 0.3 % off"
-            ),
-            "alpha_RS": Answer(
-                "47.1", 46.14345990065767, "rad/s2", remark="read off a drawing of the velocities and accelerations, 2.1 % off"
-            ),
+            "alpha_QR": read_off("23.43", 23.367569844139396, "rad/s2", 0.3),
+            "alpha_RS": read_off("47.1", 46.14345990065767, "rad/s2", 2.1),
         },
     ),
     "sc05_khurmi15.3": Problem(
@@ -294,20 +262,8 @@ PROBLEMS: Mapping[str, Problem] = {
         source="Khurmi ch15 Ex15.3 p.527",
         data={"r": 0.3, "l": 1.0, "N": 200},
         answers={
-            "theta at max v": Answer(
-                "75",
-                74.95526782395997,
-                "deg",
-                remark="the book's formula cuts off the series of the rod after the second harmonic",
-                neglected=0.02,
-            ),
-            "v max": Answer(
-                "6.54",
-                6.540329857603243,
-                "m/s",
-                remark="the book's formula cuts off the series of the rod after the second harmonic",
-                neglected=0.005,
-            ),
+            "theta at max v": Answer("75", 74.95526782395997, "deg", remark=CUT_FORMULA, neglected=0.02),
+            "v max": Answer("6.54", 6.540329857603243, "m/s", remark=CUT_FORMULA, neglected=0.005),
             "v max EXACT kinematics": Answer("", 6.561732156131075, "m/s"),
         },
     ),
@@ -316,27 +272,9 @@ PROBLEMS: Mapping[str, Problem] = {
         source="Khurmi ch15 Ex15.7 p.533",
         data={"r": 0.3, "l": 1.2, "bore": 0.5, "mR": 250, "theta_deg": 60, "dp_Nmm2": 0.35, "N": 250},
         answers={
-            "F_N": Answer(
-                "10.97",
-                10.965409083949023,
-                "kN",
-                remark="the book's formula of the acceleration cuts off the series of the rod after the second harmonic",
-                neglected=0.0002,
-            ),
-            "F_Q": Answer(
-                "50.65",
-                50.64705509113869,
-                "kN",
-                remark="the book's formula of the acceleration cuts off the series of the rod after the second harmonic",
-                neglected=0.0002,
-            ),
-            "T": Answer(
-                "14.491",
-                14.491198774206865,
-                "kNm",
-                remark="the book's formula of the acceleration cuts off the series of the rod after the second harmonic",
-                neglected=0.0002,
-            ),
+            "F_N": Answer("10.97", 10.965409083949023, "kN", remark=CUT_ACCELERATION, neglected=0.0002),
+            "F_Q": Answer("50.65", 50.64705509113869, "kN", remark=CUT_ACCELERATION, neglected=0.0002),
+            "T": Answer("14.491", 14.491198774206865, "kNm", remark=CUT_ACCELERATION, neglected=0.0002),
             "T with EXACT acceleration": Answer("", 14.489517985606442, "kNm"),
         },
     ),
