@@ -78,15 +78,13 @@ DELEGATIONS = {
     },
     "model.results.energy": {"Energy._repr_html_"},
     "model.results.reaction": {"Reaction._repr_html_"},
-    "model.results.exported_result": {f"ExportedResult.{name}" for name in ("as_json", "to_dataframe", "save_json", "save_csv")},
+    "model.results.result": {
+        "Recorded.as_json",
+        *(f"Result.{name}" for name in ("to_dataframe", "save_json", "save_csv", "figures", "_draw", "_repr_html_")),
+    },
     "model.scene": {f"Scene.{name}" for name in ("from_dict", "replace", "to_toml", "describe", "_repr_html_")},
     "model.mechanism": {"Mechanism.build", "Mechanism._repr_html_"},
-    "mechanics.kinematics.kinematic_analysis": {"Kinematics.to_dataframe", "Kinematics._repr_html_"},
-    "statics.speed_curve": {*(f"SpeedCurve.{name}" for name in ("to_dataframe", "_repr_html_")), "InsensitivityBand._repr_html_"},
-    "statics.controlling_force": {"ControllingForce.to_dataframe", "ControllingForce._repr_html_"},
-    "statics.equilibria": {"Equilibrium._repr_html_"},
-    "statics.linearisation": {"Linearisation.to_dataframe", "Linearisation._repr_html_"},
-    "statics.stability_limit": {"StabilityLimit._repr_html_"},
+    "statics.speed_curve": {"SpeedCurve._repr_html_"},
     "scenes.described_scene": {"SceneDescription._repr_html_"},
 }
 """Methods that hand on to a function of a later folder, by module. They alone import upwards, and do nothing else."""

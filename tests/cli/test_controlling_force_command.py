@@ -11,7 +11,6 @@ from typer.testing import CliRunner
 
 import governor_mechanism as gm
 from governor_mechanism.cli.main import app
-from governor_mechanism.render.figures.controlling_force import controlling_force_figure
 
 
 def call(*words: str):
@@ -58,7 +57,7 @@ def test_without_balls_the_reason_is_given_only_where_it_is_asked_for(tmp_path):
 def test_every_speed_line_is_the_centrifugal_force_of_its_label():
     """A point mass has straight lines C = m w^2 r through the origin, and the astatic governor's curve is one of them."""
     curve = gm.controlling_force("parabolic", points=50)
-    (panel,) = controlling_force_figure(gm.load("parabolic"), curve).axes
+    (panel,) = curve.plot().axes
     lines = [line for line in panel.lines if line.get_xdata()[0] == line.get_ydata()[0] == 0.0]
     labels = [float(text.get_text().removesuffix(" rpm")) for text in panel.texts if text.get_text().endswith(" rpm")]
     slopes = [line.get_ydata()[-1] / line.get_xdata()[-1] * 1e3 for line in lines]

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import governor_mechanism as gm
-from governor_mechanism.model.results.exported_result import ExportedResult
+from governor_mechanism.model.results.result import Result
 from governor_mechanism.studies.regulation.settling_time import SettlingStudy
 
 pandas = pytest.importorskip("pandas")
@@ -129,7 +129,7 @@ def test_every_result_is_plain_values_a_table_and_two_files(tmp_path):
 def test_every_public_type_of_results_can_be_exported():
     """Of the other types runs have `save`, and scenes `to_toml`; the rest belong to them or are no results."""
     types = {name: getattr(gm, name) for name in gm.__all__ if inspect.isclass(getattr(gm, name))}
-    exported = {name for name, one in types.items() if issubclass(one, ExportedResult)}
+    exported = {name for name, one in types.items() if issubclass(one, Result)}
     methods = ("as_json", "to_dataframe", "save_json", "save_csv")
     assert all(hasattr(types[name], method) for name in exported for method in methods)
     endings = ("Study", "Design", "Report", "Curve", "Band", "Force", "Limit", "Map", "Timing", "Gears", "Rules", "Kinematics", "Sweep")

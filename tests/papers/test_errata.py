@@ -16,8 +16,8 @@ from typer.testing import CliRunner
 
 import governor_mechanism as gm
 from documentation_pages import ROOT, check_options
-from governor_mechanism.cli.errata import PaperChoice
 from governor_mechanism.cli.main import app
+from governor_mechanism.cli.studies import PaperChoice
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.papers.errata.drawings import DRAWINGS, draw_erratum
 from governor_mechanism.papers.errata.erratum import PAPER_REFERENCES, Paper, make_number_erratum

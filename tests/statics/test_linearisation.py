@@ -10,7 +10,7 @@ from scipy.optimize import brentq
 
 import governor_mechanism as gm
 from documents import between, custom_document, governor_document, pin
-from governor_mechanism.cli.summary import report_linearisation
+from governor_mechanism.cli.equilibria import report_linearisation
 from governor_mechanism.closed_form.pendulum import dynamics as pendulum
 from governor_mechanism.files.plain_values import format_json
 from governor_mechanism.numerics.finite_differences import directional_derivative, jacobian

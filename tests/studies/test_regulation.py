@@ -153,7 +153,7 @@ def test_small_play_makes_a_carried_sleeve_twitch_within_its_band():
     assert study.amplitudes[0] > 0.0
     assert study.conclusion == f"{study.title}: a clearance of 1 mm causes cyclic motion"
     with pytest.raises(gm.MechanismError, match="the reference of the figure"):
-        clearance_figure([study]).save("clearance.png")
+        clearance_figure(study).save("clearance.png")
 
 
 @pytest.fixture(scope="module")
@@ -197,7 +197,7 @@ def test_what_does_not_settle_says_so():
 def test_figures_are_written_whole_or_not_at_all(tmp_path, twitched, played, settled, jumped):
     written = [
         cyclic_figure(twitched).save(tmp_path / "cyclic.png"),
-        clearance_figure([played]).save(tmp_path / "clearance.png"),
+        clearance_figure(played).save(tmp_path / "clearance.png"),
         settling_figure(settled).save(tmp_path / "settling.png"),
         fold_jump_figure(jumped).save(tmp_path / "jump.png"),
     ]

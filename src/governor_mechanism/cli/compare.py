@@ -6,7 +6,7 @@ Heavy imports are made when the command needs them.
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -15,9 +15,8 @@ import typer
 
 import governor_mechanism as gm
 from governor_mechanism.cli import console
-from governor_mechanism.cli.changed_scene import load_changed
-from governor_mechanism.cli.completion import complete_scene
 from governor_mechanism.cli.film_options import check_film, in_command_words
+from governor_mechanism.cli.scene_arguments import complete_scene, load_changed, parse_range
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.model.results.film_options import FilmOptions
 from governor_mechanism.render.figure_files import FigureFiles
@@ -85,14 +84,15 @@ def compare(
     if not no_film:
         check_film(loaded, film_options, film.value)
     console.prepare_folder(figures.folder)
-    between = None if working_range is None else _parse_range(working_range)
+    between = None if working_range is None else parse_range(working_range)
     with console.show_status("simulating"):
         comparison = gm.compare(*loaded, engine=engine, accuracy=accuracy, resistance=resistance, between=between)
-    files = _write_figure(comparison, figures)
+    with console.show_status("drawing"):
+        files = figures.save_all(comparison, STEM)
     files += [] if no_film else _write_film(comparison, figures.folder / f"{STEM}.{film.value}", film_options)
     is_ok = all(run.outcome.ok for run in comparison.runs)
     text = [comparison, *_describe_changes(comparison.names, changes_of_each)]
-    return console.CommandResult(text=text, values=comparison.as_json(), files=files, ok=is_ok)
+    return console.CommandResult(comparison, text=text, files=files, ok=is_ok)
 
 
 def split_changes(changes: Sequence[str], n_scenes: int) -> list[list[str]]:
@@ -137,21 +137,6 @@ def _load(scene: str, changes: Sequence[str], duration: float | str | None) -> g
         return load_changed(scene, changes, run__duration=duration)
     except MechanismError as error:
         raise MechanismError(*(problem if scene in problem else f"{scene}: {problem}" for problem in error.problems)) from None
-
-
-def _parse_range(text: str) -> Mapping[str, tuple[float | str, float | str]]:
-    from governor_mechanism.cli.controlling_force import parse_range
-
-    return parse_range(text)
-
-
-def _write_figure(comparison: Comparison, figures: FigureFiles) -> list[Path]:
-    if not figures.formats:
-        return []
-    from governor_mechanism.render.figures.comparison import comparison_figure
-
-    with console.show_status("drawing"):
-        return figures.save(comparison_figure(comparison), STEM)
 
 
 def _write_film(comparison: Comparison, path: Path, options: FilmOptions) -> list[Path]:

@@ -1,4 +1,4 @@
-"""What the commands share: options, output folder, messages, JSON, progress, interrupts, exit status."""
+"""What the commands share: how they are declared, parsed strictly and end; options, messages, JSON, progress, interrupts."""
 
 import functools
 import inspect
@@ -6,27 +6,25 @@ import os
 import signal
 import sys
 import threading
+from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, contextmanager, nullcontext
-from dataclasses import dataclass
+from dataclasses import KW_ONLY, dataclass, field
 from pathlib import Path
 from types import FrameType
-from typing import Annotated, Any, NoReturn
+from typing import Annotated, Any, NoReturn, Protocol
 
 import typer
+from typer.core import TyperCommand
 
-from governor_mechanism.cli.completion import complete_scene
 from governor_mechanism.cli.film_options import FILM_PARAMETERS, gather_film_options
-from governor_mechanism.cli.given_options import in_typed_words, refuse_idle_options
+from governor_mechanism.cli.given_options import in_typed_words, refuse_idle_options, remember_options
 from governor_mechanism.errors import GovernorMechanismError, MechanismError
 from governor_mechanism.files.plain_values import format_json
 from governor_mechanism.model.results.film_options import FilmOptions
 from governor_mechanism.model.results.pictures import Theme
 from governor_mechanism.render.figure_files import FigureFiles, FigureFormat
 
-SceneName = Annotated[
-    str, typer.Argument(metavar="SCENE", help="A scene file (TOML), or the name of a shipped scene.", autocompletion=complete_scene)
-]
 AsJson = Annotated[bool, typer.Option("--json", help="Print one JSON object to standard output, and nothing else.")]
 Accuracy = Annotated[float | None, typer.Option(help="Accuracy relative to the scale of each reading; by default the one of the scene.")]
 RESULTS_FOLDER = Path("results")
@@ -54,26 +52,46 @@ class CommandExit(SystemExit):
     """End of a command that has already printed everything."""
 
 
-@dataclass(frozen=True, kw_only=True)
+class PlainResult(Protocol):
+    """A result that can be given as JSON."""
+
+    def as_json(self) -> Mapping[str, Any]:
+        """Return all numbers in the types of JSON."""
+
+
+@dataclass(frozen=True)
 class CommandResult:
     """What a command reports.
 
     Attributes
     ----------
+    result
+        The result, which prints as text and is given as JSON; None for a command without one.
     text
-        What is printed, line by line.
+        What is printed, line by line; by default the result.
     values
-        What is printed with the option --json.
+        What is printed with the option --json, after the values of the result.
     files
         The files that were written; None for a command that writes none.
     ok
         Whether the command reached its goal.
     """
 
-    text: Sequence[object]
-    values: Mapping[str, object]
+    result: PlainResult | None = None
+    _: KW_ONLY
+    text: Sequence[object] | None = None
+    values: Mapping[str, object] = field(default_factory=dict)
     files: Sequence[Path] | None = None
     ok: bool = True
+
+    def print(self, *, as_json: bool) -> None:
+        """Print the result as one JSON object, or as text with the files that were written."""
+        if as_json:
+            values = {} if self.result is None else self.result.as_json()
+            print_json({**values, **self.values, **({} if self.files is None else {"files": self.files})})
+        else:
+            lines = [self.result] if self.text is None else self.text
+            print_to_stdout("\n".join([*map(str, lines), *(f"wrote {path}" for path in self.files or ())]))
 
 
 def guarded_command(
@@ -94,7 +112,9 @@ def guarded_command(
         interrupt_handler = InterruptHandler()
         try:
             with interrupt_handler:
-                status = _print_result(command(*args, **_gather_records(options, records)), as_json=as_json)
+                result = command(*args, **_gather_records(options, records))
+                result.print(as_json=as_json)
+                status = EXIT_OK if result.ok else EXIT_FAILED
         except (Exception, KeyboardInterrupt) as error:
             status = interrupt_handler.report() if interrupt_handler.was_interrupted else _report_failure(error, as_json=as_json)
         raise CommandExit(status)
@@ -139,14 +159,6 @@ _RECORDS: Mapping[Any, tuple[Sequence[inspect.Parameter], Callable[[Mapping[str,
 """Parameters that stand for a record, and the function that makes it of their values, by its type."""
 
 
-def _print_result(result: CommandResult, *, as_json: bool) -> int:
-    if as_json:
-        print_json({**result.values, **({} if result.files is None else {"files": result.files})})
-    else:
-        print_to_stdout("\n".join([*map(str, result.text), *(f"wrote {path}" for path in result.files or ())]))
-    return EXIT_OK if result.ok else EXIT_FAILED
-
-
 def _report_failure(error: BaseException, *, as_json: bool) -> int:
     """Print what the user can correct and return the exit status; raise any other error again."""
     if isinstance(error, GovernorMechanismError):
@@ -157,7 +169,46 @@ def _report_failure(error: BaseException, *, as_json: bool) -> int:
     raise error
 
 
-def first_sentence(command: Callable[..., object]) -> str:
+class StrictCommand(TyperCommand):
+    """A command that refuses what the parser of the command line would drop, or take for the current folder, without a word."""
+
+    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
+        """Parse the words of the command line; end the command if an option is given twice or a value is empty."""
+        if ctx.resilient_parsing:  # a shell completes words
+            return super().parse_args(ctx, args)
+        values, _, given = self.make_parser(ctx).parse_args(args=list(args))
+        options = [one for one in given if one.param_type_name == "option"]
+        problems = [*_find_repetitions(options), *_find_empty_values(given, values)]
+        is_answered = any(one.is_eager for one in options)  # --help, whatever else is given
+        if problems and not is_answered:
+            raise CommandExit(report_problems(problems, as_json="--json" in args))
+        remember_options({one.name: one.opts[0] for one in options})
+        return super().parse_args(ctx, args)
+
+
+def _find_repetitions(options: Sequence[Any]) -> Iterator[str]:
+    """Yield one sentence for each option that is given twice and counts once."""
+    for name, count in Counter(one.opts[0] for one in options if not one.multiple).items():
+        if count > 1:
+            yield f"{name} is given {'twice' if count == 2 else f'{count} times'}, and counts once; give it once"
+
+
+def _find_empty_values(given: Sequence[Any], values: dict[str, Any]) -> Iterator[str]:
+    """Yield one sentence for each argument or option with a value without a letter."""
+    for parameter in dict.fromkeys(given):
+        value = values.get(parameter.name)
+        texts = value if isinstance(value, list | tuple) else [value]
+        if any(isinstance(text, str) and not text.strip() for text in texts):
+            name = parameter.opts[0] if parameter.param_type_name == "option" else (parameter.metavar or parameter.name.upper())
+            yield f"{name} is empty; give a value, or leave it out"
+
+
+def add_command(app: typer.Typer, command: Callable[..., CommandResult], name: str | None = None, **settings: Any) -> None:
+    """Add a command to an application, by default under the name of its function."""
+    app.command(name, cls=StrictCommand, short_help=_first_sentence(command), **settings)(guarded_command(command))
+
+
+def _first_sentence(command: Callable[..., object]) -> str:
     """Return the first paragraph of the docstring of a command, for the list of commands."""
     return (command.__doc__ or "").split("\n\n")[0].replace("\n", " ")
 

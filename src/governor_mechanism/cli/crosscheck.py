@@ -11,14 +11,13 @@ import typer
 
 import governor_mechanism as gm
 from governor_mechanism.cli import console
-from governor_mechanism.cli.changed_scene import Changes, load_changed
 from governor_mechanism.cli.given_options import refuse_idle_options
+from governor_mechanism.cli.scene_arguments import Changes, SceneName, load_changed, stem_of
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.render.figure_files import FigureFiles
 
 if TYPE_CHECKING:
     from governor_mechanism.verification.report import CheckReport
-    from governor_mechanism.verification.user_kernel.report import KernelReport
 
 
 _FIGURE_OPTIONS = ("out", "figure_formats", "theme")
@@ -26,7 +25,7 @@ _FIGURE_OPTIONS = ("out", "figure_formats", "theme")
 
 
 def crosscheck(
-    scene: console.SceneName,
+    scene: SceneName,
     changes: Changes = None,
     kernel: Annotated[
         str | None, typer.Option(help="A function of your own, FILE.py:FUNCTION or MODULE:FUNCTION, to compare with the simulation.")
@@ -64,12 +63,11 @@ def crosscheck(
     if show_list:
         from governor_mechanism.verification.user_kernel.listing import list_quantities
 
-        listing = list_quantities(loaded_scene)
-        return console.CommandResult(text=[listing], values=listing.as_json())
+        return console.CommandResult(list_quantities(loaded_scene))
     if kernel is None:
         with console.show_status("simulating"):
             report = gm.crosscheck(loaded_scene)
-        return console.CommandResult(text=[report], values=report.as_json(), files=_write_junit(report, junit) or None, ok=report.passed)
+        return console.CommandResult(report, files=_write_junit(report, junit) or None, ok=report.passed)
     from governor_mechanism.verification.user_kernel.files import load_kernel
 
     console.prepare_folder(figures.folder)
@@ -88,9 +86,11 @@ def crosscheck(
             seed=seed,
         )
     name = re.sub(r"\W+", "_", f"{kernel_report.quantity}_{kernel.rpartition(':')[2]}")
-    stem = f"{Path(loaded_scene.source).stem or 'scene'}_{name}"
-    files = _write_record(kernel_report, figures, stem) + _write_junit(kernel_report, junit)
-    return console.CommandResult(text=[kernel_report], values=kernel_report.as_json(), files=files, ok=kernel_report.passed)
+    stem = f"{stem_of(loaded_scene)}_{name}"
+    files = [kernel_report.save_json(figures.folder / f"{stem}.json")]
+    if len(kernel_report.rows) > 1:  # a single comparison has no curve
+        files += figures.save_all(kernel_report, stem)
+    return console.CommandResult(kernel_report, files=files + _write_junit(kernel_report, junit), ok=kernel_report.passed)
 
 
 def _refuse_idle(*, has_kernel: bool, is_random: bool, shows_list: bool) -> None:
@@ -115,18 +115,6 @@ def _parse_pairs(pairs: Sequence[str] | None, option: str, example: str) -> dict
             raise MechanismError(f"{option} gives {name!r} twice; give all its values at once")
         parsed[name] = text
     return parsed
-
-
-def _write_record(report: KernelReport, figures: FigureFiles, stem: str) -> list[Path]:
-    """Write the record and the figure of a kernel; return their paths."""
-    from governor_mechanism.files.plain_values import save_json
-
-    files = [save_json(report.as_json(), figures.folder / f"{stem}.json")]
-    if figures.formats and len(report.rows) > 1:  # a single comparison has no curve
-        from governor_mechanism.render.figures.kernel_errors import kernel_errors_figure
-
-        files += figures.save(kernel_errors_figure(report), stem)
-    return files
 
 
 def _write_junit(report: CheckReport, path: Path | None) -> list[Path]:

@@ -66,7 +66,7 @@ def design(
     Every input may be given as an option of its name. Writes figures. With the inputs of the paper, the printed numbers are compared with
     the recomputed ones, and where they differ the cause is named.
     """
-    from governor_mechanism.studies.design.procedures import PROCEDURES
+    from governor_mechanism.studies.design.procedures import PROCEDURES, DesignReport
 
     console.prepare_folder(figures.folder)
     procedure = PROCEDURES[machine.value]
@@ -76,19 +76,14 @@ def design(
     paper = procedure.compare() if procedure.compare and inputs == procedure.inputs else None
     with console.show_status("simulating"):
         simulated = procedure.simulate(designed, paper) if procedure.simulate else None
+    report = DesignReport(machine=machine.value, design=designed, simulated=simulated, paper=paper)
     files = [_write_scene(designed, figures.folder)]
-    if figures.formats:
-        from governor_mechanism.render.figures.design.registry import design_figures
-
-        with console.show_status("drawing"):
-            files += [path for name, figure in design_figures(designed, simulated, paper).items() for path in figures.save(figure, name)]
+    with console.show_status("drawing"):
+        files += figures.save_all(report, "")
     if as_json:
         for warning in designed.warnings:  # the text output contains them
             console.print_to_stderr(warning)
-    parts = {"design": designed, "simulated": simulated, "paper": paper}
-    values = {"machine": machine.value, **{name: part.as_json() for name, part in parts.items() if part is not None}}
-    text = [*([f"{paper}\n"] if paper else []), designed, *([f"\n{simulated}"] if simulated else [])]
-    return console.CommandResult(text=text, values=values, files=files, ok=simulated.ok if simulated else True)
+    return console.CommandResult(report, files=files, ok=report.ok)
 
 
 def _write_scene(designed: Design, folder: Path) -> Path:

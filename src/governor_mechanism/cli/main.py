@@ -1,7 +1,4 @@
-"""The command line: `compile`, `equilibria`, `crosscheck`, and the commands of the other files of this folder.
-
-Heavy imports are made when a command needs them.
-"""
+"""The command line: the commands of the other files of this folder, in one application."""
 
 from __future__ import annotations
 
@@ -9,29 +6,21 @@ import gc
 import io
 import os
 import sys
-from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
 import governor_mechanism as gm
 from governor_mechanism.cli import console
-from governor_mechanism.cli.changed_scene import Changes, load_changed
 from governor_mechanism.cli.compare import compare
 from governor_mechanism.cli.crosscheck import crosscheck
 from governor_mechanism.cli.design import design
-from governor_mechanism.cli.errata import errata
-from governor_mechanism.cli.given_options import refuse_idle_options
+from governor_mechanism.cli.equilibria import equilibria
 from governor_mechanism.cli.regulation import regulation_app
 from governor_mechanism.cli.run import run
 from governor_mechanism.cli.scenes import catalogue, describe, init, models, schema
 from governor_mechanism.cli.strict_command import add_command
-from governor_mechanism.cli.studies import accuracy, effects, hard_cases, sweep, valve_gears
-from governor_mechanism.render.figure_files import FigureFiles
-
-if TYPE_CHECKING:
-    from governor_mechanism.cli.summary import EquilibriaReport
-    from governor_mechanism.statics.speed_curve import SpeedCurve
+from governor_mechanism.cli.studies import accuracy, effects, errata, hard_cases, sweep, valve_gears
 
 COLLECTION_THRESHOLD = 100_000
 """Number of new objects after which unreachable ones are searched for; what is imported stays, and searching it takes longer than a run."""
@@ -77,76 +66,6 @@ def options(
     """Simulate, film and verify the mechanisms that once controlled machines."""
 
 
-def equilibria(
-    scene: console.SceneName,
-    changes: Changes = None,
-    speed: Annotated[
-        str | None, typer.Option(help='Spindle speed, for example "6.4 rad/s" or "61 rpm"; by default the one of the scene.')
-    ] = None,
-    resistance: Annotated[
-        str | None, typer.Option(help='Friction at a reading, for example "40 N": compute and draw the insensitivity band.')
-    ] = None,
-    against: Annotated[
-        str | None, typer.Option(help="The reading of the sleeve, along which resistance and effort act. [sleeve_lift]")
-    ] = None,
-    working_range: Annotated[
-        str | None,
-        typer.Option(
-            "--range", help='Working range for the sensitiveness, "READING=LOW:HIGH"; by default that of the stops, or the whole travel.'
-        ),
-    ] = None,
-    speed_change: Annotated[float | None, typer.Option(help="Relative change of speed for effort and power; by default 0.01.")] = None,
-    linearise: Annotated[
-        bool,
-        typer.Option("--linearise", help="Instead: eigenvalues and modes with all dampers, about each equilibrium or steady rotation."),
-    ] = False,
-    limit: Annotated[str | None, typer.Option(help='Instead: the value of a key at which stability ends, "KEY=LOW:HIGH".')] = None,
-    *,
-    figures: FigureFiles,
-    as_json: console.AsJson = False,
-) -> console.CommandResult:
-    """Find all equilibria at a speed and their stability; draw the speed curve and the controlling force."""
-    from governor_mechanism.cli.summary import report_equilibria, report_linearisation
-    from governor_mechanism.units.quantities import number_or_text, parse_quantity
-
-    _refuse_idle(linearise=linearise, limit=limit)
-    loaded_scene = load_changed(scene, changes)
-    spindle_speed = None if speed is None else parse_quantity(number_or_text(speed), "angular_speed", "--speed")
-    if linearise or limit is not None:
-        with console.show_status("linearising"):
-            return report_linearisation(loaded_scene, spindle_speed, limit)
-    console.prepare_folder(figures.folder)
-    report = report_equilibria(loaded_scene, spindle_speed, resistance, against, working_range, speed_change)
-    files = _write_speed_curve_figures(report, report.curve, figures) if figures.formats and report.curve else []
-    return console.CommandResult(text=[report.scene.title, *report.lines()], values=report.as_json(), files=files)
-
-
-def _refuse_idle(*, linearise: bool, limit: str | None) -> None:
-    """Raise MechanismError for options that do nothing beside others."""
-    if linearise or limit is not None:
-        mode = "--limit" if limit is not None else "--linearise"
-        idle = ("resistance", "against", "working_range", "speed_change", "out", "figure_formats", "theme")
-        refuse_idle_options(*(("speed", "linearise") if limit is not None else ()), *idle, condition=f"with {mode}")
-
-
-def _write_speed_curve_figures(report: EquilibriaReport, curve: SpeedCurve, figures: FigureFiles) -> list[Path]:
-    """Draw the speed curve, the controlling force if there are balls, and Zehnder's plate for the governors that it covers."""
-    from governor_mechanism.render.figures.controlling_force import controlling_force_figure
-    from governor_mechanism.render.figures.parabolic.isochronous_data import has_isochronous_parabolas
-    from governor_mechanism.render.figures.parabolic.isochronous_plate import isochronous_figure
-    from governor_mechanism.render.figures.speed_curve import speed_curve_figure
-
-    scene, stem = report.scene, Path(report.scene.source).stem
-    points = [equilibrium for equilibrium, _ in report.points]
-    files = figures.save(speed_curve_figure(scene, curve, points), f"{stem}_characteristic")
-    forces = report.controlling_force.curve if report.controlling_force else None
-    if forces is not None:
-        files += figures.save(controlling_force_figure(scene, forces, points), f"{stem}_controlling_force")
-    if has_isochronous_parabolas(scene):
-        files += figures.save(isochronous_figure(scene), f"{stem}_parabolas")
-    return files
-
-
 for command in (
     models,
     catalogue,
@@ -164,10 +83,10 @@ for command in (
     valve_gears,
     errata,
 ):
-    add_command(app, command)
+    console.add_command(app, command)
 # Inputs of a design may be options of their own; `design` answers a misspelt one.
 _ANY_OPTIONS = {"allow_extra_args": True, "ignore_unknown_options": True}
-add_command(app, design, context_settings=_ANY_OPTIONS)
+console.add_command(app, design, context_settings=_ANY_OPTIONS)
 app.add_typer(regulation_app, name="regulation")
 
 

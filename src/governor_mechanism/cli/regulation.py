@@ -6,15 +6,13 @@ Heavy imports are made when a command needs them.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 import governor_mechanism as gm
 from governor_mechanism.cli import console
-from governor_mechanism.cli.changed_scene import Changes, load_changed
-from governor_mechanism.cli.strict_command import add_command
+from governor_mechanism.cli.scene_arguments import Changes, SceneName, load_changed, stem_of
 from governor_mechanism.render.figure_files import FigureFiles
 from governor_mechanism.units.quantities import number_or_text
 
@@ -26,65 +24,50 @@ StudiedScene = Annotated[str, typer.Argument(metavar="[SCENE]", help="A scene fi
 
 def cyclic(scene: StudiedScene = "", *, figures: FigureFiles, as_json: console.AsJson = False) -> console.CommandResult:
     """Find the amplitude of the cyclic sleeve motion against the speed fluctuation."""
-    from governor_mechanism.render.figures.regulation import cyclic_figure
     from governor_mechanism.studies.regulation.cyclic_irregularity import FLUCTUATION_RATIOS, study_cyclic_motion
 
-    return _study("cyclic", [scene or "porter_cyclic"], study_cyclic_motion, FLUCTUATION_RATIOS, _of_first(cyclic_figure), figures)
+    return _study("cyclic", [scene or "porter_cyclic"], study_cyclic_motion, FLUCTUATION_RATIOS, figures)
 
 
 def clearance(scene: StudiedScene = "", *, figures: FigureFiles, as_json: console.AsJson = False) -> console.CommandResult:
     """Find the amplitude of the cyclic sleeve motion against the clearance."""
-    from governor_mechanism.render.figures.regulation import clearance_figure
     from governor_mechanism.studies.regulation.cyclic_irregularity import CLEARANCES, study_clearance
 
     scenes = [scene] if scene else ["porter_clearance", "watt_clearance"]
-    return _study("clearance", scenes, study_clearance, CLEARANCES, clearance_figure, figures)
+    return _study("clearance", scenes, study_clearance, CLEARANCES, figures)
 
 
 def settling(scene: StudiedScene = "", *, figures: FigureFiles, as_json: console.AsJson = False) -> console.CommandResult:
     """Find the settling time against the damping."""
-    from governor_mechanism.render.figures.regulation import settling_figure
     from governor_mechanism.studies.regulation.settling_time import DAMPING_COEFFICIENTS, study_settling
 
-    scenes = [scene or "porter_load_step"]
-    return _study("settling", scenes, study_settling, DAMPING_COEFFICIENTS, _of_first(settling_figure), figures)
+    return _study("settling", [scene or "porter_load_step"], study_settling, DAMPING_COEFFICIENTS, figures)
 
 
 def jump(scene: StudiedScene = "", *, figures: FigureFiles, as_json: console.AsJson = False) -> console.CommandResult:
     """Find the delay of the jump at a fold against the ramp rate of the speed."""
-    from governor_mechanism.render.figures.regulation import fold_jump_figure
     from governor_mechanism.studies.regulation.fold_jump import RAMP_RATES, study_fold_jump
 
-    return _study("jump", [scene or "watt_improved"], study_fold_jump, RAMP_RATES, _of_first(fold_jump_figure), figures)
-
-
-def _of_first(draw_figure: Callable[[Any], Any]) -> Callable[[Sequence[Any]], Any]:
-    """Return a function of several results that draws the first one."""
-    return lambda results: draw_figure(results[0])
+    return _study("jump", [scene or "watt_improved"], study_fold_jump, RAMP_RATES, figures)
 
 
 def _study(
-    name: str,
-    scenes: Sequence[str],
-    make_study: Callable[..., Any],
-    values: FloatArray,
-    draw_figure: Callable[..., Any],
-    figures: FigureFiles,
+    name: str, scenes: Sequence[str], make_study: Callable[..., Any], values: FloatArray, figures: FigureFiles
 ) -> console.CommandResult:
-    """Make a study of the governor of each scene, and draw all results."""
+    """Make a study of the governor of each scene, and draw all results in one figure."""
     from governor_mechanism.engines.rotating_part import rotating_part_alone
 
     console.prepare_folder(figures.folder)
     with console.show_status("running"):
         results = [make_study(rotating_part_alone(gm.load(scene)), values) for scene in scenes]
-        files = figures.save(draw_figure(results), name) if figures.formats else []
+        files = figures.save(results[0].plot(*results[1:]), name) if figures.formats else []
     conclusions = [result.conclusion for result in results]
     record = {"study": name, "conclusions": conclusions, "results": [result.as_json() for result in results]}
     return console.CommandResult(text=conclusions, values=record, files=files)
 
 
 def loop(
-    scene: console.SceneName,
+    scene: SceneName,
     changes: Changes = None,
     load_step: Annotated[
         str, typer.Option(help='The load before and after the change, in parts of load.rated_torque, for example "100%:50%".')
@@ -106,17 +89,13 @@ def loop(
     with console.show_status("simulating"):
         times: dict[str, Any] = {"at": None if at is None else number_or_text(at), "ramp": number_or_text(ramp)}
         study = gm.load_change_study(loaded, load_step, **times, engine=engine, accuracy=accuracy)
-    stem = f"{Path(loaded.source).stem or 'scene'}_loop"
+    stem = f"{stem_of(loaded)}_loop"
     files = [study.save_json(figures.folder / f"{stem}.json")]
-    if figures.formats:
-        from governor_mechanism.render.figures.load_change import load_change_figure
-
-        files += figures.save(load_change_figure(study), stem)
-    return console.CommandResult(text=[study.title, study], values=study.as_json(), files=files, ok=study.ok)
+    return console.CommandResult(study, text=[study.title, study], files=files + figures.save_all(study, stem), ok=study.ok)
 
 
 def stability_map(
-    scene: console.SceneName,
+    scene: SceneName,
     changes: Changes = None,
     vary: Annotated[
         list[str] | None,
@@ -136,13 +115,9 @@ def stability_map(
     loaded = load_changed(scene, changes)
     with console.show_progress_bar("map") as progress:
         study = gm.stability_map(loaded, vary or (), border_points=border_points, workers=workers, progress=progress)
-    stem = f"{Path(loaded.source).stem or 'scene'}_map"
+    stem = f"{stem_of(loaded)}_map"
     files = [study.save_json(figures.folder / f"{stem}.json")]
-    if figures.formats:
-        from governor_mechanism.render.figures.stability_map import stability_map_figure
-
-        files += figures.save(stability_map_figure(study), stem)
-    return console.CommandResult(text=[study.title, study], values=study.as_json(), files=files)
+    return console.CommandResult(study, text=[study.title, study], files=files + figures.save_all(study, stem))
 
 
 def rules(*, figures: FigureFiles, as_json: console.AsJson = False) -> console.CommandResult:
@@ -151,14 +126,10 @@ def rules(*, figures: FigureFiles, as_json: console.AsJson = False) -> console.C
     with console.show_progress_bar("rules") as progress:
         study = gm.paper_rules(progress)
     files = [study.save_json(figures.folder / "paper_rules.json")]
-    if figures.formats:
-        from governor_mechanism.papers.rules.figure import paper_rules_figure
-
-        files += figures.save(paper_rules_figure(study), "paper_rules")
-    return console.CommandResult(text=[study], values=study.as_json(), files=files)
+    return console.CommandResult(study, files=files + figures.save_all(study, "paper_rules"))
 
 
 regulation_app = typer.Typer(help="Study how a governor regulates.", no_args_is_help=True, rich_markup_mode=None)
 for command in (loop, rules, cyclic, clearance, settling, jump):
-    add_command(regulation_app, command)
-add_command(regulation_app, stability_map, "map")
+    console.add_command(regulation_app, command)
+console.add_command(regulation_app, stability_map, "map")

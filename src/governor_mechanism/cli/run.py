@@ -6,6 +6,7 @@ Heavy imports are made when the command needs them.
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Sequence
 from contextlib import nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -14,9 +15,9 @@ import typer
 
 import governor_mechanism as gm
 from governor_mechanism.cli import console
-from governor_mechanism.cli.changed_scene import Changes, load_changed
 from governor_mechanism.cli.film_options import check_film, in_command_words
 from governor_mechanism.cli.given_options import refuse_idle_options
+from governor_mechanism.cli.scene_arguments import Changes, SceneName, load_changed, stem_of
 from governor_mechanism.model.results.film_options import FilmFormat, FilmOptions
 from governor_mechanism.render.figure_files import FigureFiles
 from governor_mechanism.units.quantities import number_or_text
@@ -29,7 +30,7 @@ if TYPE_CHECKING:
 
 
 def run(
-    scene: console.SceneName,
+    scene: SceneName,
     changes: Changes = None,
     engine: Annotated[str, typer.Option(help="Name of an engine; auto uses the engine of the scene.")] = "auto",
     accuracy: console.Accuracy = None,
@@ -58,7 +59,7 @@ def run(
     selected_engine = engine if max_steps is None else _limit_steps(engine, loaded, accuracy, max_steps)
     with console.show_status("simulating"):
         result = gm.run(loaded, engine=selected_engine, accuracy=accuracy)
-    files = _write_results(result, figures, Path(loaded.source).stem or "scene", kind, film_options)
+    files = _write_results(result, figures, stem_of(loaded), kind, film_options)
     if not result.outcome.ok and not as_json:
         console.print_to_stderr(result.message)
     return _report(result, files, verbose=verbose, as_json=as_json)
@@ -75,15 +76,15 @@ def _limit_steps(name: str, scene: Scene, accuracy: float | None, max_steps: int
 
 def _report(result: Trajectory, files: list[Path], *, verbose: bool, as_json: bool) -> console.CommandResult:
     """Return what the command prints: four lines, or all that is known of the run."""
-    from governor_mechanism.cli.run_summary import format_files, format_run, summarise_in_lines
     from governor_mechanism.files.results import summarise_run
+    from governor_mechanism.files.run_text import format_run, summarise_in_lines
 
     valve_timing = _valve_timing_of(result.scene) if verbose or as_json else None
     values = {**summarise_run(result), **({} if valve_timing is None else {"steam": valve_timing.as_json()}), "files": files}
-    text: list[object] = [*summarise_in_lines(result, files)]
+    text: list[object] = [*summarise_in_lines(result), _format_files(files)]
     if verbose:
         timing = [] if valve_timing is None else [_format_gears(result.scene) or valve_timing]
-        text = [format_run(result), *timing, format_files(files)]
+        text = [format_run(result), *timing, _format_files(files)]
     return console.CommandResult(text=text, values=values, ok=result.outcome.ok)
 
 
@@ -124,3 +125,13 @@ def _write_results(result: Trajectory, figures: FigureFiles, stem: str, film: st
                 progress=progress,
             )
         )
+
+
+def _format_files(files: Sequence[Path]) -> str:
+    """Return the files that were written, each folder once."""
+    if not files:
+        return "wrote no files"
+    names: dict[Path, list[str]] = {}
+    for path in files:
+        names.setdefault(path.parent, []).append(path.name)
+    return "wrote " + "; ".join(f"{', '.join(names_there)} in {folder}" for folder, names_there in names.items())

@@ -10,8 +10,7 @@ from typing import Annotated
 import typer
 
 from governor_mechanism.cli import console
-from governor_mechanism.cli.changed_scene import Changes, load_changed
-from governor_mechanism.cli.completion import complete_machine
+from governor_mechanism.cli.scene_arguments import Changes, SceneName, complete_machine, load_changed
 from governor_mechanism.files.plain_values import format_json
 
 
@@ -58,12 +57,11 @@ def init(
     return console.CommandResult(text=[text.rstrip("\n")], values={"machine": machine, "text": text})
 
 
-def describe(scene: console.SceneName, changes: Changes = None, as_json: console.AsJson = False) -> console.CommandResult:
+def describe(scene: SceneName, changes: Changes = None, as_json: console.AsJson = False) -> console.CommandResult:
     """Describe a scene: dimensions, effects, readings with units, degrees of freedom, loads, couplings, events, and what engines say."""
     from governor_mechanism.scenes.description import describe_scene
 
-    description = describe_scene(load_changed(scene, changes))
-    return console.CommandResult(text=[description], values=description.as_json())
+    return console.CommandResult(describe_scene(load_changed(scene, changes)))
 
 
 def schema(as_json: console.AsJson = False) -> console.CommandResult:

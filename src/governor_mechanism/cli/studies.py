@@ -1,23 +1,23 @@
-"""The commands of the studies: `accuracy`, `effects`, `sweep`, `hard-cases`, `valve-gears`.
+"""The commands of the studies: `accuracy`, `effects`, `sweep`, `hard-cases`, `valve-gears`, `errata`.
 
 Heavy imports are made when a command needs them.
 """
 
 from __future__ import annotations
 
-from pathlib import Path
+from enum import StrEnum
 from typing import Annotated, Any
 
 import typer
 
 import governor_mechanism as gm
 from governor_mechanism.cli import console
-from governor_mechanism.cli.changed_scene import Changes, load_changed
+from governor_mechanism.cli.scene_arguments import Changes, SceneName, load_changed, stem_of
 from governor_mechanism.render.figure_files import FigureFiles
 
 
 def accuracy(
-    scene: console.SceneName,
+    scene: SceneName,
     changes: Changes = None,
     wanted: Annotated[
         float | None, typer.Option("--for", help="Print the fastest setting for this error, relative to the scale of each reading.")
@@ -36,21 +36,19 @@ def accuracy(
     loaded_scene = load_changed(scene, changes)
     with console.show_progress_bar("accuracy") as progress:
         study = gm.accuracy_study(loaded_scene, longest, progress)
-    stem = f"{Path(loaded_scene.source).stem or 'scene'}_accuracy"
+    stem = f"{stem_of(loaded_scene)}_accuracy"
     files = [study.save_csv(figures.folder / f"{stem}.csv"), study.save_json(figures.folder / f"{stem}.json")]
     is_measurable = wanted is None or wanted >= study.reference.resolvable_error
     is_reached = wanted is None or (is_measurable and study.cheapest_for(wanted) is not None)
     advice = None if wanted is None else study.advice(wanted) if is_measurable else study.unresolvable_message(wanted)
     if figures.formats:
-        from governor_mechanism.render.figures.work_precision import work_precision_figure
-
-        files += figures.save(work_precision_figure(study, wanted if is_measurable else None), f"{stem}")
-    values = study.as_json() | ({} if wanted is None else {"for": wanted, "advice": advice, "reached": is_reached})
-    return console.CommandResult(text=[study, *([advice] if advice else [])], values=values, files=files, ok=is_reached)
+        files += figures.save(study.plot(wanted if is_measurable else None), stem)
+    values = {} if wanted is None else {"for": wanted, "advice": advice, "reached": is_reached}
+    return console.CommandResult(study, text=[study, *([advice] if advice else [])], values=values, files=files, ok=is_reached)
 
 
 def effects(
-    scene: console.SceneName,
+    scene: SceneName,
     changes: Changes = None,
     engine: Annotated[str, typer.Option(help="The engine of all runs.")] = "auto",
     accuracy: Annotated[float | None, typer.Option(help="Accuracy relative to the scale of each reading.")] = None,
@@ -63,16 +61,11 @@ def effects(
     loaded_scene = load_changed(scene, changes)
     with console.show_progress_bar("effects") as progress:
         study = gm.effects_study(loaded_scene, engine, accuracy, progress)
-    files = []
-    if figures.formats:
-        from governor_mechanism.render.figures.effect_ablation import effect_ablation_figure
-
-        files += figures.save(effect_ablation_figure(study), f"{Path(loaded_scene.source).stem or 'scene'}_effects")
-    return console.CommandResult(text=[study], values=study.as_json(), files=files)
+    return console.CommandResult(study, files=figures.save_all(study, f"{stem_of(loaded_scene)}_effects"))
 
 
 def sweep(
-    scene: console.SceneName,
+    scene: SceneName,
     vary: Annotated[
         list[str],
         typer.Option(
@@ -127,11 +120,7 @@ def sweep(
             console.print_to_stderr(f"{n_kept} of {n_rows} rows are in {journal_file}; the same command continues from there")
         raise
     files = [journal_file.with_suffix(kind) for kind in (".csv", ".json")]
-    if figures.formats:
-        from governor_mechanism.render.figures.sweep import sweep_figure
-
-        files += figures.save(sweep_figure(result), journal_file.stem)
-    return console.CommandResult(text=[result], values=result.as_json() if as_json else {}, files=files, ok=result.ok)
+    return console.CommandResult(result, files=files + figures.save_all(result, journal_file.stem), ok=result.ok)
 
 
 def hard_cases(
@@ -151,11 +140,7 @@ def hard_cases(
     with console.show_progress_bar("hard cases") as progress:
         report = gm.hard_cases(case or (), short, progress)
     files = [report.save_csv(figures.folder / "hard_cases.csv"), report.save_json(figures.folder / "hard_cases.json")]
-    if figures.formats:
-        from governor_mechanism.render.figures.hard_cases import hard_case_figure
-
-        files += [path for one in report.cases for path in figures.save(hard_case_figure(report, one), f"hard_case_{one.name}")]
-    return console.CommandResult(text=[report], values=report.as_json(), files=files, ok=report.ok)
+    return console.CommandResult(report, files=files + figures.save_all(report, "hard_case"), ok=report.ok)
 
 
 def valve_gears(
@@ -172,8 +157,31 @@ def valve_gears(
     with console.show_status("reversing"):
         study = gm.valve_gears(scenes or (), count)
     files = [study.save_json(figures.folder / "valve_gears.json")]
-    if figures.formats:
-        from governor_mechanism.render.figures.valve_timing.valve_gears import valve_gears_figure
+    return console.CommandResult(study, files=files + figures.save_all(study, "valve_gears"))
 
-        files += figures.save(valve_gears_figure(study), "valve_gears")
-    return console.CommandResult(text=[study], values=study.as_json(), files=files)
+
+class PaperChoice(StrEnum):
+    """The papers, as `--paper` takes them; a test compares them with those of the study, which is slow to import."""
+
+    REDTENBACHER = "redtenbacher"
+    ZEHNDER = "zehnder"
+    MARKS = "marks"
+    DUBOIS = "dubois"
+
+
+def errata(
+    paper: Annotated[PaperChoice | None, typer.Option(help="Only the errata of this paper. [all four]")] = None,
+    simulate: Annotated[bool, typer.Option("--simulate", help="Also simulate the machines that show the main errors.")] = False,
+    *,
+    figures: FigureFiles,
+    as_json: console.AsJson = False,
+) -> console.CommandResult:
+    """List what is not right in the papers, by cause: what is printed and right, why, and what command shows it.
+
+    Every right value is recomputed by the closed forms. Draws one figure for the main error of each paper.
+    """
+    console.prepare_folder(figures.folder)
+    with console.show_status("simulating" if simulate else "recomputing"):
+        result = gm.errata(paper, simulate=simulate)
+    with console.show_status("drawing"):
+        return console.CommandResult(result, files=figures.save_all(result, "errata"))

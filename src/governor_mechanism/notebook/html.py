@@ -29,6 +29,13 @@ def format_paragraph(text: str, *, is_bold: bool = False) -> str:
     return f'<div style="text-align:left">{content}</div>'
 
 
+def format_printed(text: str) -> str:
+    """Return a printed text, with its columns aligned and a bar to scroll long lines."""
+    # JupyterLab shows a plain <pre> of a result in a proportional font.
+    style = "white-space:pre;overflow-x:auto;line-height:1.3;font-family:Menlo,'DejaVu Sans Mono',Consolas,'Courier New',monospace"
+    return f'<pre style="{style}">{escape(text)}</pre>'
+
+
 def draw_small_curve(
     values: FloatArray,  # values; shape (n,). Those that are not finite are left out
     noise: float,

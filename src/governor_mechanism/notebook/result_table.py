@@ -6,8 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from governor_mechanism.files.printed_result import format_as_html
-from governor_mechanism.notebook.html import draw_small_curve, format_html_table, format_paragraph
+from governor_mechanism.notebook.html import draw_small_curve, format_html_table, format_paragraph, format_printed
 from governor_mechanism.units.short_repr import summarise
 
 MAX_NAMED_ITEMS = 20
@@ -18,18 +17,15 @@ CONSTANT_RATIO = 1e-9
 
 
 def result_html(result: Any) -> str:
-    """Return the fields of a result as HTML.
+    """Return a result as HTML: the text that it prints, with its columns aligned, or else its fields.
 
-    Result: a table of names, small curves of arrays over one axis, and values or their range.
+    Result: of the fields, a table of names, small curves of arrays over one axis, and values or their range.
     """
+    if "__str__" in {name for owner in type(result).__mro__[:-1] for name in vars(owner)}:
+        return format_printed(str(result))
     title = f"{type(result).__name__} (SI units)"
     rows = [row for field in dataclasses.fields(result) if field.repr for row in _field_rows(field.name, getattr(result, field.name))]
     return format_paragraph(title, is_bold=True) + format_html_table((), rows, n_text_columns=3)
-
-
-def printed_html(result: object) -> str:
-    """Return the text that a result prints as HTML, with its columns aligned."""
-    return format_as_html(str(result))
 
 
 def _field_rows(name: str, value: Any) -> Iterator[tuple[str, str, str]]:

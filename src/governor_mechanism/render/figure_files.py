@@ -1,12 +1,16 @@
 """Formats of figures, and the files of a figure in the chosen ones. Nothing heavy is imported here."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
+from importlib import import_module
 from pathlib import Path
+from typing import Any
 
 from governor_mechanism.errors import MechanismError
+from governor_mechanism.model.later_module import PACKAGE
 from governor_mechanism.model.results.pictures import Figure, Theme
+from governor_mechanism.model.results.result import Result
 from governor_mechanism.units.quantities import format_value
 
 
@@ -53,3 +57,37 @@ class FigureFiles:
     def save(self, figure: Figure, stem: str) -> list[Path]:
         """Write a figure in all formats."""
         return [figure.save(self.folder / f"{stem}.{one}", self.theme) for one in dict.fromkeys(self.formats)]
+
+    def save_all(self, result: Result, stem: str) -> list[Path]:
+        """Write all figures of a result in all formats; draw nothing without formats."""
+        figures = result.figures() if self.formats else {}
+        return [path for end, figure in figures.items() for path in self.save(figure, f"{stem}{end}")]
+
+
+def draw_result(
+    result: Result,
+    *options: Any,  # those of the function that draws it
+) -> Figure:
+    """Return the figure that the class of a result names.
+
+    Raises MechanismError if it names none.
+    """
+    if not result.figure:
+        where = "figures() returns them" if result.figure_set else "as_json() and to_dataframe() return its numbers"
+        raise MechanismError(f"{type(result).__name__} has no figure that shows all of it; {where}")
+    figure: Figure = _find_function(result.figure)(result, *options)
+    return figure
+
+
+def draw_figures(result: Result) -> Mapping[str, Figure]:
+    """Return all figures of a result by the ends of the names of their files.
+
+    Raises MechanismError if its class names none.
+    """
+    return _find_function(result.figure_set)(result) if result.figure_set else {"": draw_result(result)}
+
+
+def _find_function(name: str) -> Any:
+    """Return the function of a name "module.function" in the package."""
+    module, _, function = name.rpartition(".")
+    return getattr(import_module(f"{PACKAGE}.{module}"), function)

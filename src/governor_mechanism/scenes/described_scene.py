@@ -152,9 +152,9 @@ class SceneDescription:
 
     def _repr_html_(self) -> str:
         """Return what a notebook shows: the text that is printed."""
-        from governor_mechanism.notebook.result_table import printed_html
+        from governor_mechanism.notebook.result_table import result_html
 
-        return printed_html(self)
+        return result_html(self)
 
     def __repr__(self) -> str:
         """Return the text, which an interactive session shows."""

@@ -19,7 +19,7 @@ References: M. Tolle, Regelung der Kraftmaschinen (C-Kurven); Th. Bevan, The The
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field, fields
 from numbers import Integral, Real
 from typing import cast
 
@@ -32,14 +32,15 @@ from governor_mechanism.mechanics.reduction.lagrangian import PathCoefficients, 
 from governor_mechanism.model.joints import GROUND
 from governor_mechanism.model.mechanism import Mechanism
 from governor_mechanism.model.output_variables import PointCoordinate
-from governor_mechanism.model.results.exported_result import ExportedResult
+from governor_mechanism.model.results.pictures import Figure
+from governor_mechanism.model.results.result import Column, Result
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.statics import equilibrium_speed
 from governor_mechanism.statics.equilibrium_speed import equilibrium_speed_squared, evaluate_stability
 from governor_mechanism.statics.governor_effort import GovernorEffort, evaluate_effort
 from governor_mechanism.statics.speed_curve import MAX_CURVE_POINTS, compute_insensitivity_band
 from governor_mechanism.statics.working_range import WorkingRange, locate_working_range
-from governor_mechanism.types import DataFrame, FloatArray, QuantityValues
+from governor_mechanism.types import FloatArray, QuantityValues
 from governor_mechanism.units.quantities import format_value
 from governor_mechanism.units.short_repr import short_repr
 
@@ -154,7 +155,7 @@ N_QUADRATURE_NODES = 64
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class ControllingForce(ExportedResult):
+class ControllingForce(Result):
     """Controlling force of one ball at positions of a governor; arrays of shape (n,).
 
     Attributes
@@ -200,6 +201,8 @@ class ControllingForce(ExportedResult):
         there is no equilibrium speed, or it is a dead centre.
     low_end_message, high_end_message
         Sentences on what happens at the ends of the travel.
+    scene
+        The scene.
     """
 
     coordinate_name: str
@@ -223,31 +226,38 @@ class ControllingForce(ExportedResult):
     working_range: WorkingRange | None
     low_end_message: str
     high_end_message: str
+    scene: Scene = field(repr=False)
 
     __repr__ = short_repr
 
-    def _repr_html_(self) -> str:
-        """Return what a notebook shows: a row for each quantity."""
-        from governor_mechanism.notebook.result_table import result_html
+    figure = "render.figures.controlling_force.controlling_force_figure"
 
-        return result_html(self)
+    @property
+    def index(self) -> str:
+        """Name of the leading coordinate."""
+        return self.coordinate_name
 
-    def to_dataframe(self) -> DataFrame:
-        """Return a table of pandas: all quantities along the travel, SI, by the leading coordinate.
+    @property
+    def columns(self) -> tuple[Column, ...]:
+        """All quantities along the travel; coordinate, radius and sleeve have the names of their readings."""
+        names = {"coordinate": self.coordinate_name, "radius": self.radius_name, "sleeve": self.against}
+        arrays = [one.name for one in fields(self) if isinstance(getattr(self, one.name), np.ndarray)]
+        return tuple(Column(names.get(name, name), value=name) for name in arrays)
+
+    def plot(self, equilibria: Sequence[Result] = ()) -> Figure:
+        """Draw the controlling force over the radius, with speed lines and the working range.
+
+        Parameters
+        ----------
+        equilibria
+            Equilibria to mark, as from `gm.equilibria`.
 
         Returns
         -------
-        pandas.DataFrame
-            The table.
-
-        Raises
-        ------
-        MechanismError
-            If pandas is not installed.
+        Figure
+            The figure.
         """
-        from governor_mechanism.files.curve_tables import tabulate_controlling_force
-
-        return tabulate_controlling_force(self)
+        return self._draw(equilibria)
 
     @property
     def against(self) -> str:
@@ -303,6 +313,7 @@ def compute_controlling_force(
     stable = has_equilibrium & (stiffness > 0.0) & ~astatic
     friction_force = np.abs(forces.refer_to_ball(friction * reduction.output_derivative(coefficients, against)))
     return ControllingForce(
+        scene=scene,
         coordinate_name=reduction.mechanism.coordinate,
         coordinate=coefficients.coordinate,
         radius_name=ball.name,

@@ -13,8 +13,8 @@ from governor_mechanism.mechanics.kinematics.range_of_motion import find_runs
 from governor_mechanism.mechanics.kinematics.time_functions import SpindleSpeedFunction
 from governor_mechanism.mechanics.reduction.lagrangian import PathCoefficients, SingleDofReduction
 from governor_mechanism.model.force_elements import Damper, TorsionDamper
-from governor_mechanism.model.results.exported_result import ExportedResult
 from governor_mechanism.model.results.named_values import name_values
+from governor_mechanism.model.results.result import Result
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.statics.adaptive_grid import ASTATIC_TOLERANCE, interpolation_error_exceeds, sample_range_of_motion
 from governor_mechanism.statics.equilibrium_speed import (
@@ -48,7 +48,7 @@ MAX_EQUILIBRIUM_ITERATIONS = 60
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Equilibrium(ExportedResult):
+class Equilibrium(Result):
     """An equilibrium at a given spindle speed.
 
     Attributes
@@ -87,12 +87,6 @@ class Equilibrium(ExportedResult):
     poses: FloatArray
 
     __repr__ = short_repr
-
-    def _repr_html_(self) -> str:
-        """Return what a notebook shows: a row for each quantity."""
-        from governor_mechanism.notebook.result_table import result_html
-
-        return result_html(self)
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "readings", name_values("reading", self.readings))

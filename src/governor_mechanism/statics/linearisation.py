@@ -3,19 +3,18 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import ClassVar
 
 import numpy as np
 
 from governor_mechanism.errors import MechanismError, did_you_mean
 from governor_mechanism.mechanics.kinematics.output_variables import READING_UNITS
-from governor_mechanism.model.results.exported_result import ExportedResult
+from governor_mechanism.model.results.result import Column, Result
 from governor_mechanism.numerics.finite_differences import directional_derivative, jacobian
 from governor_mechanism.statics.first_order_system import ComplexArray, FirstOrderSystem, Onset, Stability
 from governor_mechanism.statics.modes import Mode, format_modes, format_rate
 from governor_mechanism.statics.scene_dynamics import SceneDynamics
 from governor_mechanism.statics.steady_state import SteadyState
-from governor_mechanism.types import DataFrame, FloatArray
+from governor_mechanism.types import FloatArray
 from governor_mechanism.units.quantities import format_quantity, format_reading_name, format_value
 from governor_mechanism.units.short_repr import short_repr
 
@@ -64,7 +63,7 @@ OUTPUT_TOLERANCE = 1e-12
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Linearisation(FirstOrderSystem, ExportedResult):
+class Linearisation(FirstOrderSystem, Result):
     """Linearised equations of a scene about a steady state, in first-order form.
 
     Attributes
@@ -88,30 +87,20 @@ class Linearisation(FirstOrderSystem, ExportedResult):
 
     __repr__ = short_repr
 
-    exported_properties: ClassVar[tuple[str, ...]] = ("stability", "stable", "error_estimate", "matrix", "eigenvalues", "modes")
+    derived = ("stability", "stable", "error_estimate", "matrix", "eigenvalues", "modes")
+    columns = (
+        Column("growth_rate", value="eigenvalue.real"),
+        Column("frequency", value="eigenvalue.imag"),
+        Column("error_estimate"),
+        Column("natural_frequency"),
+        Column("damping_ratio"),
+        Column("is_conserved"),
+    )
 
-    def to_dataframe(self) -> DataFrame:
-        """Return a table of pandas: a row for each mode, with its eigenvalue, frequency and damping ratio, SI.
-
-        Returns
-        -------
-        pandas.DataFrame
-            The table.
-
-        Raises
-        ------
-        MechanismError
-            If pandas is not installed.
-        """
-        from governor_mechanism.files.curve_tables import tabulate_modes
-
-        return tabulate_modes(self)
-
-    def _repr_html_(self) -> str:
-        """Return what a notebook shows: the text that is printed."""
-        from governor_mechanism.notebook.result_table import printed_html
-
-        return printed_html(self)
+    @property
+    def rows(self) -> tuple[Mode, ...]:
+        """The modes, which are the rows of tables."""
+        return self.modes
 
     def __str__(self) -> str:
         """Return the steady state and its stability, a table of the modes, and the notes."""

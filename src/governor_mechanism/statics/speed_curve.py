@@ -7,7 +7,7 @@ spindle of inertia J0 adds w^2 J'^2 / ((J0 + J) I). A resistance W along a readi
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from numbers import Integral
 
 import numpy as np
@@ -15,13 +15,14 @@ from numpy.typing import NDArray
 
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.mechanics.reduction.lagrangian import PathCoefficients, SingleDofReduction
-from governor_mechanism.model.results.exported_result import ExportedResult
 from governor_mechanism.model.results.named_values import name_values
+from governor_mechanism.model.results.pictures import Figure
+from governor_mechanism.model.results.result import Column, Result, item_column
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.statics import equilibrium_speed
 from governor_mechanism.statics.adaptive_grid import sample_range_of_motion
 from governor_mechanism.statics.equilibrium_speed import equilibrium_speed_squared, evaluate_stability
-from governor_mechanism.types import DataFrame, FloatArray, QuantityValues
+from governor_mechanism.types import FloatArray, QuantityValues
 from governor_mechanism.units.quantities import format_value
 from governor_mechanism.units.short_repr import short_repr
 
@@ -33,7 +34,7 @@ ZERO_SPEED_TOLERANCE = 1e-10
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class InsensitivityBand(ExportedResult):
+class InsensitivityBand(Result):
     """Spindle speeds between which a resistance along a reading keeps the mechanism in equilibrium; shape (n,).
 
     Attributes
@@ -59,15 +60,9 @@ class InsensitivityBand(ExportedResult):
 
     __repr__ = short_repr
 
-    def _repr_html_(self) -> str:
-        """Return what a notebook shows: a row for each quantity."""
-        from governor_mechanism.notebook.result_table import result_html
-
-        return result_html(self)
-
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class SpeedCurve(ExportedResult):
+class SpeedCurve(Result):
     """Equilibrium speed over the travel; arrays of shape (n,).
 
     Attributes
@@ -100,6 +95,8 @@ class SpeedCurve(ExportedResult):
         Sentences on what happens at the ends of the travel.
     insensitivity_band
         Band under a given resistance, or None.
+    scene
+        The scene.
     """
 
     coordinate_name: str
@@ -117,34 +114,53 @@ class SpeedCurve(ExportedResult):
     low_end_message: str
     high_end_message: str
     insensitivity_band: InsensitivityBand | None = None
+    scene: Scene = field(repr=False)
 
     __repr__ = short_repr
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "readings", name_values("reading", self.readings))
 
-    def to_dataframe(self) -> DataFrame:
-        """Return a table of pandas: readings, speed, stiffness, frequencies and stability, SI, by the leading coordinate.
+    figure = "render.figures.speed_curve.speed_curve_figure"
+    attributes = ("folds", "poles")
+
+    @property
+    def index(self) -> str:
+        """Name of the leading coordinate."""
+        return self.coordinate_name
+
+    @property
+    def columns(self) -> tuple[Column, ...]:
+        """Coordinate, readings, the quantities of the curve, and those of the insensitivity band if it has one."""
+        readings = [item_column(name, "readings", name) for name in self.readings]
+        band = [] if self.insensitivity_band is None else [Column(name, value=f"insensitivity_band.{name}") for name in BAND_SPEEDS]
+        return Column(self.coordinate_name, value="coordinate"), *readings, *map(Column, CURVE_QUANTITIES), *band
+
+    def plot(self, equilibria: Sequence[Result] = ()) -> Figure:
+        """Draw the speed over the travel, with jumps and the insensitivity band.
+
+        Parameters
+        ----------
+        equilibria
+            Equilibria to mark, as from `gm.equilibria`.
 
         Returns
         -------
-        pandas.DataFrame
-            The table.
-
-        Raises
-        ------
-        MechanismError
-            If pandas is not installed.
+        Figure
+            The figure.
         """
-        from governor_mechanism.files.curve_tables import tabulate_speed_curve
-
-        return tabulate_speed_curve(self)
+        return self._draw(equilibria)
 
     def _repr_html_(self) -> str:
         """Return what a notebook shows: travel, speeds, folds and poles."""
         from governor_mechanism.notebook.curve_table import speed_curve_html
 
         return speed_curve_html(self)
+
+
+CURVE_QUANTITIES = ("speed", "has_equilibrium", "stiffness", "frequency_squared", "free_frequency_squared", "stable", "astatic")
+BAND_SPEEDS = ("falling_speed", "rising_speed", "insensitivity")
+"""Quantities along a speed curve and along an insensitivity band, which tables have."""
 
 
 def equilibrium_speed_at(
@@ -199,6 +215,7 @@ def compute_speed_curve(
     free_spindle_term, is_defined = np.zeros_like(speed_squared), inertia_product > 0.0
     np.divide(speed_squared * coefficients.spindle_inertia_derivative**2, inertia_product, out=free_spindle_term, where=is_defined)
     return SpeedCurve(
+        scene=scene,
         coordinate_name=reduction.mechanism.coordinate,
         coordinate=coefficients.coordinate,
         readings=equilibrium_speed.evaluate_readings(reduction.mechanism, coefficients),

@@ -6,7 +6,7 @@ from functools import cache
 from typing import Generic, TypeVar
 
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.model.results.exported_result import ExportedResult
+from governor_mechanism.model.results.result import Result
 from governor_mechanism.statics.first_order_system import FirstOrderSystem, Onset
 from governor_mechanism.units.short_repr import short_repr
 
@@ -18,7 +18,7 @@ Linearised = TypeVar("Linearised", bound=FirstOrderSystem)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class StabilityLimit(ExportedResult, Generic[Linearised]):
+class StabilityLimit(Result, Generic[Linearised]):
     """Limit of stability along one key of a scene.
 
     Attributes
@@ -48,12 +48,6 @@ class StabilityLimit(ExportedResult, Generic[Linearised]):
     linearisation: Linearised
 
     __repr__ = short_repr
-
-    def _repr_html_(self) -> str:
-        """Return what a notebook shows: a row for each quantity."""
-        from governor_mechanism.notebook.result_table import result_html
-
-        return result_html(self)
 
 
 def find_stability_limit(

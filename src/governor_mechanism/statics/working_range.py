@@ -10,6 +10,7 @@ from governor_mechanism.errors import MechanismError
 from governor_mechanism.mechanics.dynamics.forces.contacts import contacts_of
 from governor_mechanism.mechanics.kinematics.output_variables import READING_UNITS, evaluate_output_value
 from governor_mechanism.mechanics.reduction.lagrangian import SingleDofReduction
+from governor_mechanism.model.results.result import Recorded
 from governor_mechanism.numerics.roots import find_root
 from governor_mechanism.statics.adaptive_grid import sample_range_of_motion
 from governor_mechanism.statics.equilibrium_speed import equilibrium_speed_squared
@@ -33,7 +34,7 @@ before a dead centre leaves.
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class WorkingRange:
+class WorkingRange(Recorded):
     """Both ends of the working range, inner end (smaller ball radius) first; arrays of shape (2,).
 
     Attributes
@@ -72,6 +73,8 @@ class WorkingRange:
     work_capacity: float
 
     __repr__ = short_repr
+
+    derived = ("lift", "range_of_speed", "mean_speed", "sensitiveness", "range_of_speed_with_resistance")
 
     @property
     def lift(self) -> float:

@@ -18,20 +18,16 @@ from governor_mechanism.effects.gravity import Gravity
 from governor_mechanism.effects.registry import EFFECTS
 from governor_mechanism.engines import select_engine
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.files.plain_values import plain_record
-from governor_mechanism.files.printed_result import PrintedResult
-from governor_mechanism.files.table import make_data_frame
 from governor_mechanism.machines.registry import MACHINES
 from governor_mechanism.model.effect import Effect
 from governor_mechanism.model.part import Part, Spindle
 from governor_mechanism.model.results.outcome import Outcome
+from governor_mechanism.model.results.result import Column, Result, format_columns
 from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.scenes.parser import parse_scene_document
-from governor_mechanism.types import DataFrame
 from governor_mechanism.units.quantities import format_reading_name
 from governor_mechanism.units.short_repr import short_repr
-from governor_mechanism.units.text_table import format_table
 
 N_TIMED_RUNS = 3
 """Number of timed runs; the shortest time counts."""
@@ -79,7 +75,7 @@ class EffectComparison:
 
 
 @dataclass(frozen=True, kw_only=True)
-class EffectsStudy(PrintedResult):
+class EffectsStudy(Result):
     """Effects of a scene and of those not listed that can be tried.
 
     Attributes
@@ -107,6 +103,25 @@ class EffectsStudy(PrintedResult):
 
     __repr__ = short_repr
 
+    figure = "render.figures.effect_ablation.effect_ablation_figure"
+    record = ("title=scene.title", "accuracy", "engine", "untried", "base=base_cost", "effects=rows", "leave_out=negligible", "missing")
+    index = "effect"
+
+    @property
+    def columns(self) -> tuple[Column, ...]:
+        """Columns of the switched effects; costs are without -> with the effect, and empty without a run."""
+        return (
+            Column("effect", "effect", lambda row: row.effect if row.listed else f"{row.effect} (not listed)"),
+            Column("listed"),
+            Column("relative_change", "change", ".1e"),
+            Column("most_changed_reading", "largest in", self._format_largest),
+            Column("time_ratio", "time", "x {time_ratio:.2f}", side="r"),
+            Column("", "evaluations", "{cost_without.evaluations:,} -> {cost_with.evaluations:,}", side="r"),
+            Column("", "events", "{cost_without.events:,} -> {cost_with.events:,}", side="r"),
+            Column("note"),
+            *(Column(name, in_table=False) for name in ("changes", "cost_with", "cost_without")),
+        )
+
     @property
     def negligible(self) -> tuple[str, ...]:
         """Listed effects that change every reading by less than the accuracy; they can be left out."""
@@ -129,46 +144,19 @@ class EffectsStudy(PrintedResult):
         return "\n".join(
             [
                 f"{self.scene.title}: engine {self.engine}, accuracy {self.accuracy:g}, {totals}",
-                format_table(("effect", "change", "largest in", "time", "evaluations", "events"), map(self._cells, self.rows), "lrlr"),
+                format_columns(self.columns, self.rows),
                 *(f"{row.effect}: {row.note}" for row in self.rows if row.note),
                 *(f"{label}: {', '.join(names)}{remark}" for label, names, remark in lists if names),
             ]
         )
 
-    def to_dataframe(self) -> DataFrame:
-        """Return a table of pandas with a row for each effect: its largest relative change, in which reading, and what it costs.
-
-        Returns
-        -------
-        pandas.DataFrame
-            The table, by the names of the effects.
-
-        Raises
-        ------
-        MechanismError
-            If pandas is not installed.
-        """
-        names = ("effect", "listed", "relative_change", "most_changed_reading", "time_ratio", "note")
-        return make_data_frame({name: [getattr(row, name) for row in self.rows] for name in names}, index="effect")
-
-    def as_json(self) -> dict[str, Any]:
-        """Return the study as plain values."""
-        rows = [plain_record(row, time_ratio=row.time_ratio) for row in self.rows]
-        tables = {"base": self.base_cost, "effects": rows, "leave_out": self.negligible, "missing": self.missing}
-        return {"title": self.scene.title, **plain_record(self, "scene", "base_cost", "rows", **tables)}
-
     def _is_negligible(self, row: EffectComparison) -> bool:
         return row.relative_change is not None and row.relative_change < self.accuracy
 
-    def _cells(self, row: EffectComparison) -> tuple[str, ...]:
-        """Return the cells of a comparison; costs are without -> with the effect."""
-        name = row.effect if row.listed else f"{row.effect} (not listed)"
-        if row.relative_change is None or row.cost_with is None or row.cost_without is None:
-            return name, "", "", "", "", ""
-        largest = "negligible" if self._is_negligible(row) else format_reading_name(row.most_changed_reading)
-        ratio = "" if row.time_ratio is None else f"x {row.time_ratio:.2f}"
-        pairs = [(row.cost_without.evaluations, row.cost_with.evaluations), (row.cost_without.events, row.cost_with.events)]
-        return name, f"{row.relative_change:.1e}", largest, ratio, *(f"{without:,} -> {with_it:,}" for without, with_it in pairs)
+    def _format_largest(self, row: EffectComparison) -> str:
+        if row.relative_change is None:
+            return ""
+        return "negligible" if self._is_negligible(row) else format_reading_name(row.most_changed_reading)
 
 
 def run_effects_study(

@@ -4,6 +4,8 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from enum import StrEnum
 
+from governor_mechanism.model.results.result import Column
+
 
 class Cause(StrEnum):
     """Why something printed is not right; `CAUSE_MEANINGS` defines each cause."""
@@ -55,13 +57,13 @@ class PrintedNumber:
 
 
 PRINTED_COLUMNS = (
-    ("quantity", "{quantity}"),
-    ("unit", "{unit}"),
-    ("printed", "{printed:.6g}"),
-    ("recomputed", "{recomputed:.7g}"),
-    ("", "{mark}"),
+    Column("quantity", "quantity"),
+    Column("unit", "unit"),
+    Column("printed", "printed", ".6g"),
+    Column("recomputed", "recomputed", ".7g"),
+    Column("mark", ""),
 )
-"""Columns of a table of printed numbers: heading, and place in a number."""
+"""Columns of a table of printed numbers."""
 
 
 def select_deviations(numbers: Iterable[PrintedNumber]) -> tuple[PrintedNumber, ...]:

@@ -3,22 +3,19 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.files.plain_values import finite_or_none
-from governor_mechanism.files.printed_result import PrintedResult
-from governor_mechanism.files.table import make_data_frame
+from governor_mechanism.model.results.result import Column, Recorded, Result, format_columns
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.observables.valve_motion import CYLINDER_ENDS, PORT_EVENTS, reverse_crank, valve_of
 from governor_mechanism.scenes.changed_document import parse_scene_with
 from governor_mechanism.studies.sweep.parameters import parse_axes
 from governor_mechanism.studies.valve_timing import ValveTiming, tabulate_valve_timing
-from governor_mechanism.types import DataFrame, FloatArray
+from governor_mechanism.types import FloatArray
 from governor_mechanism.units.short_repr import short_repr
 from governor_mechanism.units.text_table import format_table
 
@@ -33,7 +30,7 @@ DEFAULT_COUNT = 41
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class ValveGear:
+class ValveGear(Recorded):
     """A valve gear in n positions from full forward to full back gear. In back gear the crank turns the other way.
 
     Attributes
@@ -67,11 +64,7 @@ class ValveGear:
         """Title up to its first colon or comma."""
         return self.title.partition(":")[0].partition(",")[0]
 
-    def as_json(self) -> dict[str, Any]:
-        """Return the curves as plain values in SI, with None for a cut-off that there is not."""
-        cut_offs = [list(map(finite_or_none, pair)) for pair in self.cut_offs.tolist()]
-        curves = {"positions": self.positions.tolist(), "leads": self.leads.tolist(), "travel": self.travel.tolist()}
-        return {"title": self.title, **curves, "cut_offs": cut_offs}
+    record = ("title", "positions", "leads", "travel", "cut_offs")
 
     def format_events(self) -> str:
         """Return a table of the valve events in some positions: crank angles, and strokes where there is a piston."""
@@ -98,8 +91,14 @@ class ValveGear:
         return cells | {f"lead at the {end}, mm": f"{1e3 * lead:.3f}" for end, lead in leads} | {"travel, mm": f"{1e3 * timing.travel:.2f}"}
 
 
+def _curve(name: str, attribute: str, end: int | None = None) -> Column:
+    """Return the column of a curve of all gears, one after the other; of one that both ends of the cylinder have, at one of them."""
+    place = ... if end is None else (..., end)
+    return Column(name, value=lambda study: np.concatenate([getattr(gear, attribute)[place] for gear in study.gears]))
+
+
 @dataclass(frozen=True, kw_only=True)
-class ValveGears(PrintedResult):
+class ValveGears(Result):
     """Valve gears compared.
 
     Attributes
@@ -112,45 +111,45 @@ class ValveGears(PrintedResult):
 
     __repr__ = short_repr
 
+    figure = "render.figures.valve_timing.valve_gears.valve_gears_figure"
+    columns = (
+        Column("gear", value=lambda study: [gear.name for gear in study.gears for _ in gear.positions]),
+        _curve("position", "positions"),
+        *(_curve(f"{end}_{name}".replace(" ", "_"), f"{name}s", k) for name in ("lead", "cut_off") for k, end in enumerate(CYLINDER_ENDS)),
+        _curve("travel", "travel"),
+    )
+
     def __str__(self) -> str:
         """Return a table of every gear in full forward, half forward, mid and full back gear."""
-        header = ("gear", "position", "lead, mm", "cut-off, %", "travel, mm")
-        return format_table(header, [row for gear in self.gears for row in _rows(gear)], "lr")
-
-    def as_json(self) -> dict[str, Any]:
-        """Return all curves as plain values in SI."""
-        return {"gears": [gear.as_json() for gear in self.gears]}
-
-    def to_dataframe(self) -> DataFrame:
-        """Return a table of pandas with a row for each position of each gear: leads and travel, m, and cut-offs of both ends.
-
-        Returns
-        -------
-        pandas.DataFrame
-            The table, SI; NaN for a cut-off that there is not.
-
-        Raises
-        ------
-        MechanismError
-            If pandas is not installed.
-        """
-        curves = ("positions", "leads", "cut_offs", "travel")
-        joined = {name: np.concatenate([getattr(gear, name) for gear in self.gears]) for name in curves}
-        columns: dict[str, Any] = {"gear": [gear.name for gear in self.gears for _ in gear.positions], "position": joined["positions"]}
-        for name, both_ends in (("lead", joined["leads"]), ("cut_off", joined["cut_offs"])):
-            columns |= {f"{end}_{name}".replace(" ", "_"): both_ends[:, k] for k, end in enumerate(CYLINDER_ENDS)}
-        return make_data_frame(columns | {"travel": joined["travel"]})
+        return format_columns(POSITION_COLUMNS, [row for gear in self.gears for row in _table_rows(gear)])
 
 
-def _rows(gear: ValveGear) -> list[tuple[str, ...]]:
-    """Return the rows of a gear in the table: mean values of both ends in some positions."""
-    rows = list[tuple[str, ...]]()
+@dataclass(frozen=True)
+class GearPosition:
+    """A row of the printed table: means of both ends of the cylinder, m; the cut-off is nan where a port does not open once."""
+
+    gear: str
+    position: float
+    lead: float
+    cut_off: float
+    travel: float
+
+
+POSITION_COLUMNS = (
+    Column("gear", "gear"),
+    Column("position", "position", "+.2f"),
+    Column("lead", "lead, mm", ".3f/mm"),
+    Column("cut_off", "cut-off, %", lambda row: "none" if math.isnan(row.cut_off) else f"{100 * row.cut_off:.2f}", side="r"),
+    Column("travel", "travel, mm", ".2f/mm"),
+)
+
+
+def _table_rows(gear: ValveGear) -> Iterator[GearPosition]:
+    """Yield the rows of a gear in the table; the first has its name."""
     for position in TABLE_POSITIONS:
         k = gear.nearest(position)
-        lead, cut_off = 1e3 * gear.leads[k].mean(), 100 * gear.cut_offs[k].mean()
-        cells = (f"{gear.positions[k]:+.2f}", f"{lead:.3f}", "none" if np.isnan(cut_off) else f"{cut_off:.2f}")
-        rows.append(("" if rows else gear.name, *cells, f"{1e3 * gear.travel[k]:.2f}"))
-    return rows
+        means = float(gear.leads[k].mean()), float(gear.cut_offs[k].mean()), float(gear.travel[k])
+        yield GearPosition(gear.name if position == TABLE_POSITIONS[0] else "", float(gear.positions[k]), *means)
 
 
 def compare_valve_gears(

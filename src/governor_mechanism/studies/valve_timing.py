@@ -2,21 +2,16 @@
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, fields
-from typing import Any
+from dataclasses import dataclass
 
 import numpy as np
 
-from governor_mechanism.files.plain_values import finite_or_none, plain_record
-from governor_mechanism.files.printed_result import PrintedResult
-from governor_mechanism.files.table import make_data_frame
 from governor_mechanism.machines.slide_valve import SlideValve
+from governor_mechanism.model.results.result import Column, Result, format_columns
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.observables.valve_motion import CYLINDER_ENDS, find_port_timings, valve_motion_of
 from governor_mechanism.studies.slide_valve.closed_form_timing import ClosedFormEvent, closed_form_event
-from governor_mechanism.types import DataFrame
 from governor_mechanism.units.short_repr import short_repr
-from governor_mechanism.units.text_table import format_table
 
 CLOSED_FORMS: dict[str, Callable[[Scene, str], ClosedFormEvent]] = {SlideValve.name: closed_form_event}
 """Function of a scene and the name of an event by machine, for machines whose events have a closed form."""
@@ -67,23 +62,9 @@ class ValveEvent:
         """Whether the mechanism has a piston."""
         return not math.isnan(self.simulated_stroke)
 
-    @property
-    def cells(self) -> dict[str, str]:
-        """Cells of the event's row in a table: its angles and its shift in deg, and its strokes."""
-        angles = {"simulated": self.simulated, "exact": self.exact, "theory": self.theory}
-        strokes = {"stroke": self.simulated_stroke, "exact stroke": self.exact_stroke, "theory stroke": self.theory_stroke}
-        cells = {name: f"{math.degrees(angle):.6f}" for name, angle in angles.items()} | {"shift": f"{math.degrees(self.shift):+.6f}"}
-        cells |= {name: f"{stroke:.6f}" for name, stroke in strokes.items()}
-        return {"event": self.name} | {name: cell for name, cell in cells.items() if "nan" not in cell}
-
-    def as_json(self) -> dict[str, Any]:
-        """Return the event as plain values in SI, with None for what there is not."""
-        record = plain_record(self, shift=self.shift)
-        return {name: finite_or_none(value) if isinstance(value, float) else value for name, value in record.items()}
-
 
 @dataclass(frozen=True, kw_only=True)
-class ValveTiming(PrintedResult):
+class ValveTiming(Result):
     """The events of a valve, crank end first.
 
     Attributes
@@ -114,6 +95,20 @@ class ValveTiming(PrintedResult):
 
     __repr__ = short_repr
 
+    hidden = ("rows",)
+    derived = ("events=rows",)
+    index = "name"
+    columns = (
+        Column("name", "event"),
+        Column("simulated", "simulated", ".6f/deg"),
+        Column("exact", "exact", ".6f/deg"),
+        Column("theory", "theory", ".6f/deg"),
+        Column("shift", "shift", "+.6f/deg"),
+        Column("simulated_stroke", "stroke", ".6f"),
+        Column("exact_stroke", "exact", ".6f"),
+        Column("theory_stroke", "theory", ".6f"),
+    )
+
     def __str__(self) -> str:
         """Return the timing as a table."""
         openings = ", ".join(
@@ -127,32 +122,10 @@ class ValveTiming(PrintedResult):
     def _table_lines(self) -> list[str]:
         if not self.rows:
             return []
-        cells = [row.cells for row in self.rows]
-        header = [name.removesuffix(" stroke") for name in cells[0]]
         angles = "crank angles and shift" if self.rows[0].has_theory else "crank angles"
         strokes = "; strokes as fractions, from the event's own end" if self.rows[0].has_stroke else ""
-        footer = f"{angles} in deg from the crank end's dead centre{strokes}"
-        return [format_table(header, [tuple(row.values()) for row in cells], "lr"), footer]
-
-    def to_dataframe(self) -> DataFrame:
-        """Return a table of pandas with a row for each event.
-
-        Returns
-        -------
-        pandas.DataFrame
-            The table, angles in rad; NaN for what there is not.
-
-        Raises
-        ------
-        MechanismError
-            If pandas is not installed.
-        """
-        names = [field.name for field in fields(ValveEvent)]
-        return make_data_frame({name: [getattr(row, name) for row in self.rows] for name in names}, index="name")
-
-    def as_json(self) -> dict[str, Any]:
-        """Return the timing as plain values in SI."""
-        return plain_record(self, "rows", events=[row.as_json() for row in self.rows])
+        shown = [one for one in self.columns if isinstance(one.value_of(self.rows[0]), str) or math.isfinite(one.value_of(self.rows[0]))]
+        return [format_columns(shown, self.rows), f"{angles} in deg from the crank end's dead centre{strokes}"]
 
 
 def tabulate_valve_timing(

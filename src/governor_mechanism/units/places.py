@@ -46,13 +46,30 @@ class Places(string.Formatter):
         """Return a value that is given by name, or the attribute of the record."""
         return kwargs[str(key)] if key in kwargs else getattr(args[0], str(key))
 
+    def get_field(self, field_name: str, args: Sequence[Any], kwargs: Mapping[str, Any]) -> Any:
+        """Return what a place names; nothing has no attributes."""
+        try:
+            return super().get_field(field_name, args, kwargs)
+        except AttributeError as missing:
+            if missing.obj is None:
+                raise NoValueError from None
+            raise
+
     def format_field(self, value: Any, format_spec: str) -> str:
         """Return a quantity as text, in the unit of its place."""
         if value is None:
             raise NoValueError
-        number, separator, unit = _SPECIFICATION.fullmatch(format_spec).groups()  # type: ignore[union-attr]  # matches any text
-        text = format(in_unit(value, unit or ""), number)
-        return f"{text} {unit}" if separator == " " else text
+        return format_in_unit(value, format_spec)
+
+
+def format_in_unit(
+    value: Any,  # the quantity, SI
+    specification: str,  # format of the number and unit, as ".6g mm", or ".6g/mm" for the number alone
+) -> str:
+    """Return a quantity as text in a unit of the papers or the workshop."""
+    number, separator, unit = _SPECIFICATION.fullmatch(specification).groups()  # type: ignore[union-attr]  # matches any text
+    text = format(in_unit(value, unit or ""), number)
+    return f"{text} {unit}" if separator == " " else text
 
 
 def fill_places(text: str, record: object, places: Places | None = None, /, **values: object) -> str:

@@ -2,14 +2,10 @@
 
 import math
 from dataclasses import dataclass
-from typing import Any
+from typing import ClassVar
 
-from governor_mechanism.files.plain_values import finite_or_none
-from governor_mechanism.files.printed_result import PrintedResult
-from governor_mechanism.files.table import make_data_frame
-from governor_mechanism.types import DataFrame
+from governor_mechanism.model.results.result import Column, Result, format_columns
 from governor_mechanism.units.short_repr import short_repr
-from governor_mechanism.units.text_table import format_table
 
 MAX_PRINTED_ROWS = 24
 """Printed rows; a longer report shows the rows with the largest deviations only."""
@@ -37,14 +33,13 @@ class ComparisonRow:
         return abs(self.difference) <= self.allowed
 
     @property
-    def cells(self) -> tuple[str, ...]:
-        """The comparison as cells of the printed table."""
-        values = (f"{self.simulated:.12g}", f"{self.expected:.12g}", self.unit, f"{self.difference:+.1e}", f"{self.allowed:.1e}")
-        return self.quantity, *values, "ok" if self.passed else "FAILED"
+    def verdict(self) -> str:
+        """A word for the printed table."""
+        return "ok" if self.passed else "FAILED"
 
 
 @dataclass(frozen=True, kw_only=True)
-class CheckReport(PrintedResult):
+class CheckReport(Result):
     """Comparison of a simulation with closed forms or with a user's kernel.
 
     Attributes
@@ -66,47 +61,35 @@ class CheckReport(PrintedResult):
 
     __repr__ = short_repr
 
+    record: ClassVar[tuple[str, ...]] = ("title", "against", "passed", "rows", "notes")
+
+    @property
+    def columns(self) -> tuple[Column, ...]:
+        """Columns of the comparisons."""
+        return (
+            Column("quantity", "quantity"),
+            Column("simulated", "simulated", ".12g"),
+            Column("expected", self.against, ".12g"),
+            Column("unit", "unit"),
+            Column("difference", "difference", "+.1e"),
+            Column("allowed", "allowed", ".1e"),
+            Column("reason"),
+            Column("passed", "verdict", "{verdict}"),
+        )
+
     @property
     def passed(self) -> bool:
         """Whether there are rows and every one passes."""
         return bool(self.rows) and all(row.passed for row in self.rows)
 
-    def as_json(self) -> dict[str, Any]:
-        """Return the report as plain values, with None for what is not finite."""
-        measured, others = ("simulated", "expected", "difference"), ("allowed", "unit", "reason", "passed")
-        rows = [
-            {"quantity": row.quantity}
-            | {name: finite_or_none(getattr(row, name)) for name in measured}
-            | {name: getattr(row, name) for name in others}
-            for row in self.rows
-        ]
-        return {"title": self.title, "against": self.against, "passed": self.passed, "rows": rows, "notes": self.notes}
-
-    def to_dataframe(self) -> DataFrame:
-        """Return the comparisons as a table of pandas.
-
-        Returns
-        -------
-        pandas.DataFrame
-            A row for each comparison.
-
-        Raises
-        ------
-        MechanismError
-            If pandas is not installed.
-        """
-        names = ("quantity", "simulated", "expected", "difference", "allowed", "unit", "reason", "passed")
-        return make_data_frame({name: [getattr(row, name) for row in self.rows] for name in names})
-
     def __str__(self) -> str:
         """Return the report as a table with its notes and the verdict."""
         is_long = len(self.rows) > MAX_PRINTED_ROWS
         shown = sorted(self.rows, key=_difference_ratio, reverse=True)[:MAX_PRINTED_ROWS] if is_long else self.rows
-        headers = ("quantity", "simulated", self.against, "unit", "difference", "allowed", "verdict")
         failed = sum(not row.passed for row in self.rows)
         verdict = f"all {len(self.rows)} agree" if not failed else f"{failed} of {len(self.rows)} do not agree"
         verdict += f" (the {MAX_PRINTED_ROWS} largest deviations shown)" if is_long else ""
-        table = format_table(headers, [row.cells for row in shown], "lrrlrrl")
+        table = format_columns(self.columns, shown)
         return "\n".join([self.title, table, *(f"note: {note}" for note in self.notes), verdict])
 
 

@@ -14,11 +14,11 @@ from governor_mechanism.mechanics.kinematics.output_variables import evaluate_ou
 from governor_mechanism.mechanics.kinematics.time_functions import CubicTimeFunction
 from governor_mechanism.model.joints import Gear, Joint, RotationalDriver, Slider, TranslationalDriver
 from governor_mechanism.model.mechanism import Mechanism
-from governor_mechanism.model.results.exported_result import ExportedResult
 from governor_mechanism.model.results.named_values import name_values
+from governor_mechanism.model.results.result import Column, Result, item_column
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.numerics.least_squares import RANK_TOLERANCE
-from governor_mechanism.types import DataFrame, FloatArray
+from governor_mechanism.types import FloatArray
 from governor_mechanism.units.short_repr import short_repr
 
 MOVED_RATE_RATIO = 1e-9
@@ -82,7 +82,7 @@ MAX_REGULAR_SLOPE = 1e6
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Kinematics(ExportedResult):
+class Kinematics(Result):
     """Kinematics of a mechanism at n values of a reading, or at n times.
 
     Attributes
@@ -116,12 +116,6 @@ class Kinematics(ExportedResult):
 
     __repr__ = short_repr
 
-    def _repr_html_(self) -> str:
-        """Return what a notebook shows: a row for each quantity."""
-        from governor_mechanism.notebook.result_table import result_html
-
-        return result_html(self)
-
     def __post_init__(self) -> None:
         object.__setattr__(self, "readings", name_values("reading", self.readings))
         object.__setattr__(self, "rates", name_values("rate", self.rates))
@@ -144,22 +138,17 @@ class Kinematics(ExportedResult):
         """Return whether this is one of the names."""
         return any(name == known for known in self)
 
-    def to_dataframe(self) -> DataFrame:
-        """Return a table of pandas: readings, rates and accelerations, SI, by the reading that drives the mechanism, or by time.
+    @property
+    def index(self) -> str:
+        """Name of the reading that drives the mechanism, or "time"."""
+        return self.over
 
-        Returns
-        -------
-        pandas.DataFrame
-            The table.
-
-        Raises
-        ------
-        MechanismError
-            If pandas is not installed.
-        """
-        from governor_mechanism.files.curve_tables import tabulate_kinematics
-
-        return tabulate_kinematics(self)
+    @property
+    def columns(self) -> tuple[Column, ...]:
+        """Values of the driving reading or times, readings, rates and accelerations."""
+        kinds = {"": "readings", "rate of ": "rates", "acceleration of ": "reading_accelerations"}
+        columns = [item_column(f"{start}{name}", kind, name) for start, kind in kinds.items() for name in getattr(self, kind)]
+        return Column(self.over, value="values"), *columns
 
 
 def solve_kinematics(

@@ -14,6 +14,7 @@ from governor_mechanism.closed_form.slide_valve import event_angle
 from governor_mechanism.papers.errata.dubois import USED_ANGLE_DEG
 from governor_mechanism.papers.errata.erratum import Paper
 from governor_mechanism.papers.errata.marks import ECCENTRIC, LAPS
+from governor_mechanism.papers.errata.results import Errata
 from governor_mechanism.papers.errata.zehnder import LONGER, SHORTER
 from governor_mechanism.render.figures.page import CHAIN_DOTTED, DASHED, MM_PER_M, Page, Panel, PanelRect, add_legend
 from governor_mechanism.render.style import BLUE, GREEN, INK, LIGHT_STEEL, MUTED, PAPER, SERIF_FONT, SKY, VERMILLION
@@ -244,3 +245,8 @@ def draw_erratum(paper: Paper) -> Page:
     Result: the figure; `save` writes it.
     """
     return DRAWINGS[paper]()
+
+
+def errata_figures(errata: Errata) -> Mapping[str, Page]:
+    """Draw the main error of each paper that has errata there, by the end of the name of its file."""
+    return {f"_{paper}": draw_erratum(paper) for paper in errata.papers}

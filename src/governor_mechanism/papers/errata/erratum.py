@@ -2,10 +2,8 @@
 
 from dataclasses import dataclass
 from enum import StrEnum
-from typing import Any
 
 from governor_mechanism.errors import MechanismError, did_you_mean
-from governor_mechanism.files.plain_values import plain_record
 from governor_mechanism.studies.printed_numbers import Cause, PrintedNumber
 from governor_mechanism.units.quantities import format_value
 
@@ -97,10 +95,6 @@ class Erratum:
         """Return proof, consequence and what the simulation finds, as one text."""
         simulated = f"Simulation: {self.simulated}." if self.simulated else ""
         return " ".join(filter(None, (self.proof, self.consequence, simulated)))
-
-    def as_json(self) -> dict[str, Any]:
-        """Return the erratum as plain values, its numbers in the units of the paper."""
-        return plain_record(self)
 
 
 def make_number_erratum(

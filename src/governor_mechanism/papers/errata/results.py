@@ -2,23 +2,20 @@
 
 import textwrap
 from collections.abc import Iterator
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from typing import Any
 
-from governor_mechanism.files.printed_result import PrintedResult
-from governor_mechanism.files.table import make_data_frame
+from governor_mechanism.model.results.result import Column, Result, format_columns
 from governor_mechanism.papers.errata.erratum import PAPER_REFERENCES, Erratum, Paper, check_cause, check_paper
 from governor_mechanism.studies.printed_numbers import CAUSE_NOUNS, Cause
-from governor_mechanism.types import DataFrame
 from governor_mechanism.units.short_repr import short_repr
-from governor_mechanism.units.text_table import format_table
 
 TEXT_WIDTH = 130
 """Letters of a line of text."""
 
 
 @dataclass(frozen=True, kw_only=True)
-class Errata(PrintedResult):
+class Errata(Result):
     """Errata of one paper or of all.
 
     Attributes
@@ -30,6 +27,27 @@ class Errata(PrintedResult):
     errata: tuple[Erratum, ...]
 
     __repr__ = short_repr
+
+    figure_set = "papers.errata.drawings.errata_figures"
+    record = ("counts", "errata=rows")
+    columns = (
+        Column("paper"),
+        Column("name", "erratum"),
+        *(Column(name) for name in ("place", "subject")),
+        *(Column(name, name) for name in ("cause", "printed", "right")),
+        *(Column(name) for name in ("proof", "command", "consequence", "quotation", "translation", "unit")),
+        *(Column(name) for name in ("printed_value", "printed_digits", "right_value", "simulated")),
+    )
+
+    @property
+    def rows(self) -> tuple[Erratum, ...]:
+        """The errata, which are the rows of tables."""
+        return self.errata
+
+    @property
+    def counts(self) -> dict[str, int]:
+        """Number of errata by the name of the cause."""
+        return {cause.value: number for cause, number in self.count_causes().items()}
 
     def __iter__(self) -> Iterator[Erratum]:
         """Return the errata in their order."""
@@ -118,31 +136,8 @@ class Errata(PrintedResult):
 
     def _format_paper(self, paper: Paper) -> str:
         errata = self.select(paper)
-        rows = [(one.name, one.cause.value, one.printed, one.right) for one in errata]
-        table = format_table(("erratum", "cause", "printed", "right"), rows)
+        table = format_columns(self.columns, errata)
         return "\n".join([PAPER_REFERENCES[paper], "", table, "", *map(_format_reasons, errata)])
-
-    def as_json(self) -> dict[str, Any]:
-        """Return the errata and their counts as plain values, the numbers in the units of the papers."""
-        counts = {cause.value: number for cause, number in self.count_causes().items()}
-        return {"counts": counts, "errata": [erratum.as_json() for erratum in self]}
-
-    def to_dataframe(self) -> DataFrame:
-        """Return a table of pandas with a row for each erratum.
-
-        Returns
-        -------
-        pandas.DataFrame
-            The table; NaN for a number that there is not.
-
-        Raises
-        ------
-        MechanismError
-            If pandas is not installed.
-        """
-        names = [field.name for field in fields(Erratum)]
-        records = [erratum.as_json() for erratum in self]
-        return make_data_frame({name: [record[name] for record in records] for name in names})
 
 
 def _format_reasons(erratum: Erratum) -> str:

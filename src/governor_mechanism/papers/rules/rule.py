@@ -48,8 +48,3 @@ class RuleCheck(ABC):
     @abstractmethod
     def numbers(self) -> dict[str, Any]:
         """Return the measured values as plain values in SI, by names with their units."""
-
-    def as_json(self) -> dict[str, Any]:
-        """Return rule, source, statement, finding, verdict, condition and numbers as plain values."""
-        texts = {"rule": self.title, "source": self.source, "statement": self.statement, "finding": self.finding}
-        return {**texts, "verdict": self.verdict.value, "condition": self.condition, "numbers": self.numbers()}

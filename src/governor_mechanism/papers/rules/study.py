@@ -15,8 +15,7 @@ from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
-from governor_mechanism.files.printed_result import PrintedResult
-from governor_mechanism.files.table import make_data_frame
+from governor_mechanism.model.results.result import Column, Result, format_columns
 from governor_mechanism.papers.rules.cyclic_engine import build_cyclic_engine
 from governor_mechanism.papers.rules.dashpot import DashpotCheck, check_dashpot
 from governor_mechanism.papers.rules.dead_band import DeadBandCheck, RegulatingForceCheck, check_dead_band, check_regulating_force
@@ -27,9 +26,7 @@ from governor_mechanism.papers.rules.rule import RuleCheck
 from governor_mechanism.papers.rules.shaking import OilBrakeCheck, ShakingCheck, check_oil_brake, check_shaking
 from governor_mechanism.papers.rules.steady_engine import find_steady_engine
 from governor_mechanism.scenes.library import load_scene
-from governor_mechanism.types import DataFrame
 from governor_mechanism.units.short_repr import short_repr
-from governor_mechanism.units.text_table import format_table
 
 ENGINE, MEAN_ENGINE, STRONG_ENGINE = "governed_engine", "governed_engine_mean_torque", "governed_engine_hartung"
 """Shipped scenes of one engine: its gas at every instant, the mean torque of its gas, and a strong governor."""
@@ -39,7 +36,7 @@ TEXT_WIDTH = 110
 
 
 @dataclass(frozen=True, kw_only=True)
-class PaperRules(PrintedResult):
+class PaperRules(Result):
     """Rules of the papers with the verdicts of the simulation.
 
     Attributes
@@ -73,36 +70,32 @@ class PaperRules(PrintedResult):
 
     __repr__ = short_repr
 
+    figure = "papers.rules.figure.paper_rules_figure"
+    record = ("rules=rows",)
+    columns = (
+        Column("rule", "rule", value="title"),
+        Column("source"),
+        Column("statement"),
+        Column("finding"),
+        Column("verdict", "verdict", "{verdict_text}", value="verdict.value"),
+        Column("condition"),
+        Column("numbers", value=lambda rule: rule.numbers(), in_table=False),
+    )
+
+    @property
+    def rows(self) -> tuple[RuleCheck, ...]:
+        """The rules in their order, which are the rows of tables."""
+        return tuple(self)
+
     def __iter__(self) -> Iterator[RuleCheck]:
         """Return the rules in their order."""
         return (getattr(self, name) for name in self.__dataclass_fields__)
 
     def __str__(self) -> str:
         """Return a table of rules and verdicts, and for each rule what the paper says and what the simulation shows."""
-        header = ("", "rule", "verdict")
-        table = format_table(header, [(f"{k}", rule.title, rule.verdict_text) for k, rule in enumerate(self, start=1)], "l")
+        numbers = Column("", "", lambda rule: f"{1 + self.rows.index(rule)}")
+        table = format_columns((numbers, *self.columns), self.rows)
         return "\n\n".join([table, *(_format_rule(k, rule) for k, rule in enumerate(self, start=1))])
-
-    def to_dataframe(self) -> DataFrame:
-        """Return a table of pandas with a row for each rule.
-
-        Returns
-        -------
-        pandas.DataFrame
-            The table.
-
-        Raises
-        ------
-        MechanismError
-            If pandas is not installed.
-        """
-        names = ("rule", "source", "statement", "finding", "verdict", "condition")
-        records = [rule.as_json() for rule in self]
-        return make_data_frame({name: [record[name] for record in records] for name in names})
-
-    def as_json(self) -> dict[str, Any]:
-        """Return statements, findings, verdicts and numbers as plain values in SI."""
-        return {"rules": [rule.as_json() for rule in self]}
 
 
 def _format_rule(number: int, rule: RuleCheck) -> str:

@@ -39,11 +39,12 @@ _MIN_SPEED_LINES = 4
 """Number of speed lines below which the fan gets one more on either side."""
 
 
-def controlling_force_figure(scene: Scene, curve: ControllingForce, equilibria: Sequence[Equilibrium] = ()) -> Page:
+def controlling_force_figure(curve: ControllingForce, equilibria: Sequence[Equilibrium] = ()) -> Page:
     """Draw the controlling force of one ball: stable solid, unstable dashed, with speed lines, working range and friction.
 
     Result: the figure; `save` writes it.
     """
+    scene = curve.scene
     title = textwrap.shorten(scene.title, _MAX_TITLE_LETTERS, placeholder=" …")
     page = Page(7.6, 5.6, title, _subtitle(curve), subtitle_y=0.888)
     panel = page.add_panel((0.10, 0.16, 0.79, 0.675), format_label(f"{curve.radius_name} r", "mm"), "Controlling force C of one ball [N]")

@@ -34,6 +34,11 @@ _MIN_VALUE_RATIO = 2.0
 """Smallest ratio of neighbouring values of the parameter with which its axis is logarithmic."""
 
 
+def hard_case_figures(report: HardCasesReport) -> Mapping[str, Page]:
+    """Draw every case, by the end of the name of its file."""
+    return {f"_{case.name}": hard_case_figure(report, case) for case in report.cases}
+
+
 def hard_case_figure(report: HardCasesReport, case: HardCase) -> Page:
     """Draw true errors and error estimates of a hard case.
 

@@ -1,6 +1,5 @@
 """Figures of the regulation studies: cyclic sleeve motion, clearance, settling time, and jump through a fold."""
 
-from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -71,7 +70,7 @@ def _draw_onset(page: Page, study: CyclicMotionStudy, excess: FloatArray, amplit
         inset.write_note(f"exponent {exponent}", (0.97, 0.06), xycoords="axes fraction", ha="right", color=VERMILLION, fontsize=7.5)
 
 
-def clearance_figure(studies: Sequence[ClearanceStudy]) -> Page:
+def clearance_figure(*studies: ClearanceStudy) -> Page:
     """Draw the sleeve amplitude over that without clearance, against clearance, one line per study.
 
     Raises MechanismError if a scene has no cyclic sleeve motion without clearance.

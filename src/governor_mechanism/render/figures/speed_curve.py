@@ -18,11 +18,12 @@ _MAX_SHOWN_SPEED_RATIO = 1.6
 """Largest shown speed over the median speed; the curve is unbounded towards a dead centre."""
 
 
-def speed_curve_figure(scene: Scene, curve: SpeedCurve, equilibria: Sequence[Equilibrium] = ()) -> Page:
+def speed_curve_figure(curve: SpeedCurve, equilibria: Sequence[Equilibrium] = ()) -> Page:
     """Draw speed against travel: stable solid, unstable dashed, folds and equilibria marked.
 
     Result: the figure; `save` writes it.
     """
+    scene = curve.scene
     unit, factor = display_unit_of("rad" if _is_angle(scene, curve.coordinate_name) else "m")
     page = Page(7.2, 5.2, scene.title)
     x_label = format_label(curve.coordinate_name, unit)

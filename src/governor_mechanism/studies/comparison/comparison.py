@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -10,9 +11,9 @@ import numpy as np
 from governor_mechanism.engines import select_engine
 from governor_mechanism.engines.base import Engine
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.files.plain_values import finite_or_none, plain_record
-from governor_mechanism.files.printed_result import PrintedResult
+from governor_mechanism.files.plain_values import finite_or_none
 from governor_mechanism.files.results import summarise_run
+from governor_mechanism.model.results.result import Column, Result, format_columns, item_column
 from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.statics.working_range import WorkingRange
@@ -20,7 +21,6 @@ from governor_mechanism.studies.comparison.motion import find_shared_readings, l
 from governor_mechanism.studies.comparison.statics import GovernorStatics, StaticsQuestion, evaluate_statics
 from governor_mechanism.units.quantities import format_quantity, format_reading_name
 from governor_mechanism.units.short_repr import short_repr
-from governor_mechanism.units.text_table import format_table
 
 NEGLIGIBLE_POSITION = 1e-9
 """Length or angle that is shown as zero, m or rad: rounding of positions of machines of some metres, with room."""
@@ -34,12 +34,9 @@ class ComparedReading:
     unit: str
     values: tuple[float | str | None, ...]
 
-    @property
-    def cells(self) -> tuple[str, ...]:
-        """The row as text, in customary units."""
-        return self.quantity, *(self._format(value) for value in self.values)
-
-    def _format(self, value: float | str | None) -> str:
+    def format_value(self, k: int) -> str:
+        """Return the value of a scene as text, in customary units."""
+        value = self.values[k]
         if value is None:
             return "-"
         if isinstance(value, str):
@@ -171,7 +168,7 @@ MAX_SCENES = 6
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Comparison(PrintedResult):
+class Comparison(Result):
     """Several scenes side by side.
 
     Attributes
@@ -195,6 +192,23 @@ class Comparison(PrintedResult):
     rows: tuple[ComparedReading, ...]
 
     __repr__ = short_repr
+
+    figure = "render.figures.comparison.comparison_figure"
+    record = ("title", "names", "rows", "notes", "runs=records")
+
+    @property
+    def columns(self) -> tuple[Column, ...]:
+        """Quantity, unit, and the values of each scene."""
+        scenes = [
+            item_column(name, "values", k, heading=name, cell=partial(ComparedReading.format_value, k=k), side="r", in_json=False)
+            for k, name in enumerate(self.names)
+        ]
+        return Column("quantity", ""), Column("unit"), Column("values", in_table=False), *scenes
+
+    @property
+    def records(self) -> dict[str, dict[str, Any]]:
+        """Record of each run by the name of its scene."""
+        return {name: summarise_run(run) for name, run in zip(self.names, self.runs, strict=True)}
 
     @property
     def title(self) -> str:
@@ -240,17 +254,8 @@ class Comparison(PrintedResult):
 
     def __str__(self) -> str:
         """Return title, table and notes."""
-        table = format_table(("", *self.names), [row.cells for row in self.rows], "lr")
+        table = format_columns(self.columns, self.rows)
         return "\n".join([self.title, "", table, *(["", *self.notes] if self.notes else [])])
-
-    def as_json(self) -> dict[str, Any]:
-        """Return names, rows in SI, notes and the record of each run."""
-        rows = [
-            plain_record(row, values=[finite_or_none(value) if isinstance(value, float) else value for value in row.values])
-            for row in self.rows
-        ]
-        records = {name: summarise_run(run) for name, run in zip(self.names, self.runs, strict=True)}
-        return {"title": self.title, "names": list(self.names), "rows": rows, "notes": list(self.notes), "runs": records}
 
 
 def compare_scenes(

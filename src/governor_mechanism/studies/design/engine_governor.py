@@ -24,9 +24,10 @@ from governor_mechanism.closed_form.governed_engine import CharacteristicCoeffic
 from governor_mechanism.closed_form.pendulum import dynamics, sizing
 from governor_mechanism.closed_form.pendulum.kinematics import LinkagePosition, PendulumGovernor
 from governor_mechanism.errors import MechanismError
+from governor_mechanism.model.results.result import Recorded
 from governor_mechanism.numerics.roots import find_root
 from governor_mechanism.studies.design.inputs import GOVERNED, Bounds, design_input, require_valid
-from governor_mechanism.studies.design.skeleton import Recorded, relative_range
+from governor_mechanism.studies.design.skeleton import relative_range
 from governor_mechanism.units.constants import HORSEPOWER_1901, RPM
 from governor_mechanism.units.places import fill_places
 

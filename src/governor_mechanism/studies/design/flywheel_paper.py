@@ -10,13 +10,12 @@ F. Redtenbacher, Die Luftexpansions-Maschine (Mannheim 1853), theory of the flyw
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from typing import Any
 
 from governor_mechanism.closed_form.flywheel import wheel as formulas
 from governor_mechanism.closed_form.flywheel.engine import AirEngine
 from governor_mechanism.closed_form.flywheel.equilibrium import bracket_terms, energy_fluctuation, find_equilibria
+from governor_mechanism.model.results.result import Column, Recorded, format_columns
 from governor_mechanism.studies.design.flywheel import DEFAULT_ENERGY_RATIO, PAPER_INPUTS, closed_cycle
-from governor_mechanism.studies.design.skeleton import Recorded, tabulate
 from governor_mechanism.studies.printed_numbers import PRINTED_COLUMNS, Cause, PrintedNumber, select_deviations
 from governor_mechanism.units.text_table import format_table
 
@@ -63,11 +62,11 @@ class ComparedWheel:
 
 
 WHEEL_COLUMNS = (
-    ("flywheel sized by", "{sized_by}"),
-    ("bracket", "{bracket:.6g}"),
-    ("kg m2", "{inertia:.6g}"),
-    ("fluctuation", "{coefficient:.6g}"),
-    ("times the allowed", "{excess:.5g}"),
+    Column("sized_by", "flywheel sized by"),
+    Column("bracket", "bracket", ".6g"),
+    Column("inertia", "kg m2", ".6g"),
+    Column("coefficient", "fluctuation", ".6g"),
+    Column("excess", "times the allowed", ".5g"),
 )
 
 
@@ -81,7 +80,7 @@ class PaperComparison(Recorded):
     exact_coefficient: float
     wheels: tuple[ComparedWheel, ...]
 
-    derived = ("exact_sum",)
+    derived = ("exact_sum", "deviations=deviating_quantities")
 
     @property
     def exact_sum(self) -> float:
@@ -103,9 +102,10 @@ class PaperComparison(Recorded):
         """The term from whose error the wrong sum follows."""
         return next(term for term in self.terms if term.cause is Cause.ERROR)
 
-    def as_json(self) -> dict[str, Any]:
-        """Return the comparison as plain values."""
-        return {**super().as_json(), "deviations": [number.quantity for number in self.deviations]}
+    @property
+    def deviating_quantities(self) -> list[str]:
+        """Names of those numbers."""
+        return [number.quantity for number in self.deviations]
 
     def __str__(self) -> str:
         """Return tables of the numbers with the causes of the differences, of the terms, and of the flywheels."""
@@ -114,9 +114,9 @@ class PaperComparison(Recorded):
             for term, value in zip(self.terms, self.exact_values, strict=True)
         ]
         tables = (
-            tabulate(PRINTED_COLUMNS, self.numbers, "llrrl"),
+            format_columns(PRINTED_COLUMNS, self.numbers),
             format_table(("bracket", "printed", "at 3 and 95 deg", "at exact angles", ""), rows, "lrrrl"),
-            tabulate(WHEEL_COLUMNS, self.wheels, "lrrrr"),
+            format_columns(WHEEL_COLUMNS, self.wheels),
         )
         return "\n\n".join([*tables, "proofs, and formulas that are not right: governor-mechanism errata --paper redtenbacher"])
 

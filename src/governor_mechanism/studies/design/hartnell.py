@@ -14,8 +14,9 @@ from dataclasses import dataclass, replace
 
 from governor_mechanism.closed_form import hartnell as closed
 from governor_mechanism.errors import MechanismError
+from governor_mechanism.model.results.result import Recorded
 from governor_mechanism.studies.design.inputs import design_input, require_valid
-from governor_mechanism.studies.design.skeleton import SPEED_CHANGE, Design, Recorded, relative_range
+from governor_mechanism.studies.design.skeleton import SPEED_CHANGE, Design, relative_range
 from governor_mechanism.studies.design.templates import gravity_value, limit, run_up_steps, sleeve_damping
 from governor_mechanism.units.constants import RPM
 from governor_mechanism.units.places import fill_places

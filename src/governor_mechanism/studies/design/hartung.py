@@ -18,7 +18,6 @@ from scipy.optimize import minimize_scalar
 from governor_mechanism.closed_form.hartung import design as formulas
 from governor_mechanism.closed_form.hartung import governor as closed
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.files.plain_values import plain_record
 from governor_mechanism.studies.design.inputs import design_input, require_valid
 from governor_mechanism.studies.design.skeleton import Design
 from governor_mechanism.studies.design.templates import run_up_steps, sleeve_damping
@@ -173,7 +172,7 @@ class HartungDesign(Design):
     @property
     def curves(self) -> dict[str, Any]:
         """The forces over the stroke, by name."""
-        return plain_record(self.layout, "governor", "spring_rate")
+        return {name: curve for name, curve in vars(self.layout).items() if name not in ("governor", "spring_rate")}
 
     @property
     def end_forces(self) -> tuple[float, float]:

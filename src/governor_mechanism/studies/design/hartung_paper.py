@@ -14,8 +14,8 @@ from typing import Any
 
 from governor_mechanism.closed_form.hartung import design as formulas
 from governor_mechanism.closed_form.hartung import governor as closed
+from governor_mechanism.model.results.result import Recorded, format_columns
 from governor_mechanism.studies.design.hartung import PAPER_INPUTS
-from governor_mechanism.studies.design.skeleton import Recorded, tabulate
 from governor_mechanism.studies.printed_numbers import PRINTED_COLUMNS, Cause, PrintedNumber, select_deviations
 from governor_mechanism.units.constants import KILOGRAM_FORCE_1853
 from governor_mechanism.units.places import in_unit
@@ -56,19 +56,22 @@ class PaperComparison(Recorded):
     table: tuple[PrintedNumber, ...]
     counter_example: tuple[PrintedNumber, ...]
 
+    derived = ("deviations=deviating_quantities",)
+
     @property
     def deviations(self) -> tuple[PrintedNumber, ...]:
         """The numbers that are not right, in the paper's order."""
         return select_deviations((*self.numbers, *self.table, *self.counter_example))
 
-    def as_json(self) -> dict[str, Any]:
-        """Return the comparison as plain values."""
-        return {**super().as_json(), "deviations": [number.quantity for number in self.deviations]}
+    @property
+    def deviating_quantities(self) -> list[str]:
+        """Names of those numbers."""
+        return [number.quantity for number in self.deviations]
 
     def __str__(self) -> str:
         """Return a table of the numbers, with the causes of the differences."""
         deviating = select_deviations(self.table)
-        numbers = tabulate(PRINTED_COLUMNS, (*self.numbers, *deviating, *self.counter_example), "llrrl")
+        numbers = format_columns(PRINTED_COLUMNS, (*self.numbers, *deviating, *self.counter_example))
         agreement = f"table 2: {len(self.table) - len(deviating)} of {len(self.table)} spring forces agree with their formula"
         return f"{numbers}\n{agreement}\nproofs, and formulas that are not right: governor-mechanism errata --paper dubois"
 

@@ -23,9 +23,10 @@ from governor_mechanism.closed_form import parabolic
 from governor_mechanism.closed_form.pendulum import dynamics, sizing
 from governor_mechanism.closed_form.pendulum.kinematics import PendulumGovernor
 from governor_mechanism.errors import MechanismError
+from governor_mechanism.model.results.result import Column, format_columns
 from governor_mechanism.numerics.roots import find_root
 from governor_mechanism.studies.design.inputs import GOVERNED, Bounds, design_input, design_word, require_valid
-from governor_mechanism.studies.design.skeleton import SPEED_CHANGE, Check, CheckedDesign, mass_ratio_limits, relative_range, tabulate
+from governor_mechanism.studies.design.skeleton import SPEED_CHANGE, Check, CheckedDesign, mass_ratio_limits, relative_range
 from governor_mechanism.studies.design.templates import gravity_value, limit, sleeve_damping, speed_steps
 from governor_mechanism.units.constants import KILOGRAM_FORCE_1853, RPM
 from governor_mechanism.units.places import fill_places, in_unit, read_place
@@ -163,11 +164,11 @@ class TrialPosition:
 
 
 TRIAL_COLUMNS = (
-    ("a2 - a1, deg", "{angle_change:.6g/deg}"),
-    ("a2, deg", "{arm_angle:.6f/deg}"),
-    ("x2, mm", "{ball_radius:.4f/mm}"),
-    ("w2, rad/s", "{speed:.7f}"),
-    ("n2, rpm", "{speed:.5f/rpm}"),
+    Column("angle_change", "a2 - a1, deg", ".6g/deg"),
+    Column("arm_angle", "a2, deg", ".6f/deg"),
+    Column("ball_radius", "x2, mm", ".4f/mm"),
+    Column("speed", "w2, rad/s", ".7f"),
+    Column("speed", "n2, rpm", ".5f/rpm"),
 )
 
 
@@ -182,7 +183,13 @@ class DesignStep:
     unit: str
 
 
-STEP_COLUMNS = (("step", "{number}"), ("quantity", "{quantity}"), ("formula", "{formula}"), ("value", "{value:.7g}"), ("", "{unit}"))
+STEP_COLUMNS = (
+    Column("number", "step"),
+    Column("quantity", "quantity"),
+    Column("formula", "formula"),
+    Column("value", "value", ".7g"),
+    Column("unit", ""),
+)
 
 STEPS = (
     ("I", "weight of a ball, P", "W / ((1 + m) delta)", "weights[0]", "kgf"),
@@ -313,7 +320,7 @@ class PendulumDesign(CheckedDesign):
     @property
     def step_table(self) -> str:
         """The steps as text."""
-        return tabulate(STEP_COLUMNS, self.steps, "lllrl")
+        return format_columns(STEP_COLUMNS, self.steps)
 
     @property
     def arms_text(self) -> str:
@@ -327,7 +334,7 @@ class PendulumDesign(CheckedDesign):
 
     def trial_table(self) -> str:
         """Return the table of step VI as text."""
-        return tabulate(TRIAL_COLUMNS, self.trials, "r")
+        return format_columns(TRIAL_COLUMNS, self.trials)
 
     def __str__(self) -> str:
         """Return the design as text."""

@@ -4,6 +4,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from governor_mechanism.model.results.result import Result
 from governor_mechanism.studies.design import flywheel, flywheel_paper, governed_engine, hartnell, hartung, hartung_paper, pendulum
 from governor_mechanism.studies.design.engine_governor import DEFAULT_INPUTS as ENGINE_INPUTS
 from governor_mechanism.studies.design.simulated_engines import simulate_governed_engine, simulate_wheels
@@ -31,6 +32,45 @@ class Procedure:
     design: Callable[[Any], Design]
     simulate: Callable[[Any, Any], Any] | None = None
     compare: Callable[[], Any] | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class DesignReport(Result):
+    """A design with what was simulated of it, and with the numbers of a paper.
+
+    Attributes
+    ----------
+    machine
+        Name of the procedure.
+    design
+        The design.
+    simulated
+        How it runs; None if it is not simulated.
+    paper
+        The numbers of the paper, if the inputs are those of a paper, or None.
+    """
+
+    machine: str
+    design: Design
+    simulated: Any = None
+    paper: Any = None
+
+    figure_set = "render.figures.design.registry.design_figures"
+
+    @property
+    def ok(self) -> bool:
+        """Whether the simulated machine does what was wanted."""
+        return self.simulated.ok if self.simulated else True
+
+    def as_json(self) -> Mapping[str, Any]:
+        """Return what there is as plain values in SI."""
+        return {name: value for name, value in super().as_json().items() if value is not None}
+
+    def __str__(self) -> str:
+        """Return the numbers of the paper, the design, and how it runs."""
+        paper = [f"{self.paper}\n"] if self.paper else []
+        simulated = [f"\n{self.simulated}"] if self.simulated else []
+        return "\n".join([*paper, f"{self.design}", *simulated])
 
 
 PROCEDURES: Mapping[str, Procedure] = {

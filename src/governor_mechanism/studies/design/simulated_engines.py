@@ -1,18 +1,20 @@
 """Designed engines put to the test: a change of the load under the governor, and the engine with each of some flywheels."""
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
 from governor_mechanism.engines import select_engine
 from governor_mechanism.errors import MechanismError
+from governor_mechanism.model.results.result import Column, Recorded, format_columns
 from governor_mechanism.scenes.parser import parse_scene_document
 from governor_mechanism.studies.design.flywheel import FlywheelDesign
 from governor_mechanism.studies.design.flywheel_paper import PaperComparison
 from governor_mechanism.studies.design.governed_engine import LOAD_CHANGE, GovernedEngineDesign, change_times
-from governor_mechanism.studies.design.skeleton import Recorded, relative_range, tabulate
+from governor_mechanism.studies.design.skeleton import relative_range
 from governor_mechanism.studies.regulation.governed_engine import GovernedEngine
 from governor_mechanism.studies.regulation.load_change import LoadChangeStudy, study_load_change
 from governor_mechanism.types import FloatArray
@@ -178,12 +180,12 @@ class SimulatedWheel(Recorded):
 
 
 WHEEL_COLUMNS = (
-    ("simulated over two turns", "{sized_by}"),
-    ("kg m2", "{inertia:.6g}"),
-    ("lowest, rad/s", "{lowest:.6g}"),
-    ("highest, rad/s", "{highest:.6g}"),
-    ("fluctuation", "{coefficient:.6g}"),
-    ("times the allowed", "{excess:.5g}"),
+    Column("sized_by", "simulated over two turns"),
+    Column("inertia", "kg m2", ".6g"),
+    Column("lowest", "lowest, rad/s", ".6g"),
+    Column("highest", "highest, rad/s", ".6g"),
+    Column("coefficient", "fluctuation", ".6g"),
+    Column("excess", "times the allowed", ".5g"),
 )
 
 
@@ -192,13 +194,13 @@ class SimulatedWheels(tuple[SimulatedWheel, ...]):
 
     ok = True
 
-    def as_json(self) -> list[dict[str, object]]:
+    def as_json(self) -> list[Mapping[str, Any]]:
         """Return the wheels as plain values."""
         return [wheel.as_json() for wheel in self]
 
     def __str__(self) -> str:
         """Return a table of the wheels."""
-        return tabulate(WHEEL_COLUMNS, self, "lrrrrr")
+        return format_columns(WHEEL_COLUMNS, self)
 
 
 def simulate_wheels(

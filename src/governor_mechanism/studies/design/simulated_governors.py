@@ -10,6 +10,7 @@ from governor_mechanism.effects.spring import OutputSpring
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.mechanics.kinematics.time_functions import SpindleSpeedFunction
 from governor_mechanism.model.events import EventKind
+from governor_mechanism.model.results.result import Column, Recorded, format_columns
 from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.statics.controlling_force import ControllingForce, compute_controlling_force
@@ -18,7 +19,7 @@ from governor_mechanism.statics.speed_curve import compute_insensitivity_band, e
 from governor_mechanism.statics.working_range import WorkingRange
 from governor_mechanism.studies.design.hartnell import HartnellDesign
 from governor_mechanism.studies.design.pendulum import START_FRACTION, TARGET_FRACTION, PendulumDesign
-from governor_mechanism.studies.design.skeleton import SPEED_CHANGE, Recorded, tabulate
+from governor_mechanism.studies.design.skeleton import SPEED_CHANGE
 from governor_mechanism.studies.regression import run_uncertified
 from governor_mechanism.units.constants import RPM
 
@@ -70,12 +71,12 @@ class ComparedNumber(Recorded):
 
 
 COMPARED_COLUMNS = (
-    ("the simulated machine", "{quantity}, {unit}"),
-    ("wanted", "{wanted:.8g}"),
-    ("found", "{found:.8g}"),
-    ("by", "{by}"),
-    ("difference", "{difference:.1e}"),
-    ("", "{verdict}"),
+    Column("", "the simulated machine", "{quantity}, {unit}"),
+    Column("wanted", "wanted", ".8g"),
+    Column("found", "found", ".8g"),
+    Column("by", "by"),
+    Column("difference", "difference", ".1e"),
+    Column("verdict", ""),
 )
 
 
@@ -96,7 +97,7 @@ class SimulatedMachine(Recorded):
 
     def __str__(self) -> str:
         """Return a table of the numbers."""
-        return tabulate(COMPARED_COLUMNS, self.numbers, "lrrlrl")
+        return format_columns(COMPARED_COLUMNS, self.numbers)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -1,62 +1,23 @@
 """What all designs have in common: records, printed texts and tables with named places, rules, and the scene from a template."""
 
 from abc import abstractmethod
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, fields
+from collections.abc import Mapping
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, ClassVar
 
-from governor_mechanism.files.plain_values import plain_value
-from governor_mechanism.files.printed_result import PrintedResult
-from governor_mechanism.model.results.exported_result import ExportedResult
+from governor_mechanism.model.results.result import Recorded, Result
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.scenes.parser import parse_scene_document
 from governor_mechanism.studies.design.templates import fill_template, read_file
 from governor_mechanism.units.places import fill_places
 from governor_mechanism.units.short_repr import short_repr
-from governor_mechanism.units.text_table import format_table
 
 SPEED_CHANGE = 0.01
 """Relative change of speed for which effort and power are stated, as textbooks do."""
 
 MASS_RATIO_CONSTANTS = (80.0, 15.0)
 """Zehnder's limits of the mass ratio m: w^2 / 80 - 1 to w^2 / 15 - 1, with the lowest speed w of the spindle in rad/s."""
-
-
-class Recorded:
-    """A dataclass with JSON of its fields and of some properties.
-
-    Attributes
-    ----------
-    derived
-        Names of the properties in the JSON, after the fields.
-    hidden
-        Names of fields that are not in it.
-    """
-
-    derived: ClassVar[tuple[str, ...]] = ()
-    hidden: ClassVar[tuple[str, ...]] = ()
-
-    def as_json(self) -> dict[str, Any]:
-        """Return the record as plain values in SI."""
-        names = [one.name for one in fields(self) if one.name not in self.hidden]  # type: ignore[arg-type]  # any dataclass
-        return {name: _plain(getattr(self, name)) for name in (*names, *self.derived)}
-
-
-def _plain(value: Any) -> Any:
-    if isinstance(value, Recorded | ExportedResult):
-        return value.as_json()
-    return [*map(_plain, value)] if isinstance(value, tuple) else plain_value(value)
-
-
-Columns = Sequence[tuple[str, str]]
-"""Headings of the columns of a table, and the place in the record of a row that each shows."""
-
-
-def tabulate(columns: Columns, records: Iterable[object], justify: str) -> str:
-    """Return records as the rows of a text table; a place without a value is an empty cell."""
-    rows = [[fill_places(place, record) for _, place in columns] for record in records]
-    return format_table([heading for heading, _ in columns], rows, justify)
 
 
 @dataclass(frozen=True)
@@ -84,7 +45,7 @@ class Check(Recorded):
         return f"kept: {text}" if self.ok else f"not kept: {text}; {self.cure}"
 
 
-class Design(Recorded, PrintedResult):
+class Design(Result):
     """Result of a design: its files are `MACHINE.txt`, the text that it prints, and `MACHINE.toml`, its scene, both with places."""
 
     machine: ClassVar[str]

@@ -1,20 +1,14 @@
 """Results of the hard cases: one row per case, value and engine, with its verdict."""
 
 import math
-import os
 from collections.abc import Iterator
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from enum import Enum
-from pathlib import Path
-from typing import Any
 
-from governor_mechanism.files.plain_values import finite_or_none, plain_record, save_table
-from governor_mechanism.files.printed_result import PrintedResult
-from governor_mechanism.files.table import make_data_frame
+from governor_mechanism.model.results.pictures import Figure
+from governor_mechanism.model.results.result import Column, Result, format_columns
 from governor_mechanism.studies.hard_cases.case import HardCase
-from governor_mechanism.types import DataFrame
 from governor_mechanism.units.short_repr import short_repr
-from governor_mechanism.units.text_table import format_table
 
 
 class Verdict(Enum):
@@ -81,14 +75,9 @@ class HardCaseRow:
     wall_time: float = 0.0
     message: str = ""
 
-    def as_json(self) -> dict[str, Any]:
-        """Return the row as plain values."""
-        numbers = {name: finite_or_none(value) for name in ("value", "error", "estimate") if (value := getattr(self, name)) is not None}
-        return plain_record(self, **{"verdict": self.verdict.value, "passed": self.verdict.passed, **numbers})
-
 
 @dataclass(frozen=True, kw_only=True)
-class HardCasesReport(PrintedResult):
+class HardCasesReport(Result):
     """Rows of all studied cases.
 
     Attributes
@@ -103,6 +92,29 @@ class HardCasesReport(PrintedResult):
     rows: tuple[HardCaseRow, ...]
 
     __repr__ = short_repr
+
+    figure = "render.figures.hard_cases.hard_case_figure"
+    figure_set = "render.figures.hard_cases.hard_case_figures"
+    record = ("ok", "cases=described_cases", "rows")
+    columns = (
+        Column("case"),
+        Column("value"),
+        Column("engine", "engine"),
+        Column("error", "error", lambda row: _format_error(row.error), side="r"),
+        Column("estimate", "estimate", lambda row: _format_error(row.estimate), side="r"),
+        Column("reference", "against"),
+        Column("outcome", "outcome"),
+        Column("reached", "reached", lambda row: f"{row.reached:.0%}" if row.outcome else "", side="r"),
+        Column("wall_time", "time", lambda row: f"{row.wall_time:.2g} s" if row.outcome else "", side="r"),
+        Column("verdict", "verdict", value="verdict.value"),
+        Column("message"),
+        Column("passed", value="verdict.passed", in_table=False),
+    )
+
+    @property
+    def described_cases(self) -> list[dict[str, str]]:
+        """Name, title and hard parameter of each case."""
+        return [{"name": case.name, "title": case.title, "parameter": case.parameter} for case in self.cases]
 
     @property
     def ok(self) -> bool:
@@ -122,56 +134,26 @@ class HardCasesReport(PrintedResult):
 
     def _case_lines(self, case: HardCase) -> Iterator[str]:
         yield f"{case.name}: {case.title}"
-        headers = ("  " + case.parameter, "engine", "error", "estimate", "against", "outcome", "reached", "time", "verdict")
-        yield format_table(headers, map(_cells, self.rows_of(case)), "llrrllrrl")
+        yield format_columns((Column("", f"  {case.parameter}", "  {value:.12g}"), *self.columns), self.rows_of(case))
         ends = {name for row in self.rows_of(case) if row.verdict is Verdict.NAMED_END and (name := row.outcome)}
         yield from (f"  {outcome.name}: {why}" for outcome, why in case.named_ends.items() if outcome.name in ends)
         yield ""
 
-    def as_json(self) -> dict[str, Any]:
-        """Return the report as plain values."""
-        cases = [{"name": case.name, "title": case.title, "parameter": case.parameter} for case in self.cases]
-        return {"ok": self.ok, "cases": cases, "rows": [row.as_json() for row in self.rows]}
+    def plot(self, case: HardCase | None = None) -> Figure:
+        """Draw the rows of a case, by default the first; `figures` has those of all.
 
-    def save_csv(self, path: str | os.PathLike[str]) -> Path:
-        """Write one row per run, and return the path."""
-        columns = self._columns()
-        return save_table(list(columns), zip(*columns.values(), strict=True), Path(path))
-
-    def to_dataframe(self) -> DataFrame:
-        """Return a table of pandas with a row for each run.
+        Parameters
+        ----------
+        case
+            The case.
 
         Returns
         -------
-        pandas.DataFrame
-            The table.
-
-        Raises
-        ------
-        MechanismError
-            If pandas is not installed.
+        Figure
+            The figure.
         """
-        return make_data_frame(self._columns())
-
-    def _columns(self) -> dict[str, list[Any]]:
-        """Return the values of all rows by the names of their fields."""
-        columns = {field.name: [getattr(row, field.name) for row in self.rows] for field in fields(HardCaseRow)}
-        return columns | {"verdict": [row.verdict.value for row in self.rows]}
+        return self._draw(case or self.cases[0])
 
 
-def _cells(row: HardCaseRow) -> tuple[str, ...]:
-    def number(value: float | None) -> str:
-        return "" if value is None or math.isnan(value) else f"{value:.1e}"
-
-    reached, time = ("", "") if not row.outcome else (f"{row.reached:.0%}", f"{row.wall_time:.2g} s")
-    return (
-        f"  {row.value:.12g}",
-        row.engine,
-        number(row.error),
-        number(row.estimate),
-        row.reference,
-        row.outcome,
-        reached,
-        time,
-        row.verdict.value,
-    )
+def _format_error(value: float | None) -> str:
+    return "" if value is None or math.isnan(value) else f"{value:.1e}"

@@ -15,7 +15,8 @@ from governor_mechanism.mechanics.kinematics.output_variables import evaluate_ou
 from governor_mechanism.model.effect import Effect
 from governor_mechanism.model.events import EventKind
 from governor_mechanism.model.part import Spindle, Start
-from governor_mechanism.model.results.exported_result import ExportedResult
+from governor_mechanism.model.results.pictures import Figure
+from governor_mechanism.model.results.result import Result
 from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.statics.speed_curve import compute_insensitivity_band
@@ -39,7 +40,7 @@ THRESHOLD_TOLERANCE = 1e-6
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class CyclicMotionStudy(ExportedResult):
+class CyclicMotionStudy(Result):
     """Amplitude of the sleeve per turn, after a number of turns, against the speed fluctuation.
 
     Attributes
@@ -65,6 +66,8 @@ class CyclicMotionStudy(ExportedResult):
     threshold: float
     n_turns: int
 
+    figure = "render.figures.regulation.cyclic_figure"
+
     @property
     def onset_exponent(self) -> FittedParameter:
         """Exponent of the amplitude in (ratio - threshold), fitted where this is below 0.01."""
@@ -80,7 +83,7 @@ class CyclicMotionStudy(ExportedResult):
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class ClearanceStudy(ExportedResult):
+class ClearanceStudy(Result):
     """Amplitudes of sleeve and arms per turn, after a number of turns, against the clearance.
 
     Attributes
@@ -111,6 +114,23 @@ class ClearanceStudy(ExportedResult):
     friction_carries_sleeve: bool
     fluctuation_ratio: float
     n_turns: int
+
+    figure = "render.figures.regulation.clearance_figure"
+
+    def plot(self, *others: "ClearanceStudy") -> Figure:
+        """Draw the sleeve amplitude over that without clearance, against clearance, with a line for each of other studies.
+
+        Returns
+        -------
+        Figure
+            The figure.
+
+        Raises
+        ------
+        MechanismError
+            If a scene has no cyclic sleeve motion without clearance.
+        """
+        return self._draw(*others)
 
     @property
     def worst(self) -> tuple[float, float]:

@@ -14,7 +14,7 @@ from governor_mechanism.errors import MechanismError
 from governor_mechanism.mechanics.reduction.lagrangian import SingleDofReduction
 from governor_mechanism.model.events import EventKind
 from governor_mechanism.model.part import Spindle, Start
-from governor_mechanism.model.results.exported_result import ExportedResult
+from governor_mechanism.model.results.result import Result
 from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.model.scene import RunSettings, Scene
 from governor_mechanism.statics.speed_curve import compute_speed_curve, equilibrium_speed_at
@@ -32,7 +32,7 @@ AIRY_PRIME_FIRST_ZERO = 1.018792971647471
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class FoldJumpStudy(ExportedResult):
+class FoldJumpStudy(Result):
     """Speeds at which the arms pass the fold, against the ramp rate of the spindle speed.
 
     Attributes
@@ -70,6 +70,8 @@ class FoldJumpStudy(ExportedResult):
     stop_speed: float
     divergence_rate: float
     asymptotic_delay: FloatArray
+
+    figure = "render.figures.regulation.fold_jump_figure"
 
     @property
     def conclusion(self) -> str:

@@ -11,15 +11,13 @@ from scipy.interpolate import CubicHermiteSpline
 from governor_mechanism.effects.dry_friction import DryFriction
 from governor_mechanism.engines import select_engine
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.files.plain_values import finite_or_none, plain_record
-from governor_mechanism.files.printed_result import PrintedResult
-from governor_mechanism.files.table import make_data_frame
+from governor_mechanism.model.results.result import Column, Result
 from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.model.time_functions import InputFunction
 from governor_mechanism.studies.regulation.governed_engine import GovernedEngine, OperatingPoint
 from governor_mechanism.studies.regulation.speed_response import SETTLING_BAND, Verdict, judge_speed, reached_end
-from governor_mechanism.types import DataFrame, FloatArray
+from governor_mechanism.types import FloatArray
 from governor_mechanism.units.quantities import format_value, parse_quantity
 from governor_mechanism.units.short_repr import short_repr
 from governor_mechanism.units.text_table import format_table
@@ -78,7 +76,7 @@ MIN_TURNS = 4
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class LoadChangeStudy(PrintedResult):
+class LoadChangeStudy(Result):
     """Response of a governed engine to a change of its load. Speeds are those of the shaft, averaged over a turn.
 
     Attributes
@@ -147,6 +145,17 @@ class LoadChangeStudy(PrintedResult):
 
     __repr__ = short_repr
 
+    figure = "render.figures.load_change.load_change_figure"
+    hidden = ("average", "run")
+    derived = ("static_droop", "droop", "largest_deviation", "run=engine_record")
+    index = "time"
+    columns = (
+        Column("time", unit="s", value="average.times"),
+        Column("speed", unit="rad/s", value="average.speeds"),
+        Column("fluctuation", unit="1", value="average.fluctuations"),
+        Column("period", unit="s", value="average.periods"),
+    )
+
     @property
     def ok(self) -> bool:
         """Whether the speed settles."""
@@ -169,32 +178,10 @@ class LoadChangeStudy(PrintedResult):
         """Extreme speed after the change, relative to that before it."""
         return self.mean_speeds[1] / self.mean_speeds[0] - 1
 
-    def as_json(self) -> dict[str, Any]:
-        """Return all numbers, without the run."""
-        left_out = ("average", "run", "before", "after")
-        points = {name: None if (point := getattr(self, name)) is None else vars(point) for name in ("before", "after")}
-        derived = {name: getattr(self, name) for name in ("static_droop", "droop", "largest_deviation")}
-        engine = {"engine": self.run.cost.engine, "error_estimate": self.run.error_estimate, "outcome": self.run.outcome.value}
-        record = plain_record(self, *left_out, **points, **derived, run=engine)
-        return {name: finite_or_none(value) if isinstance(value, float) else value for name, value in record.items()}
-
-    def to_dataframe(self) -> DataFrame:
-        """Return the speed of the shaft averaged over each turn, and its fluctuation, as a table of pandas.
-
-        Returns
-        -------
-        pandas.DataFrame
-            Mean speed, rad/s, relative speed fluctuation and duration of the turn, s, by the time of its middle, s. `run.to_dataframe()`
-            has the readings.
-
-        Raises
-        ------
-        MechanismError
-            If pandas is not installed.
-        """
-        average = self.average
-        columns = {"time": average.times, "speed": average.speeds, "fluctuation": average.fluctuations, "period": average.periods}
-        return make_data_frame(columns, index="time", units={"time": "s", "speed": "rad/s", "fluctuation": "1", "period": "s"})
+    @property
+    def engine_record(self) -> dict[str, object]:
+        """What the record has of the run."""
+        return {"engine": self.run.cost.engine, "error_estimate": self.run.error_estimate, "outcome": self.run.outcome.value}
 
     def __str__(self) -> str:
         """Return a table of the numbers and the verdict."""

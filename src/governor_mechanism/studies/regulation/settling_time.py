@@ -13,7 +13,7 @@ from governor_mechanism.effects.dashpot import Dashpot
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.mechanics.reduction.lagrangian import SingleDofReduction
 from governor_mechanism.model.part import FreeSpindle
-from governor_mechanism.model.results.exported_result import ExportedResult
+from governor_mechanism.model.results.result import Result
 from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.studies.regression import SLEEVE_READING, run_uncertified
@@ -27,7 +27,7 @@ SETTLING_TOLERANCE = 0.02
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class SettlingStudy(ExportedResult):
+class SettlingStudy(Result):
     """Settling time after a change of load, against the damping of the sleeve.
 
     Attributes
@@ -46,6 +46,8 @@ class SettlingStudy(ExportedResult):
     damping_coefficients: FloatArray
     settling_times: FloatArray
     best: tuple[float, float]
+
+    figure = "render.figures.regulation.settling_figure"
 
     @property
     def conclusion(self) -> str:

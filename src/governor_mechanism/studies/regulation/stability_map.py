@@ -14,14 +14,12 @@ from governor_mechanism.effects.gravity import Gravity
 from governor_mechanism.effects.stops import Stops
 from governor_mechanism.engines.initial_state import initial_state
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.files.plain_values import finite_or_none
-from governor_mechanism.files.printed_result import PrintedResult
-from governor_mechanism.files.table import make_data_frame
 from governor_mechanism.machines.flywheel_engine.dimensions import MEAN
 from governor_mechanism.machines.flywheel_engine.machine import FlywheelEngine
 from governor_mechanism.machines.pendulum import machine as pendulum
 from governor_mechanism.model.coupling.couplings import ControlCoupling, FollowCoupling
 from governor_mechanism.model.part import FreeSpindle
+from governor_mechanism.model.results.result import Column, Result
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.scenes.changed_document import parse_scene_with, replace_document_value
 from governor_mechanism.scenes.schema import rate_key
@@ -32,7 +30,7 @@ from governor_mechanism.studies.regulation.governed_engine import GovernedEngine
 from governor_mechanism.studies.regulation.periodic_motion import find_periodic_motion
 from governor_mechanism.studies.sweep.parameters import SweepAxis, parse_axes
 from governor_mechanism.studies.sweep.workers import compute_in_parallel
-from governor_mechanism.types import DataFrame, FloatArray
+from governor_mechanism.types import FloatArray
 from governor_mechanism.units.short_repr import short_repr
 
 
@@ -104,7 +102,7 @@ class BorderPoint:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class StabilityMap(PrintedResult):
+class StabilityMap(Result):
     """Stability of a governed engine over two parameters.
 
     Attributes
@@ -139,6 +137,21 @@ class StabilityMap(PrintedResult):
 
     __repr__ = short_repr
 
+    figure = "render.figures.stability_map.stability_map_figure"
+    record = ("title", "x", "y", "growth_rates", "frequencies", "border", "load_fraction", "stable_share")
+
+    @property
+    def columns(self) -> tuple[Column, ...]:
+        """Both parameters, growth rate and frequency, and Vyshnegradskii's x and y, of every point."""
+        return (
+            Column(self.x.key, unit=self.x.unit, value=lambda study: np.tile(study.x.values, len(study.y.values))),
+            Column(self.y.key, unit=self.y.unit, value=lambda study: np.repeat(study.y.values, len(study.x.values))),
+            Column("growth_rate", unit="1/s", value=lambda study: study.growth_rates.ravel()),
+            Column("frequency", unit="rad/s", value=lambda study: study.frequencies.ravel()),
+            Column("vyshnegradskii_x", value=lambda study: study.parameters[0].ravel()),
+            Column("vyshnegradskii_y", value=lambda study: study.parameters[1].ravel()),
+        )
+
     @property
     def stable_share(self) -> float:
         """Part of the points that are stable."""
@@ -149,42 +162,6 @@ class StabilityMap(PrintedResult):
         """Number of points at which the sign of the growth rate differs from that of 1 - x y of the closed form."""
         excess = self.parameters[0] * self.parameters[1] - 1.0
         return int(np.sum(np.isfinite(excess) & ((excess > 0.0) != (self.growth_rates < 0.0))))
-
-    def as_json(self) -> dict[str, Any]:
-        """Return all numbers."""
-        axes = {name: {"key": one.key, "unit": one.unit, "values": list(one.values)} for name, one in (("x", self.x), ("y", self.y))}
-        grids = {
-            name: [[finite_or_none(float(value)) for value in row] for row in grid]
-            for name, grid in (("growth_rates", self.growth_rates), ("frequencies", self.frequencies))
-        }
-        border = [vars(point) for point in self.border]
-        return {
-            "title": self.title,
-            **axes,
-            **grids,
-            "border": border,
-            "load_fraction": self.load_fraction,
-            "stable_share": self.stable_share,
-        }
-
-    def to_dataframe(self) -> DataFrame:
-        """Return a table of pandas with a row for each point: both parameters, growth rate and frequency, and Vyshnegradskii's x and y.
-
-        Returns
-        -------
-        pandas.DataFrame
-            The table, SI; NaN where there is no steady state, or the closed form does not apply.
-
-        Raises
-        ------
-        MechanismError
-            If pandas is not installed.
-        """
-        y, x = np.meshgrid(np.asarray(self.y.values, dtype=float), np.asarray(self.x.values, dtype=float), indexing="ij")
-        grids = {self.x.key: x, self.y.key: y, "growth_rate": self.growth_rates, "frequency": self.frequencies}
-        grids |= {"vyshnegradskii_x": self.parameters[0], "vyshnegradskii_y": self.parameters[1]}
-        units = {self.x.key: self.x.unit, self.y.key: self.y.unit, "growth_rate": "1/s", "frequency": "rad/s"}
-        return make_data_frame({name: grid.ravel() for name, grid in grids.items()}, units=units)
 
     def __str__(self) -> str:
         """Return how much is stable, and the border."""

@@ -16,7 +16,7 @@ import numpy as np
 
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.files.atomic_write import atomic_write
-from governor_mechanism.files.plain_values import plain_value, save_json, save_table
+from governor_mechanism.files.plain_values import plain_value, save_json
 from governor_mechanism.files.results import package_versions
 from governor_mechanism.studies.sweep.parameters import AxisGrid
 from governor_mechanism.studies.sweep.results import Sweep
@@ -97,9 +97,7 @@ class SweepFiles:
 
     def write_results(self, sweep: Sweep) -> None:
         """Write table and record and delete the journal. The same sweep always gives the same files."""
-        names = [f"{name} [{unit}]" if unit else name for name, unit in sweep.units.items()]
-        rows = ([*sweep.values_at(row.index), *row.numbers_or_none, row.outcome, row.message] for row in sweep.rows)
-        save_table([*names, "outcome", "message"], rows, self._table_path)
+        sweep.save_csv(self._table_path)
         summary = {"title": sweep.title, "units": sweep.units, "outcomes": sweep.outcomes, "notes": sweep.notes}
         save_json({"sweep": self._identity, **summary}, self._record_path)
         self._journal_path.unlink(missing_ok=True)

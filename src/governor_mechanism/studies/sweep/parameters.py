@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from governor_mechanism.errors import MechanismError
+from governor_mechanism.model.results.result import Recorded
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.scenes.changed_document import parse_scene_with, replace_document_value
 from governor_mechanism.scenes.parser import parse_scene_document
@@ -86,7 +87,7 @@ class AxisRequest:
 
 
 @dataclass(frozen=True, kw_only=True)
-class SweepAxis:
+class SweepAxis(Recorded):
     """One key of a scene and its values.
 
     Attributes
@@ -108,6 +109,8 @@ class SweepAxis:
     values: tuple[float | str | bool, ...]
     document_values: tuple[Any, ...]
     scene_value: float | str | bool | None = None
+
+    record = ("key", "unit", "values")
 
     @property
     def unit(self) -> str:

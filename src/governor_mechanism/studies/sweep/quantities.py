@@ -13,6 +13,7 @@ from typing import Any
 from governor_mechanism.errors import MechanismError, did_you_mean
 from governor_mechanism.mechanics.kinematics.output_variables import READING_UNITS
 from governor_mechanism.model.coupling.coupled_system import SPINDLE_ANGLE, SPINDLE_SPEED, SPINDLE_TORQUE
+from governor_mechanism.model.results.result import Recorded
 from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.observables.valve_motion import has_valve_events
@@ -43,7 +44,7 @@ MIN_SWING_RATIO = 10.0
 
 
 @dataclass(frozen=True, kw_only=True)
-class RunQuantity:
+class RunQuantity(Recorded):
     """A number taken from a run by a rule or by a function of the caller.
 
     Attributes
@@ -68,6 +69,8 @@ class RunQuantity:
     unit: str = ""
     scale: float = 0.0
     min_swing: float = 0.0
+
+    record = ("name", "unit")
 
     def evaluate(self, numbers: RunNumbers) -> float:
         """Return the value in SI.

@@ -1,7 +1,7 @@
 """Result of a sweep: rows of numbers with their outcomes, as columns, as grids, and as text."""
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -11,24 +11,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from governor_mechanism.errors import MechanismError, did_you_mean
-from governor_mechanism.files.plain_values import plain_record
-from governor_mechanism.files.printed_result import PrintedResult
-from governor_mechanism.files.table import make_data_frame
+from governor_mechanism.model.results.result import Column, Result, format_columns
 from governor_mechanism.studies.sweep.parameters import AxisGrid, SweepAxis
 from governor_mechanism.studies.sweep.quantities import RunQuantity
 from governor_mechanism.studies.sweep.row_endings import RowEnding, find_endings
 from governor_mechanism.studies.sweep.rows import RESULT_ROW_OUTCOMES, SweepRow, SweepRows
-from governor_mechanism.types import DataFrame
 from governor_mechanism.units.quantities import format_value
 from governor_mechanism.units.short_repr import short_repr
-from governor_mechanism.units.text_table import format_table
 
 MAX_PRINTED_ROWS = 20
 """Maximum number of rows printed; a longer table is summarised by its extremes."""
 
 
 @dataclass(frozen=True, kw_only=True)
-class Sweep(AxisGrid, PrintedResult):
+class Sweep(AxisGrid, Result):
     """A scene run at every combination of the values of the axes.
 
     Attributes
@@ -55,6 +51,58 @@ class Sweep(AxisGrid, PrintedResult):
     reason_of_choice: str = ""
 
     __repr__ = short_repr
+
+    figure = "render.figures.sweep.sweep_figure"
+    record = (
+        *("title", "scene=scene_file", "axes", "quantities", "accuracy", "reason_of_choice"),
+        *("rows=row_records", "outcomes", "endings", "notes"),
+    )
+    has_units_in_header = True
+
+    @property
+    def columns(self) -> tuple[Column, ...]:
+        """The varied keys, the quantities, outcome and message; the text has an outcome only where rows ended in several ways."""
+        outcome = "outcome" if self.endings else None
+        keys = [self._axis_column(place, axis) for place, axis in enumerate(self.axes)]
+        quantities = [self._quantity_column(place, quantity) for place, quantity in enumerate(self.quantities)]
+        return (
+            *keys,
+            *quantities,
+            Column("outcome", outcome, lambda row: "" if row.ok else row.outcome.replace("_", " "), side="r"),
+            Column("message"),
+        )
+
+    def _axis_column(self, place: int, axis: SweepAxis) -> Column:
+        def value_in(row: SweepRow) -> float | str | bool:
+            return self.values_at(row.index)[place]
+
+        return Column(axis.key, axis.key, lambda row: _format_value(value_in(row), axis), unit=axis.unit, value=value_in, side="r")
+
+    def _quantity_column(self, place: int, quantity: RunQuantity) -> Column:
+        def value_in(row: SweepRow) -> float:
+            return row.numbers[place]
+
+        name = quantity.name
+        return Column(name, name, lambda row: _format_value(value_in(row), quantity), unit=quantity.unit, value=value_in, side="r")
+
+    @property
+    def scene_file(self) -> str:
+        """Name of the scene file."""
+        return Path(self.source).name
+
+    @property
+    def row_records(self) -> list[dict[str, Any]]:
+        """The rows as plain values."""
+        return [
+            {"numbers": row.numbers, "outcome": row.outcome, "message": row.message, "values": self.values_at(row.index)}
+            for row in self.rows
+        ]
+
+    def values_of(self, column: Column) -> Sequence[Any] | NDArray[Any]:
+        """Return the values of a column without a row in between, of which a sweep may have millions."""
+        if column.key == "outcome":
+            return self.rows.outcomes
+        return [*map(self.rows.message, range(len(self.rows)))] if column.key == "message" else self.column(column.key)
 
     @property
     def units(self) -> dict[str, str]:
@@ -126,36 +174,9 @@ class Sweep(AxisGrid, PrintedResult):
         lines = [f"{self.title}: {len(self.rows):,} rows, {shape_text}"]
         if self.reason_of_choice:
             lines.append(f"quantities: {', '.join(one.name for one in self.quantities)} (chosen because {self.reason_of_choice})")
-        lines += self._format_table() if len(self.rows) <= MAX_PRINTED_ROWS else self._format_extremes()
+        lines += format_columns(self.columns, self.rows).splitlines() if len(self.rows) <= MAX_PRINTED_ROWS else self._format_extremes()
         lines += [self._describe_ending(ending) for ending in self.endings]
         return "\n".join([*lines, *(f"note: {note}" for note in self.notes)])
-
-    def to_dataframe(self) -> DataFrame:
-        """Return a table of pandas with a row for each run: the varied keys, the quantities, and the outcome.
-
-        Returns
-        -------
-        pandas.DataFrame
-            The table, SI; NaN if missing. Its `attrs["units"]` has the units.
-
-        Raises
-        ------
-        MechanismError
-            If pandas is not installed.
-        """
-        names = [*(axis.key for axis in self.axes), *(one.name for one in self.quantities)]
-        return make_data_frame({**{name: self.column(name) for name in names}, "outcome": self.rows.outcomes}, units=self.units)
-
-    def as_json(self) -> dict[str, Any]:
-        """Return the sweep as JSON values; a missing number is None."""
-        tables = {
-            "axes": [{"key": axis.key, "unit": axis.unit, "values": axis.values} for axis in self.axes],
-            "quantities": [{"name": one.name, "unit": one.unit} for one in self.quantities],
-            "rows": [plain_record(row, "index", numbers=row.numbers_or_none, values=self.values_at(row.index)) for row in self.rows],
-        }
-        header = {"title": self.title, "scene": Path(self.source).name}
-        endings = [plain_record(one, "rows") for one in self.endings]
-        return header | plain_record(self, "source", **tables, outcomes=self.outcomes, endings=endings, notes=self.notes)
 
     def _has_no_effect(self, axis_index: int) -> bool:
         """Return whether no quantity changes along an axis although there are values to compare."""
@@ -170,14 +191,6 @@ class Sweep(AxisGrid, PrintedResult):
             if np.any(np.nanmax(values, axis=0) - np.nanmin(values, axis=0) > threshold):
                 return False
         return has_comparison
-
-    def _format_table(self) -> list[str]:
-        names = [*(axis.key for axis in self.axes), *(one.name for one in self.quantities)]
-        cells = [[*self._format_axis_values(row), *map(_format_value, row.numbers, self.quantities)] for row in self.rows]
-        if self.endings:
-            names.append("outcome")
-            cells = [[*line, "" if row.ok else row.outcome.replace("_", " ")] for line, row in zip(cells, self.rows, strict=True)]
-        return format_table(names, cells, justify="r").splitlines()
 
     def _format_extremes(self) -> Iterator[str]:
         for quantity in self.quantities:

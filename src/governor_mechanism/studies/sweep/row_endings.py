@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from governor_mechanism.model.results.result import Recorded
 from governor_mechanism.studies.sweep.rows import FAILED_ROW_OUTCOMES, OK_ROW_OUTCOMES, RESULT_ROW_OUTCOMES, SweepRows
 from governor_mechanism.types import IntArray
 
@@ -17,7 +18,7 @@ _TIME_PATTERN = re.compile(r",? at (?:about )?t = ")
 
 
 @dataclass(frozen=True, kw_only=True)
-class RowEnding:
+class RowEnding(Recorded):
     """A way in which some rows of a sweep end.
 
     Attributes
@@ -36,6 +37,8 @@ class RowEnding:
     cause: str
     count: int
     rows: IntArray
+
+    hidden = ("rows",)
 
     @property
     def first_row(self) -> int:

@@ -1,30 +1,24 @@
 """Results of a work-precision study: the reference, and error and time of each setting of each engine variant."""
 
 import math
-import os
 from collections.abc import Mapping
 from dataclasses import dataclass
 from numbers import Real
-from pathlib import Path
-from typing import Any
 
 from governor_mechanism.engines import Engine
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.files.plain_values import plain_record, plain_value, save_table
-from governor_mechanism.files.printed_result import PrintedResult
-from governor_mechanism.files.table import make_data_frame
+from governor_mechanism.model.results.pictures import Figure
+from governor_mechanism.model.results.result import Column, Recorded, Result, format_columns
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.studies.regression import FittedParameter
-from governor_mechanism.types import DataFrame
 from governor_mechanism.units.short_repr import short_repr
-from governor_mechanism.units.text_table import format_table
 
 REFERENCE_MARGIN_RATIO = 100.0
 """Ratio of the smallest error that is resolved to the error of the reference."""
 
 
 @dataclass(frozen=True, kw_only=True)
-class WorkPrecisionPoint:
+class WorkPrecisionPoint(Recorded):
     """One setting of an engine variant: its errors against the reference and its cost, run without a certificate.
 
     Attributes
@@ -61,6 +55,9 @@ class WorkPrecisionPoint:
         Energy drift in its scale.
     """
 
+    hidden = ("variant", "engine")
+    derived = ("settings",)
+
     variant: str
     engine: Engine
     setting: str
@@ -77,13 +74,14 @@ class WorkPrecisionPoint:
     joint_gap: float
     drift: float
 
-    def as_json(self) -> dict[str, Any]:
-        """Return the point as plain values."""
-        return plain_record(self, "variant", "engine", settings={"engine": self.engine.name, **plain_value(self.engine)})
+    @property
+    def settings(self) -> dict[str, object]:
+        """Name of the engine, and all its settings."""
+        return {"engine": self.engine.name, **vars(self.engine)}
 
 
 @dataclass(frozen=True, kw_only=True)
-class EngineVariant:
+class EngineVariant(Recorded):
     """One way to use an engine, coarse settings first.
 
     Attributes
@@ -120,10 +118,6 @@ class EngineVariant:
         order = () if self.order is None else (f"order {self.order.value:.3f} ± {self.order.standard_error:.1g}",)
         return (*([f"cannot: {self.refusal}"] if self.refusal else []), *order, *self.notes)
 
-    def as_json(self) -> dict[str, Any]:
-        """Return the variant as plain values."""
-        return plain_record(self, points=[point.as_json() for point in self.points])
-
     def cheapest_for(self, error: float) -> WorkPrecisionPoint | None:
         """Return the fastest setting within an error; None if there is none."""
         validate_target_error(error)
@@ -143,7 +137,7 @@ class EngineVariant:
 
 
 @dataclass(frozen=True, kw_only=True)
-class ErrorReference:
+class ErrorReference(Recorded):
     """The run that errors are measured against; errors are in units of the scales.
 
     estimate is its own error estimate (against a ten times looser tolerance), confirmation_error the difference of another engine's best
@@ -156,6 +150,8 @@ class ErrorReference:
     confirmed_by: str = ""
     confirmation_error: float | None = None
     error: float
+
+    derived = ("resolvable_error",)
 
     @property
     def resolvable_error(self) -> float:
@@ -177,7 +173,7 @@ class ErrorReference:
 
 
 @dataclass(frozen=True, kw_only=True)
-class AccuracyStudy(PrintedResult):
+class AccuracyStudy(Result):
     """Work-precision study of a scene: every variant of every engine over its settings.
 
     Attributes
@@ -204,6 +200,34 @@ class AccuracyStudy(PrintedResult):
     early_end_message: str = ""
 
     __repr__ = short_repr
+
+    figure = "render.figures.work_precision.work_precision_figure"
+    record = ("title=scene.title", "reference", "variants", "n_samples", "time_scale", "early_end_message")
+    has_units_in_header = True
+
+    @property
+    def columns(self) -> tuple[Column, ...]:
+        """Columns of the points; the text has errors of events only where there are some."""
+        events = "events, s" if any(point.event_time_error is not None for point in self.rows) else None
+        return (
+            Column("variant", "variant"),
+            Column("setting", "setting"),
+            Column("step", unit="s"),
+            Column("error", "error", self._format_error, side="r"),
+            Column("worst_reading"),
+            Column("event_time_error", events, ".1e", unit="s"),
+            Column("max_error"),
+            Column("wall_time", "time", lambda point: format_wall_time(point.wall_time), unit="s", side="r"),
+            Column("n_repeats"),
+            Column("evaluations", "evaluations", ","),
+            Column("joint_gap", "joint gap", ".1e"),
+            Column("drift", "drift", ".1e"),
+        )
+
+    @property
+    def rows(self) -> tuple[WorkPrecisionPoint, ...]:
+        """The points of all variants, which are the rows of tables."""
+        return self.points
 
     @property
     def points(self) -> tuple[WorkPrecisionPoint, ...]:
@@ -240,53 +264,34 @@ class AccuracyStudy(PrintedResult):
 
     def __str__(self) -> str:
         """Return a table with one line per setting, and the remarks on each variant."""
-        has_event_errors = any(point.event_time_error is not None for point in self.points)
-        headers = ("variant", "setting", "error", *(["events, s"] if has_event_errors else []), "time", "evaluations", "joint gap", "drift")
-        rows = [self._cells(point, has_event_errors=has_event_errors) for point in self.points]
         lines = [
             self.scene.title,
             str(self.reference),
             f"errors in units of each reading's scale, at {self.n_samples} times; times of one whole run, with initial state "
             "and readings, without a certificate",
             *([f"the study ends early: {self.early_end_message}"] if self.early_end_message else []),
-            format_table(headers, rows, "llr"),
+            format_columns(self.columns, self.points),
         ]
         return "\n".join([*lines, *(f"{variant.name}: {remark}" for variant in self.variants for remark in variant.remarks)])
 
-    def _cells(self, point: WorkPrecisionPoint, *, has_event_errors: bool) -> list[str]:
-        floor, event_error = self.reference.resolvable_error, point.event_time_error
-        errors = [f"{'< ' if point.error < floor else ''}{max(point.error, floor):.1e}"]
-        errors += ["" if event_error is None else f"{event_error:.1e}"] if has_event_errors else []
-        defects = [f"{point.joint_gap:.1e}", f"{point.drift:.1e}"]
-        return [point.variant, point.setting, *errors, format_wall_time(point.wall_time), f"{point.evaluations:,}", *defects]
+    def _format_error(self, point: WorkPrecisionPoint) -> str:
+        floor = self.reference.resolvable_error
+        return f"{'< ' if point.error < floor else ''}{max(point.error, floor):.1e}"
 
-    def as_json(self) -> dict[str, Any]:
-        """Return the study as plain values."""
-        reference = plain_record(self.reference, resolvable_error=self.reference.resolvable_error)
-        variants = [variant.as_json() for variant in self.variants]
-        return plain_record(self, "scene", title=self.scene.title, reference=reference, variants=variants)
+    def plot(self, requested_error: float | None = None) -> Figure:
+        """Draw error against time for every setting.
 
-    def save_csv(self, path: str | os.PathLike[str]) -> Path:
-        """Write one row per setting in SI, and return the path."""
-        columns = POINT_CSV_HEADER.split(",")
-        rows = ([getattr(point, column.partition(" ")[0]) for column in columns] for point in self.points)
-        return save_table(columns, rows, Path(path))
-
-    def to_dataframe(self) -> DataFrame:
-        """Return a table of pandas with a row for each setting: error, time and defects, SI.
+        Parameters
+        ----------
+        requested_error
+            Error to mark, with the cheapest setting of each variant that reaches it; None for none.
 
         Returns
         -------
-        pandas.DataFrame
-            The table.
-
-        Raises
-        ------
-        MechanismError
-            If pandas is not installed.
+        Figure
+            The figure.
         """
-        names = [column.partition(" ")[0] for column in POINT_CSV_HEADER.split(",")]
-        return make_data_frame({name: [getattr(point, name) for point in self.points] for name in names})
+        return self._draw(requested_error)
 
     def _require_resolvable(self, error: float) -> None:
         validate_target_error(error)
@@ -298,12 +303,6 @@ class AccuracyStudy(PrintedResult):
         reference = self.reference
         resolvable = f"{reference.resolvable_error:.1e}"
         return f"the reference has an error of {reference.error:.1e} and resolves errors from {resolvable} up; {error:g} is smaller"
-
-
-POINT_CSV_HEADER = (
-    "variant,setting,step [s],error,worst_reading,event_time_error [s],max_error,wall_time [s],n_repeats,evaluations,joint_gap,drift"
-)
-"""Header of the CSV file: attributes of a point, some with their unit."""
 
 
 def validate_target_error(error: float) -> None:

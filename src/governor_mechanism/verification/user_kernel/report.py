@@ -5,9 +5,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from governor_mechanism.files.plain_values import finite_or_none
+from governor_mechanism.files.result_tables import record_rows
+from governor_mechanism.model.results.result import Column, format_columns
 from governor_mechanism.units.quantities import format_quantity
-from governor_mechanism.units.text_table import format_table
 from governor_mechanism.verification.report import MAX_PRINTED_ROWS, CheckReport, ComparisonRow
 from governor_mechanism.verification.user_kernel.function import format_number
 
@@ -47,21 +47,6 @@ class KernelRow(ComparisonRow):
         """The inputs in a phrase."""
         return ", ".join(f"{name} = {format_quantity(value, unit)}" for name, (value, unit) in self.inputs.items()) or "the scene as it is"
 
-    @property
-    def cells(self) -> tuple[str, ...]:
-        """The comparison as cells of the printed table."""
-        values = (f"{self.simulated:.12g}", f"{self.error_estimate:.1e}", f"{self.expected:.12g}")
-        errors = (f"{0.0 - self.difference:+.1e}", format_percent(self.relative_error))
-        return self.place, *values, *errors, "ok" if self.passed else "FAILED"
-
-    def as_json(self) -> dict[str, Any]:
-        """Return the comparison as plain values; None for what is missing."""
-        numbers = ("simulated", "error_estimate", "expected", "difference", "relative_error", "allowed")
-        record: dict[str, Any] = {"inputs": {name: value for name, (value, _) in self.inputs.items()}}
-        record |= {name: finite_or_none(getattr(self, name)) for name in numbers}
-        record["arguments"] = {name: finite_or_none(value) for name, (value, _) in self.arguments.items()}  # a rod may be infinite
-        return record | {"passed": self.passed, "problem": self.problem}
-
 
 @dataclass(frozen=True, kw_only=True)
 class KernelReport(CheckReport):
@@ -93,6 +78,40 @@ class KernelReport(CheckReport):
     defects: tuple[str, ...] = ()
     is_vectorised: bool = False
 
+    figure = "render.figures.kernel_errors.kernel_errors_figure"
+    record = (
+        *("title", "against", "quantity", "unit", "description", "tolerance", "passed", "is_vectorised"),
+        *("largest_error_estimate", "units_of_arguments", "worst=worst_record", "rows", "notes", "defects"),
+    )
+
+    @property
+    def columns(self) -> tuple[Column, ...]:
+        """Columns of the comparisons."""
+        return (
+            Column("quantity", "at", "{place}", in_json=False),
+            Column("inputs", value=lambda row: {name: value for name, (value, _) in row.inputs.items()}, in_table=False),
+            Column("simulated", "simulated", ".12g"),
+            Column("error_estimate", "± error", ".1e"),
+            Column("expected", self.against, ".12g"),
+            Column("difference", "difference", lambda row: f"{0.0 - row.difference:+.1e}", side="r"),
+            Column("relative_error", "relative", lambda row: format_percent(row.relative_error), side="r"),
+            Column("allowed"),
+            *(Column(name, in_json=False) for name in ("unit", "reason")),
+            Column("arguments", value=lambda row: {name: value for name, (value, _) in row.arguments.items()}, in_table=False),
+            Column("passed", "verdict", "{verdict}"),
+            Column("problem"),
+        )
+
+    @property
+    def units_of_arguments(self) -> dict[str, str]:
+        """Unit of each argument of the kernel."""
+        return {name: unit for name, (_, unit) in self.rows[0].arguments.items()}
+
+    @property
+    def worst_record(self) -> Mapping[str, Any]:
+        """The worst row as plain values."""
+        return record_rows(self.columns, [self.worst])[0]
+
     @property
     def passed(self) -> bool:
         """Whether there are rows, every one passes, and the kernel has no defect."""
@@ -113,13 +132,12 @@ class KernelReport(CheckReport):
         is_long = len(self.rows) > MAX_PRINTED_ROWS
         failed_first = sorted(self.rows, key=lambda row: (not row.problem, -abs(row.relative_error)))
         shown = failed_first[:MAX_PRINTED_ROWS] if is_long else self.rows
-        headers = ("at", "simulated", "± error", self.against, "difference", "relative", "verdict")
         return "\n".join(
             [
                 self.title,
                 f"{self.quantity}, {self.unit or '1'}: {self.description}",
                 self._describe_call(),
-                format_table(headers, [row.cells for row in shown], "lrrrrrl"),
+                format_columns(self.columns, shown),
                 self.describe_worst(),
                 *(f"note: {note}" for note in self.notes),
                 *(f"defect: {defect}" for defect in self.defects),
@@ -137,17 +155,8 @@ class KernelReport(CheckReport):
         sentence = f"worst: {format_percent(row.relative_error)} at {row.place}: {numbers}"
         return f"{sentence}, called with {called}" if called and with_call else sentence
 
-    def as_json(self) -> dict[str, Any]:
-        """Return the report as plain values; inputs are in SI, results in the unit of the report."""
-        names = ("title", "against", "quantity", "unit", "description", "tolerance", "passed", "is_vectorised")
-        record: dict[str, Any] = {name: getattr(self, name) for name in names}
-        record["largest_error_estimate"] = finite_or_none(self.largest_error_estimate)
-        record["units_of_arguments"] = {name: unit for name, (_, unit) in self.rows[0].arguments.items()}
-        record |= {"worst": self.worst.as_json(), "rows": [row.as_json() for row in self.rows]}
-        return record | {"notes": self.notes, "defects": self.defects}
-
     def _describe_call(self) -> str:
-        arguments = ", ".join(f"{name} ({unit or '1'})" for name, (_, unit) in self.rows[0].arguments.items())
+        arguments = ", ".join(f"{name} ({unit or '1'})" for name, unit in self.units_of_arguments.items())
         return f"{self.against}({arguments}) called with {'arrays' if self.is_vectorised else 'single numbers'}"
 
     def _verdict(self) -> str:

@@ -15,8 +15,8 @@ from governor_mechanism.render.figures.parabolic.isochronous_data import has_iso
 from governor_mechanism.render.figures.parabolic.isochronous_plate import isochronous_figure
 from governor_mechanism.studies.design.hartung import HartungDesign, design_hartung
 from governor_mechanism.studies.design.pendulum import PendulumDesign
+from governor_mechanism.studies.design.procedures import DesignReport
 from governor_mechanism.studies.design.simulated_governors import SimulatedPendulum
-from governor_mechanism.studies.design.skeleton import Design
 
 
 def _hartung_figures(design: HartungDesign, _: object, paper: object) -> dict[str, Page]:
@@ -44,13 +44,9 @@ _FIGURES: Mapping[str, Callable[[Any, Any, Any], Mapping[str, Page]]] = {
 }
 
 
-def design_figures(
-    design: Design,
-    simulated: object,  # how it runs; None if it is not simulated
-    paper: object,  # the paper's numbers, if the design is that of a paper, or None
-) -> Mapping[str, Page]:
+def design_figures(report: DesignReport) -> Mapping[str, Page]:
     """Draw the figures of a design.
 
     Result: the figures by the names of their files, without ending.
     """
-    return _FIGURES[design.machine](design, simulated, paper)
+    return _FIGURES[report.design.machine](report.design, report.simulated, report.paper)

@@ -1,8 +1,7 @@
-"""Text of the command `run`: four lines, or with `--verbose` all that is known of a run but its arrays."""
+"""Text of a run: three lines, or all that is known of it but its arrays."""
 
 from collections import Counter
 from collections.abc import Sequence
-from pathlib import Path
 
 from governor_mechanism.model.events import Event, EventKind
 from governor_mechanism.model.results.trajectory import Trajectory
@@ -26,8 +25,8 @@ _PLURALS = {"rest on a stop": "rests on stops", "departure from a stop": "depart
 """Plurals of nouns that do not end in s."""
 
 
-def summarise_in_lines(result: Trajectory, files: Sequence[Path]) -> list[str]:
-    """Return a run in four lines: what ran, how it ended, what happened, and what was written."""
+def summarise_in_lines(result: Trajectory) -> list[str]:
+    """Return a run in three lines: what ran, how it ended, and what happened."""
     cost, estimate = result.cost, result.error_estimate
     end_time = result.times[-1] if len(result.times) else 0.0
     accuracy = (
@@ -41,7 +40,6 @@ def summarise_in_lines(result: Trajectory, files: Sequence[Path]) -> list[str]:
         f"{result.scene.title}: {end_time:g} s with engine {cost.engine}",
         f"{result.message}{accuracy}; computed in {cost.wall_time + cost.setup_time:.2g} s{notes}",
         count_events(result.events),
-        format_files(files),
     ]
 
 
@@ -57,18 +55,8 @@ def _plural(noun: str, count: int) -> str:
     return noun if count == 1 else _PLURALS.get(noun, f"{noun}s")
 
 
-def format_files(files: Sequence[Path]) -> str:
-    """Return the files that were written, each folder once."""
-    if not files:
-        return "wrote no files"
-    names: dict[Path, list[str]] = {}
-    for path in files:
-        names.setdefault(path.parent, []).append(path.name)
-    return "wrote " + "; ".join(f"{', '.join(names_there)} in {folder}" for folder, names_there in names.items())
-
-
 def format_run(result: Trajectory) -> str:
-    """Return a run with its final readings, events, losses and cost, for `--verbose`."""
+    """Return a run with its final readings, events, losses and cost."""
     cost = result.cost
     requested_accuracy = result.settings["asked_accuracy"]
     estimate = result.error_estimate

@@ -1,4 +1,4 @@
-"""The option `--set`: a scene with other values at some of its keys, checked like a file.
+"""The scene of a command, the option `--set` that changes values at its keys, and words that a shell completes.
 
 Heavy imports are made when a command needs them.
 """
@@ -8,6 +8,7 @@ from __future__ import annotations
 import dataclasses
 import tomllib
 from collections.abc import Mapping, Sequence
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
@@ -17,6 +18,47 @@ import governor_mechanism as gm
 if TYPE_CHECKING:
     from governor_mechanism.model.scene import Scene
 
+TEMPLATES = (
+    "custom",
+    "flywheel_engine",
+    "governed-engine",
+    "hartnell",
+    "hartung",
+    "parabolic_governor",
+    "pendulum_governor",
+    "proell",
+    "slide_valve",
+    "slider_crank",
+    "stephenson",
+)
+"""What `init` writes; a test compares it with the registry of machines, which is slow to import."""
+
+
+def complete_scene(incomplete: str) -> list[str]:
+    """Return the shipped scenes, and the scene files and folders of the file system, that begin with what is typed."""
+    from governor_mechanism.scenes.library import catalogue_scenes, shipped_scenes
+
+    names = [name for name in (*shipped_scenes(), *catalogue_scenes()) if name.startswith(incomplete)]
+    typed = Path(incomplete)
+    folder = typed if incomplete.endswith("/") else typed.parent
+    try:
+        entries = sorted(folder.iterdir())
+    except OSError:
+        return names
+    paths = [f"{entry}/" if entry.is_dir() else str(entry) for entry in entries if entry.is_dir() or entry.suffix == ".toml"]
+    return names + [path for path in paths if path.startswith(incomplete)]
+
+
+def complete_machine(incomplete: str) -> list[str]:
+    """Return machines and classic mechanisms for which there is a scene file to begin with, and whose names begin with what is typed."""
+    from governor_mechanism.scenes.library import catalogue_scenes
+
+    return [name for name in (*TEMPLATES, *catalogue_scenes()) if name.startswith(incomplete)]
+
+
+SceneName = Annotated[
+    str, typer.Argument(metavar="SCENE", help="A scene file (TOML), or the name of a shipped scene.", autocompletion=complete_scene)
+]
 Changes = Annotated[
     list[str] | None,
     typer.Option(
@@ -77,3 +119,20 @@ def parse_value(text: str) -> Any:
     except (ValueError, RecursionError):  # text without quotation marks
         return text
     return document["value"] if len(document) == 1 else text
+
+
+def parse_range(text: str) -> Mapping[str, tuple[float | str, float | str]]:
+    """Return both values of a working range "READING=LOW:HIGH" by its reading; raise MechanismError for another text."""
+    from governor_mechanism.errors import MechanismError
+    from governor_mechanism.units.quantities import number_or_text
+
+    name, equals, values = text.partition("=")
+    low, colon, high = values.partition(":")
+    if not (equals and colon and name.strip() and low.strip() and high.strip()) or ":" in high:
+        raise MechanismError(f'--range {text!r} is not understood; write "READING=LOW:HIGH", as in "sleeve_lift=20 mm:60 mm"')
+    return {name.strip(): (number_or_text(low), number_or_text(high))}
+
+
+def stem_of(scene: Scene) -> str:
+    """Return the start of the names of files about a scene."""
+    return Path(scene.source).stem or "scene"

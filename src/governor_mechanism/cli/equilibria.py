@@ -1,0 +1,164 @@
+"""The command `equilibria`: equilibria, linearised equations, limits of stability.
+
+Heavy imports are made when the command needs them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+import governor_mechanism as gm
+from governor_mechanism.cli import console
+from governor_mechanism.cli.given_options import refuse_idle_options
+from governor_mechanism.cli.scene_arguments import Changes, SceneName, load_changed, parse_range, stem_of
+from governor_mechanism.errors import MechanismError
+from governor_mechanism.render.figure_files import FigureFiles
+from governor_mechanism.units.quantities import number_or_text, parse_quantity
+
+if TYPE_CHECKING:
+    from governor_mechanism.model.scene import Scene
+    from governor_mechanism.statics.linearisation import Linearisation
+    from governor_mechanism.statics.stability_limit import StabilityLimit
+
+
+def equilibria(
+    scene: SceneName,
+    changes: Changes = None,
+    speed: Annotated[
+        str | None, typer.Option(help='Spindle speed, for example "6.4 rad/s" or "61 rpm"; by default the one of the scene.')
+    ] = None,
+    resistance: Annotated[
+        str | None, typer.Option(help='Friction at a reading, for example "40 N": compute and draw the insensitivity band.')
+    ] = None,
+    against: Annotated[
+        str | None, typer.Option(help="The reading of the sleeve, along which resistance and effort act. [sleeve_lift]")
+    ] = None,
+    working_range: Annotated[
+        str | None,
+        typer.Option(
+            "--range", help='Working range for the sensitiveness, "READING=LOW:HIGH"; by default that of the stops, or the whole travel.'
+        ),
+    ] = None,
+    speed_change: Annotated[float | None, typer.Option(help="Relative change of speed for effort and power; by default 0.01.")] = None,
+    linearise: Annotated[
+        bool,
+        typer.Option("--linearise", help="Instead: eigenvalues and modes with all dampers, about each equilibrium or steady rotation."),
+    ] = False,
+    limit: Annotated[str | None, typer.Option(help='Instead: the value of a key at which stability ends, "KEY=LOW:HIGH".')] = None,
+    *,
+    figures: FigureFiles,
+    as_json: console.AsJson = False,
+) -> console.CommandResult:
+    """Find all equilibria at a speed and their stability; draw the speed curve and the controlling force."""
+    from governor_mechanism.studies.equilibrium_report import DEFAULT_SLEEVE, report_equilibria
+
+    _refuse_idle(linearise=linearise, limit=limit)
+    loaded_scene = load_changed(scene, changes)
+    spindle_speed = None if speed is None else parse_quantity(number_or_text(speed), "angular_speed", "--speed")
+    if linearise or limit is not None:
+        with console.show_status("linearising"):
+            return report_linearisation(loaded_scene, spindle_speed, limit)
+    console.prepare_folder(figures.folder)
+    report = report_equilibria(
+        loaded_scene,
+        spindle_speed,
+        resistance=None if resistance is None else _parse_resistance(loaded_scene, resistance, against or DEFAULT_SLEEVE),
+        against=against,
+        between=None if working_range is None else parse_range(working_range),
+        speed_change=speed_change,
+    )
+    return console.CommandResult(report, files=figures.save_all(report, stem_of(report.scene)))
+
+
+def _refuse_idle(*, linearise: bool, limit: str | None) -> None:
+    """Raise MechanismError for options that do nothing beside others."""
+    if linearise or limit is not None:
+        mode = "--limit" if limit is not None else "--linearise"
+        idle = ("resistance", "against", "working_range", "speed_change", "out", "figure_formats", "theme")
+        refuse_idle_options(*(("speed", "linearise") if limit is not None else ()), *idle, condition=f"with {mode}")
+
+
+def _parse_resistance(scene: Scene, text: str, against: str) -> float:
+    """Return a resistance along a reading of the part that turns with a spindle, N or N m."""
+    from governor_mechanism.engines.rotating_part import rotating_part_alone
+    from governor_mechanism.statics.equilibrium_speed import require_equilibrium_speed
+
+    rotating_part = rotating_part_alone(scene)
+    require_equilibrium_speed(rotating_part)
+    quantities = {reading.name: reading.quantity for reading in rotating_part.part.mechanism.readings}
+    if against not in quantities:
+        raise MechanismError(
+            f"--resistance acts along a reading, and there is no reading {against!r}; choose one with --against: {list(quantities)}"
+        )
+    return parse_quantity(text, "torque" if quantities[against] == "angle" else "force", "--resistance")
+
+
+def report_linearisation(
+    scene: Scene,
+    spindle_speed: float | None,  # speed of the spindle, rad/s; that of the scene if None
+    limit: str | None,  # key and range as "KEY=LOW:HIGH" for a limit of stability, or None
+) -> console.CommandResult:
+    """Return what `equilibria --linearise` and `--limit` print.
+
+    Result: lines for the terminal, and the same in SI. Raises MechanismError if nothing can be linearised.
+    """
+    if limit is not None:
+        key, low, high = _parse_limit(limit)
+        result = gm.stability_limit(scene, key, low, high)
+        limit_values = {name: value for name, value in result.as_json().items() if name != "linearisation"}
+        values = {"limit": limit_values, "linearisations": [_values_of(result.linearisation)]}
+        return console.CommandResult(text=[scene.title, _format_limit(result), result.linearisation], values=values)
+    linearisations = _linearise_all(scene, spindle_speed)
+    return console.CommandResult(text=[scene.title, *linearisations], values={"linearisations": [*map(_values_of, linearisations)]})
+
+
+def _linearise_all(scene: Scene, spindle_speed: float | None) -> Sequence[Linearisation | str]:
+    """Linearise about each equilibrium, or give the reason why not; about the state nearest to the start if no equilibria are known."""
+    from governor_mechanism.model.part import Spindle
+    from governor_mechanism.statics.scene_linearisation import last_spindle_speed
+    from governor_mechanism.studies.equilibrium_report import result_or_reason
+
+    if len(scene.parts) > 1 or not isinstance(scene.spindle, Spindle):
+        return [gm.linearise(scene, spindle_speed)]
+    points = result_or_reason(gm.equilibria, scene, last_spindle_speed(scene) if spindle_speed is None else spindle_speed)
+    if isinstance(points, str):
+        return [gm.linearise(scene, spindle_speed)]
+    results = [result_or_reason(gm.linearise, scene, spindle_speed, at=point) for point in points]
+    if all(isinstance(one, str) for one in results):
+        raise MechanismError(*dict.fromkeys(map(str, results)))
+    return results
+
+
+def _parse_limit(text: str) -> tuple[str, str | float, str | float]:
+    key, equals, values = text.partition("=")
+    low, colon, high = values.partition(":")
+    if not (equals and colon and key.strip() and low.strip() and high.strip()) or ":" in high:
+        raise MechanismError(f'--limit {text!r} is not understood; write "KEY=LOW:HIGH", as in "effects.dashpot.sleeve=0:100"')
+    return key.strip(), number_or_text(low), number_or_text(high)
+
+
+def _format_limit(limit: StabilityLimit[Linearisation]) -> str:
+    from governor_mechanism.statics.first_order_system import Onset
+
+    value = f"{limit.value:.10g} {limit.unit}".strip()
+    side = "below" if limit.stable_below else "above"
+    if not limit.frequency:
+        return f"{limit.key}: stable {side} {value}; at the limit the motion diverges without oscillation"
+    onset = {
+        Onset.SOFT: "soft (their amplitude grows from zero)",
+        Onset.HARD: "hard (large disturbances lead to large oscillations on the stable side too)",
+        Onset.UNKNOWN: "not determined",
+    }[limit.onset]
+    return f"{limit.key}: stable {side} {value}; oscillations of {limit.frequency:.6g} rad/s begin there, onset {onset}"
+
+
+def _values_of(linearisation: Linearisation | str) -> object:
+    """Return what is printed of linearised equations, or the reason why there are none."""
+    if isinstance(linearisation, str):
+        return linearisation
+    record = linearisation.as_json()
+    shown = {name: value for name, value in record.items() if name not in ("state_names", "eigenvalues")}
+    return {"states": record["state_names"], **shown}

@@ -1,0 +1,208 @@
+"""What all results have in common: columns and records that a class declares once, from which texts, files and figures follow."""
+
+import os
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from operator import attrgetter
+from pathlib import Path
+from typing import Any, ClassVar
+
+from governor_mechanism.model.results.pictures import Figure
+from governor_mechanism.types import DataFrame
+from governor_mechanism.units.places import fill_places, format_in_unit
+from governor_mechanism.units.text_table import format_table
+
+
+@dataclass(frozen=True)
+class Column:
+    """A column of a result.
+
+    Attributes
+    ----------
+    key
+        Name in JSON, CSV files and data frames, and the attribute of a row that holds the value; empty for a column of the text alone.
+    heading
+        Heading in the text; None for a column that the text does not show.
+    cell
+        How the text shows a value: a format of the number with its unit, as ".6f/deg"; a text with places for attributes of the row, as
+        "{first:,} -> {last:,}", which is empty where a place has no value; or a function of the row. The value itself if empty.
+    unit
+        SI unit of the values, where it is stated.
+    value
+        Where a row has the value: an attribute, as "verdict.value", or a function of the row; the attribute `key` if empty.
+    side
+        Side to which cells are moved, "l" or "r"; by default "r" for a format of numbers.
+    in_table
+        Whether CSV files and data frames have the column; not if its values are lists or tables.
+    in_json
+        Whether JSON has the column.
+    """
+
+    key: str = ""
+    heading: str | None = None
+    cell: str | Callable[[Any], str] = ""
+    unit: str = ""
+    value: str | Callable[[Any], Any] = ""
+    side: str = ""
+    in_table: bool = True
+    in_json: bool = True
+
+    def value_of(self, row: object) -> Any:
+        """Return the value in a row."""
+        return self.value(row) if callable(self.value) else attrgetter(self.value or self.key)(row)
+
+    def cell_of(self, row: object) -> str:
+        """Return the text of a row's cell; empty where there is no value."""
+        if callable(self.cell):
+            return self.cell(row)
+        if "{" in self.cell:
+            return fill_places(self.cell, row)
+        value = self.value_of(row)
+        return "" if value is None else format_in_unit(value, self.cell)
+
+    @property
+    def justify(self) -> str:
+        """Side to which cells are moved."""
+        return self.side or ("r" if isinstance(self.cell, str) and self.cell and "{" not in self.cell else "l")
+
+
+def item_column(key: str, attribute: str, item: Any, **options: Any) -> Column:
+    """Return a column whose values are items of an attribute, as those of "readings" by name; options are those of a column."""
+    return Column(key, value=lambda row: attrgetter(attribute)(row)[item], **options)
+
+
+def format_columns(columns: Iterable[Column], rows: Iterable[object]) -> str:
+    """Return rows as a text table of those columns that have a heading."""
+    shown = [column for column in columns if column.heading is not None]
+    cells = [[column.cell_of(row) for column in shown] for row in rows]
+    return format_table([column.heading or "" for column in shown], cells, "".join(column.justify for column in shown))
+
+
+class Recorded:
+    """A dataclass with JSON of its fields, but for those that its representation hides, and of some properties.
+
+    Attributes
+    ----------
+    record
+        Names of what the JSON has, or "name=attribute", as "title=scene.title"; by default the fields.
+    derived
+        The same of what it has after the fields.
+    hidden
+        Names of fields that are not in it.
+    """
+
+    record: ClassVar[tuple[str, ...]] = ()
+    derived: ClassVar[tuple[str, ...]] = ()
+    hidden: ClassVar[tuple[str, ...]] = ()
+
+    def as_json(self) -> Mapping[str, Any]:
+        """Return all numbers in the types of JSON, in SI; those that are not finite are None.
+
+        Result: numbers by name; complex numbers as pairs of real and imaginary part.
+        """
+        from governor_mechanism.files.result_tables import record_result
+
+        return record_result(self)
+
+
+class Result(Recorded):
+    """A result whose numbers can be written to files. Its class declares what texts, files and figures have.
+
+    Attributes
+    ----------
+    columns
+        Columns of the attribute `rows`, or else of arrays (n,) of the result. Without any, the table has the fields that are such arrays,
+        or in one row all numbers, as "exact.rate" for the rate in "exact".
+    index
+        Name of the column by which a data frame is labelled; without one it counts the rows.
+    attributes
+        Names of what `attrs` of a data frame has beside the units, or "name=attribute".
+    has_units_in_header
+        Whether a CSV file names the unit in the heading of a column, "speed [rad/s]", and not in a comment above all.
+    figure
+        Module and function that draws the result, as "render.figures.sweep.sweep_figure"; empty without one.
+    figure_set
+        The same of the function that draws all figures of a result with several, by the ends of the names of their files.
+    """
+
+    attributes: ClassVar[tuple[str, ...]] = ()
+    has_units_in_header: ClassVar[bool] = False
+    figure: ClassVar[str] = ""
+    figure_set: ClassVar[str] = ""
+
+    @property
+    def columns(self) -> Sequence[Column]:
+        """The columns; a class attribute where they are the same for all results of the class."""
+        return ()
+
+    @property
+    def index(self) -> str:
+        """Name of the column by which a data frame is labelled; a class attribute like the columns."""
+        return ""
+
+    def values_of(self, column: Column) -> Any:
+        """Return the values of a column, one for each row or an array of the result."""
+        rows = getattr(self, "rows", None)
+        return column.value_of(self) if rows is None else [column.value_of(row) for row in rows]
+
+    def to_dataframe(self) -> DataFrame:
+        """Return the columns of the result as a table of pandas, SI; `attrs["units"]` has the units that are stated.
+
+        Returns
+        -------
+        pandas.DataFrame
+            The table; NaN where there is no number.
+
+        Raises
+        ------
+        MechanismError
+            If pandas is not installed.
+        """
+        from governor_mechanism.files.result_tables import tabulate_result
+
+        return tabulate_result(self)
+
+    def save_json(self, path: str | os.PathLike[str]) -> Path:
+        """Write all numbers as a JSON file."""
+        from governor_mechanism.files.result_tables import save_record
+
+        return save_record(self, path)
+
+    def save_csv(self, path: str | os.PathLike[str]) -> Path:
+        """Write the columns of `to_dataframe` as a CSV file, with the units that are stated."""
+        from governor_mechanism.files.result_tables import save_columns
+
+        return save_columns(self, path)
+
+    def plot(self) -> Figure:
+        """Draw the result; a notebook shows the figure, and `save` writes it as PNG, SVG or PDF.
+
+        Returns
+        -------
+        Figure
+            The figure.
+
+        Raises
+        ------
+        MechanismError
+            If results of this kind have no figure.
+        """
+        return self._draw()
+
+    def figures(self) -> Mapping[str, Figure]:
+        """Return all figures of the result by the ends of the names of their files."""
+        from governor_mechanism.render.figure_files import draw_figures
+
+        return draw_figures(self)
+
+    def _draw(self, *options: Any) -> Figure:
+        """Call the function that draws the result."""
+        from governor_mechanism.render.figure_files import draw_result
+
+        return draw_result(self, *options)
+
+    def _repr_html_(self) -> str:
+        """Return what a notebook shows: the text that is printed, or a row for each quantity."""
+        from governor_mechanism.notebook.result_table import result_html
+
+        return result_html(self)
