@@ -1,19 +1,14 @@
 """Values as JSON and CSV files know them."""
 
-from __future__ import annotations
-
 import csv
 import json
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import fields, is_dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from governor_mechanism.files.atomic_write import atomic_write
-
-if TYPE_CHECKING:
-    from _typeshed import DataclassInstance
 
 
 def plain_value(
@@ -49,16 +44,6 @@ def finite_or_none(value: float) -> float | None:
 def number_or_text(value: float) -> float | str:
     """Return a number, or the text "inf" or "nan" that `float` reads in place of one that JSON lacks."""
     return value if math.isfinite(value) else str(float(value))
-
-
-def plain_record(record: DataclassInstance, *omitted: str, **additions: object) -> dict[str, Any]:
-    """Return the fields of a dataclass in the types of JSON, without the omitted ones and with additional entries.
-
-    Result: the fields by name without those omitted, and the additions, which replace fields of the same
-    name.
-    """
-    kept = {field.name: getattr(record, field.name) for field in fields(record) if field.name not in omitted}
-    return {name: plain_value(value) for name, value in (kept | additions).items()}
 
 
 def save_json(value: object, path: Path) -> Path:
