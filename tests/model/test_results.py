@@ -36,7 +36,7 @@ class Swings(Result):
     columns = (
         Column("name", "swing"),
         Column("angle", "angle, deg", ".1f/deg", unit="rad"),
-        Column("period", "period", ".2f s", unit="s"),
+        Column("period", "period", "{period:.2f} s", unit="s"),
         Column("", "at", "{name}: {angle:.3f}"),
         Column("is_long", value=lambda row: row.angle > 1.0),
     )
