@@ -19,7 +19,6 @@ from governor_mechanism.cli.equilibria import equilibria
 from governor_mechanism.cli.regulation import regulation_app
 from governor_mechanism.cli.run import run
 from governor_mechanism.cli.scenes import catalogue, describe, init, models, schema
-from governor_mechanism.cli.strict_command import add_command
 from governor_mechanism.cli.studies import accuracy, effects, errata, hard_cases, sweep, valve_gears
 
 COLLECTION_THRESHOLD = 100_000
