@@ -1,11 +1,15 @@
 """The law of a classic mechanism: what must hold over its whole travel, and which dimensions it depends on."""
 
+from __future__ import annotations
+
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
-from governor_mechanism.units.expressions import Expression, Measured
 from governor_mechanism.units.fields import entry
+
+if TYPE_CHECKING:
+    from governor_mechanism.units.expressions import Expression, Measured
 
 FAMILIES: Final = ("straight-lines", "curves", "walkers", "drives", "gears", "governors", "valve-gears")
 """Families of classic mechanisms."""
