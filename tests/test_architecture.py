@@ -86,10 +86,16 @@ DELEGATIONS = {
     "model.mechanism": {"Mechanism.build", "Mechanism._repr_html_"},
     "statics.speed_curve": {"SpeedCurve._repr_html_"},
     "scenes.described_scene": {"SceneDescription._repr_html_"},
+    "building.mechanism_builder": {"MechanismBuilder.assemblies"},
+    "studies.assemblies": {"Assemblies.plot"},
 }
 """Methods that hand on to a function of a later folder, by module. They alone import upwards, and do nothing else."""
 
-DELEGATED_TYPES = {"model.scene": {"described_scene"}, "model.mechanism": {"mechanism_builder"}}
+DELEGATED_TYPES = {
+    "model.scene": {"described_scene"},
+    "model.mechanism": {"mechanism_builder"},
+    "building.mechanism_builder": {"assemblies"},
+}
 """Modules with what such methods return: a type checker alone imports them upwards, and otherwise who reads an annotation."""
 
 

@@ -5,6 +5,7 @@ from governor_mechanism.api.designs import design_flywheel as design_flywheel
 from governor_mechanism.api.designs import design_governed_engine as design_governed_engine
 from governor_mechanism.api.designs import design_hartnell as design_hartnell
 from governor_mechanism.api.designs import design_pendulum as design_pendulum
+from governor_mechanism.api.kinematics import assemblies as assemblies
 from governor_mechanism.api.kinematics import kinematics as kinematics
 from governor_mechanism.api.kinematics import valve_gears as valve_gears
 from governor_mechanism.api.kinematics import valve_timing as valve_timing
@@ -54,6 +55,7 @@ from governor_mechanism.statics.linearisation import Linearisation as Linearisat
 from governor_mechanism.statics.speed_curve import InsensitivityBand as InsensitivityBand
 from governor_mechanism.statics.speed_curve import SpeedCurve as SpeedCurve
 from governor_mechanism.statics.stability_limit import StabilityLimit as StabilityLimit
+from governor_mechanism.studies.assemblies import Assemblies as Assemblies
 from governor_mechanism.studies.comparison.comparison import Comparison as Comparison
 from governor_mechanism.studies.design.flywheel import FlywheelDesign as FlywheelDesign
 from governor_mechanism.studies.design.governed_engine import GovernedEngineDesign as GovernedEngineDesign

@@ -1,6 +1,8 @@
 """All ways in which linkages close: their number, their order, and which of them is taken."""
 
+import json
 import math
+import sys
 
 import numpy as np
 import pytest
@@ -232,3 +234,65 @@ def test_a_mechanism_that_is_free_is_refused_with_the_number_of_values_that_must
     document["body"] = [{key: value for key, value in body.items() if key != "angle"} for body in document["body"]]
     with pytest.raises(gm.MechanismError, match="leave 1 degree of freedom: one value more must be given"):
         gm.Scene.from_dict(document)
+
+
+def test_the_list_of_a_builder_that_of_its_file_and_the_command_agree(tmp_path, capsys):
+    from governor_mechanism.cli.main import main
+
+    m = jansen(m="0 deg")
+    m.choose_assembly(4)
+    listed, file = m.assemblies(), tmp_path / "leg.toml"
+    file.write_text(m.scene().to_toml())
+    read = gm.assemblies(file)
+    assert np.allclose(listed.poses, read.poses, rtol=0, atol=1e-9)
+    assert (listed.taken, read.taken, len(read), read.complete, read.methods) == (4, 4, 8, True, ("closed form",))
+    assert read.nearest({name: angles[3] for name, angles in read.angles.items()}) == 4
+    assert "the joints close in 8 ways; these are all, found in closed form" in str(read)
+    sys.argv = ["governor-mechanism", "assemblies", str(file), "--set", "assembly=2", "--json", "--out", str(tmp_path)]
+    with pytest.raises(SystemExit) as end:
+        main()
+    assert not end.value.code
+    answer = json.loads(capsys.readouterr().out)
+    assert (answer["count"], answer["taken"], answer["complete"]) == (8, 2, True)
+    poses = [[one["poses"][name] for name in JANSEN] for one in answer["assemblies"]]
+    assert np.allclose(poses, read.poses, rtol=0, atol=1e-9)
+    assert [path.split("/")[-1] for path in answer["files"]] == ["leg_assemblies.png"]
+    assert (tmp_path / "leg_assemblies.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_a_sheet_has_a_drawing_for_each_assembly_and_names_the_one_that_is_taken():
+    assemblies = driven_list()
+    figure = assemblies.plot()
+    assert len(figure.axes) == 2
+    assert [panel.texts[0].get_text() for panel in figure.axes] == ["1", "2"]
+    assert all(panel.patches and panel.lines for panel in figure.axes)
+    assert f"the scene starts in {assemblies.taken}; assembly = number chooses one" in [text.get_text() for text in figure.texts]
+
+
+def driven_list() -> gm.Assemblies:
+    return gm.assemblies(slider_crank().scene())
+
+
+def test_larger_groups_of_a_valve_gear_are_solved_by_homotopy():
+    """Walschaerts' gear: radius rod, combination lever and valve rod form a group of 20 paths, of which few end in real ways."""
+    found = gm.assemblies("walschaerts")
+    assert found.complete
+    assert found.methods == ("closed form", "homotopy of 20 paths")
+    solver = PositionSolver(found.scene.mechanism)
+    assert max(np.max(np.abs(solver.equations.residuals(poses))) for poses in found.poses) < MAX_GAP
+
+
+def test_what_leaves_a_motion_is_refused_with_the_number_of_values():
+    four = gm.Mechanism.build("Five-bar")
+    first, second, third, fourth = (four.rod(name, length=1.0, mass=1.0) for name in ("first", "second", "third", "fourth"))
+    four.pin(four.ground(0, 0), first.start)
+    four.pin(four.ground(1, 0), fourth.start)
+    four.pin(first.end, second.start)
+    four.pin(second.end, third.start)
+    four.pin(third.end, fourth.end)
+    with pytest.raises(gm.MechanismError, match="leave 2 degrees of freedom: 2 values more must be given"):
+        four.assemblies()
+    with pytest.raises(gm.MechanismError, match="no body \"rockr\" rotates here; those that do are crank, rod"):
+        driven_list().nearest({"rockr": 1.0})
+    with pytest.raises(gm.MechanismError, match="'equilibrium' are not listed; give a number"):
+        gm.assemblies("haug_governor")

@@ -53,6 +53,38 @@ def kinematics(
     return analyse_kinematics(as_scene(scene), over, values, rate, acceleration)
 
 
+def assemblies(scene: gm.SceneSource) -> gm.Assemblies:
+    """Return all ways in which the joints of a mechanism close at its drives, start values and given angles.
+
+    Loops of two bodies are solved in closed form and larger ones by homotopy, so that none is missed; where a guide curve or a gear
+    forbids that, they are sought from many starts, and `complete` is False. `assembly = 2` in a scene file takes the second.
+
+    Parameters
+    ----------
+    scene
+        A scene, the path of a file, or the name of a shipped scene.
+
+    Returns
+    -------
+    Assemblies
+        The list; it prints as a table, and its method `plot` draws a sheet.
+
+    Raises
+    ------
+    MechanismError
+        If a motion is left, with the number of values that must be given, or if the joints cannot close.
+
+    Examples
+    --------
+    >>> import governor_mechanism as gm
+    >>> len(gm.assemblies("quick_return"))
+    2
+    """
+    from governor_mechanism.studies.assemblies import list_scene_assemblies
+
+    return list_scene_assemblies(as_scene(scene))
+
+
 def valve_timing(scene: gm.SceneSource) -> gm.ValveTiming:
     """Return the timing of a slide valve: admission, cut-off, release and compression at both ends of the cylinder.
 

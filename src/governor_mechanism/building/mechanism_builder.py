@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from governor_mechanism.building.bodies import BodyBuilder
 from governor_mechanism.building.forces import ForceBuilder
@@ -11,8 +11,14 @@ from governor_mechanism.building.handles import BuiltBody, BuiltPoint, Program, 
 from governor_mechanism.building.joints import JointBuilder
 from governor_mechanism.building.tables import given_values
 from governor_mechanism.errors import MechanismError
+from governor_mechanism.model.later_module import LaterModule
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.units.quantities import format_value
+
+if TYPE_CHECKING:
+    from governor_mechanism.studies import assemblies
+else:
+    assemblies = LaterModule("studies.assemblies")
 
 
 class MechanismBuilder(BodyBuilder, JointBuilder, ForceBuilder):
@@ -201,6 +207,36 @@ class MechanismBuilder(BodyBuilder, JointBuilder, ForceBuilder):
         self._checks.check_assembly(take)
         self._keys["assembly"] = take
 
+    def assemblies(self) -> assemblies.Assemblies:
+        """Return all ways in which the joints close at the given angles, with numbers for `choose_assembly`.
+
+        Returns
+        -------
+        Assemblies
+            The list; it prints as a table, and its method `plot` draws a sheet.
+
+        Raises
+        ------
+        MechanismError
+            If the given angles leave a motion, with the number of values that must be given; or if the joints cannot close.
+
+        Examples
+        --------
+        >>> import governor_mechanism as gm
+        >>> m = gm.Mechanism.build("Four-bar")
+        >>> crank, coupler = m.rod("crank", length=1.0, mass=1.0, angle="60 deg"), m.rod("coupler", length=3.0, mass=1.0)
+        >>> rocker = m.rod("rocker", length=2.5, mass=1.0)
+        >>> m.pin(m.ground(0, 0), crank.start)
+        >>> m.pin(m.ground(3, 0), rocker.start)
+        >>> m.pin(crank.end, coupler.start)
+        >>> m.pin(coupler.end, rocker.end)
+        >>> len(m.assemblies())
+        2
+        """
+        from governor_mechanism.studies.assemblies import list_builder_assemblies
+
+        return list_builder_assemblies(self)
+
     def document(self) -> dict[str, Any]:
         """Return the document as it stands, with the first configuration that the joints determine.
 
@@ -216,7 +252,7 @@ class MechanismBuilder(BodyBuilder, JointBuilder, ForceBuilder):
         """
         from governor_mechanism.building.first_configuration import place_bodies
 
-        return place_bodies({**self._keys, **self._tables, **self._lists})
+        return place_bodies(self.given_document)
 
     def scene(
         self,

@@ -33,6 +33,11 @@ class DocumentTables:
         names = {key: ", ".join(str(one.get("name", one.get("type", key))) for one in tables) for key, tables in self._lists.items()}
         return f"{type(self).__name__}({self._keys['title']!r}{''.join(f'; {key}: {text}' for key, text in names.items())})"
 
+    @property
+    def given_document(self) -> dict[str, Any]:
+        """The document with what was given, without a first configuration."""
+        return {**self._keys, **self._tables, **self._lists}
+
     @cached_property
     def _checks(self) -> CallChecks:
         from governor_mechanism.building.call_checks import CallChecks

@@ -18,7 +18,7 @@ from governor_mechanism.cli.design import design
 from governor_mechanism.cli.equilibria import equilibria
 from governor_mechanism.cli.regulation import regulation_app
 from governor_mechanism.cli.run import run
-from governor_mechanism.cli.scenes import catalogue, describe, init, models, schema
+from governor_mechanism.cli.scenes import assemblies, catalogue, describe, init, models, schema
 from governor_mechanism.cli.studies import accuracy, effects, errata, hard_cases, sweep, valve_gears
 
 COLLECTION_THRESHOLD = 100_000
@@ -70,6 +70,7 @@ for command in (
     catalogue,
     init,
     describe,
+    assemblies,
     schema,
     run,
     compare,

@@ -1,17 +1,20 @@
-"""The commands about scenes: `models`, `catalogue`, `init`, `describe`, `schema`.
+"""The commands about scenes: `models`, `catalogue`, `init`, `describe`, `assemblies`, `schema`.
 
 Heavy imports are made when a command needs them.
 """
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Annotated
 
 import typer
 
+import governor_mechanism as gm
 from governor_mechanism.cli import console
 from governor_mechanism.cli.scene_arguments import Changes, SceneName, complete_machine, load_changed
 from governor_mechanism.files.plain_values import format_json
+from governor_mechanism.render.figure_files import FigureFiles
 
 
 def models(as_json: console.AsJson = False) -> console.CommandResult:
@@ -62,6 +65,21 @@ def describe(scene: SceneName, changes: Changes = None, as_json: console.AsJson 
     from governor_mechanism.scenes.description import describe_scene
 
     return console.CommandResult(describe_scene(load_changed(scene, changes)))
+
+
+def assemblies(
+    scene: SceneName, changes: Changes = None, *, figures: FigureFiles, as_json: console.AsJson = False
+) -> console.CommandResult:
+    """List all ways in which the joints of a mechanism close at its drives and start values, with their numbers; draw them on one sheet.
+
+    `assembly = 2` in the scene file, or --set assembly=2, takes the second.
+    """
+    console.prepare_folder(figures.folder)
+    loaded = load_changed(scene, changes)
+    with console.show_status("closing the joints"):
+        result = gm.assemblies(loaded)
+    files = figures.save(result.plot(), f"{Path(loaded.source).stem or 'scene'}_assemblies") if figures.formats else []
+    return console.CommandResult(result, files=files)
 
 
 def schema(as_json: console.AsJson = False) -> console.CommandResult:

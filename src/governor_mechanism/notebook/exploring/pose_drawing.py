@@ -6,11 +6,6 @@ from functools import cached_property
 
 import numpy as np
 
-from governor_mechanism.mechanics.kinematics.output_variables import READING_UNITS
-from governor_mechanism.model.results.cost import Cost
-from governor_mechanism.model.results.energy import Energy
-from governor_mechanism.model.results.outcome import Outcome
-from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.notebook.exploring.shape_svg import draw_shapes, frame_picture, write_text
 from governor_mechanism.render.film.layout import PixelRect, PixelView, fit_view
@@ -18,6 +13,7 @@ from governor_mechanism.render.geometry.primitives import BoundingBox, round_ste
 from governor_mechanism.render.machines.generic.drawing import GenericDrawing
 from governor_mechanism.render.machines.machine_drawing import MachineDrawing
 from governor_mechanism.render.machines.registry import drawing_of
+from governor_mechanism.render.motion_at_rest import motion_at_rest
 from governor_mechanism.render.style import MUTED, PAPER
 from governor_mechanism.types import FloatArray
 
@@ -75,30 +71,10 @@ class PoseDrawing:
     def _drawing(self) -> MachineDrawing:
         rows = np.unique(np.linspace(0, len(self.poses) - 1, MAX_POSES).astype(int))
         readings = {name: values[rows] for name, values in self.readings.items()}
-        motion = _as_motion(self.scene, self.poses[rows], readings)
+        motion = motion_at_rest(self.scene, self.poses[rows], readings)
         if self.scene.part.machine in DRAWN_FROM_RUNS:
             return GenericDrawing(run=motion, part=self.scene.part)
         return drawing_of(motion, self.scene.part)
-
-
-def _as_motion(scene: Scene, poses: FloatArray, readings: Mapping[str, FloatArray]) -> Trajectory:
-    """Return poses as a motion at rest in each of them: a drawing asks for ranges of readings and for the space that is swept."""
-    zeros = np.zeros(len(poses))
-    units = {one.name: READING_UNITS[one.quantity] for one in scene.mechanism.readings}
-    return Trajectory(
-        scene=scene,
-        times=np.arange(len(poses), dtype=np.float64),
-        poses=poses,
-        velocities=np.zeros_like(poses),
-        readings=readings,
-        rates={},
-        units=units,
-        scales={},
-        joint_gap=zeros,
-        energy=Energy(kinetic=zeros, potential=zeros, rotation=zeros, jacobi=zeros, dissipated_energy=zeros, scale=1.0),
-        outcome=Outcome.NOT_CERTIFIED,
-        cost=Cost(engine="none", reason="", step=0.0, steps=0, runs=0, evaluations={}, wall_time=0.0),
-    )
 
 
 def _scale_bar(view: PixelView) -> str:

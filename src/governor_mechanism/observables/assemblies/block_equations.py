@@ -19,6 +19,9 @@ from governor_mechanism.types import FloatArray, RecordArray
 REALITY_TOLERANCE = 1e-6
 """Difference of both groups from conjugates, relative to the unknowns, below which a solution is real; double ones leave 1e-8."""
 
+CLOSED_FORM = "closed form"
+"""How the solutions of a block with two equations are found."""
+
 RANK_TOLERANCE = 1e-11
 """Singular value, relative to the largest, below which linear equations of a block depend on one another."""
 
@@ -74,7 +77,7 @@ class BlockEquations:
         for first, second in zip(found.first, found.second, strict=True):
             if np.max(np.abs(first - second.conj())) < REALITY_TOLERANCE * (1.0 + np.max(np.abs(first))):
                 poses.append(self._poses_of(basis @ np.append(1.0, 0.5 * (first + second.conj()))))
-        method = "closed form" if n == 1 else f"homotopy of {count_paths(n)} paths"
+        method = CLOSED_FORM if n == 1 else f"homotopy of {count_paths(n)} paths"
         return BlockSolutions(poses, method, found.complete)
 
     def _record(self, row: int) -> RecordArray:

@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import Any, Final
+from typing import Any, Final, NoReturn
 
 import numpy as np
 
@@ -115,7 +115,7 @@ def take_assembly(mechanism: Mechanism, written: WrittenAssembly, start: Start, 
     configurations = enumerate_configurations(solver)
     count = len(configurations.poses)
     if not count:
-        solver.solve({})  # names the joint that stays open
+        explain_no_assembly(solver)
     index = choose_configuration(configurations, written.take, solver.initial_guess)
     notes = (
         *mechanism.notes,
@@ -127,11 +127,15 @@ def take_assembly(mechanism: Mechanism, written: WrittenAssembly, start: Start, 
     return replace(mechanism, notes=notes, initial_guess=tuple((x, y, angle) for x, y, angle in poses.tolist()))
 
 
+def explain_no_assembly(solver: PositionSolver) -> NoReturn:
+    """Raise MechanismError with the joint that stays open."""
+    solver.solve({})
+    raise MechanismError("the joints close in no way at the start; change a length or a given value")
+
+
 def choose_configuration(configurations: ClosedConfigurations, take: Take, guess: Any) -> int:
     """Return the index of an assembly; raise MechanismError for a number above theirs."""
     count = len(configurations.poses)
-    if not count:
-        raise MechanismError("the joints close in no way at the start; change a length or a given value")
     if isinstance(take, str):
         return configurations.find_highest() if take == HIGHEST else configurations.find_nearest(guess)
     if take > count:

@@ -9,6 +9,7 @@ from typing import Any, Final
 from governor_mechanism.machines.custom import CUSTOM_MACHINE, MechanismSketch, SketchedBody
 from governor_mechanism.model.joints import GROUND, Joint
 from governor_mechanism.model.law import Law
+from governor_mechanism.model.mechanism import Mechanism
 from governor_mechanism.model.output_variables import Reading
 from governor_mechanism.model.part import FIXED_PLANE, TURNING_PLANE, Part, Start
 from governor_mechanism.model.valve import Valve
@@ -137,7 +138,7 @@ class CustomMachineParser:
         mechanism = sketch.build(readings, _leading_coordinate(self.document.get("start"), readings), length_scale, valve)
         assembly = self.top_level.get("assembly") if self.top_level else None
         if assembly is not None:
-            mechanism = take_assembly(mechanism, assembly, start, given_angles(self.document, sketch.bodies))
+            mechanism = take_assembly(mechanism, assembly, start, written_angles(self.document, mechanism))
         return Part(name=CUSTOM_PART_NAME, machine=CUSTOM_MACHINE, dimensions={}, mechanism=mechanism, plane=self.registry.plane)
 
     def _tables_under(self, key: str) -> list[Any]:
@@ -240,10 +241,10 @@ class CustomMachineParser:
         return parse_start(given, {item.name: (item.quantity, rates[item.name]) for item in readings}, self.collector)
 
 
-def given_angles(document: Mapping[str, Any], bodies: Iterable[SketchedBody]) -> dict[str, float]:
-    """Return the angles that the tables of bodies write, by name, rad."""
+def written_angles(document: Mapping[str, Any], mechanism: Mechanism) -> dict[str, float]:
+    """Return the initial angles of the bodies whose tables write them, by name, rad."""
     written = {table.get("name") for table in document.get("body", ()) if isinstance(table, Mapping) and "angle" in table}
-    return {body.name: body.angle for body in bodies if body.name in written}
+    return {body.name: pose[2] for body, pose in zip(mechanism.bodies, mechanism.initial_guess, strict=True) if body.name in written}
 
 
 def assign_rate_keys(readings: Iterable[Reading]) -> dict[str, str]:

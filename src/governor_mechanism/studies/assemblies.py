@@ -1,0 +1,192 @@
+"""All ways in which the joints of a mechanism close, as a list with numbers."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from contextlib import suppress
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from governor_mechanism.building.first_configuration import list_assemblies
+from governor_mechanism.errors import MechanismError
+from governor_mechanism.files.table import make_data_frame
+from governor_mechanism.mechanics.kinematics.assembly import PositionSolver
+from governor_mechanism.model.results.result import Result
+from governor_mechanism.model.scene import Scene
+from governor_mechanism.observables.assemblies.block_equations import CLOSED_FORM
+from governor_mechanism.observables.assemblies.enumeration import (
+    SAME_TOLERANCE,
+    ClosedConfigurations,
+    enumerate_configurations,
+    largest_difference,
+)
+from governor_mechanism.scenes.custom.assembly import explain_no_assembly, hold_given_values
+from governor_mechanism.scenes.custom.parser import written_angles
+from governor_mechanism.types import DataFrame, FloatArray
+from governor_mechanism.units.quantities import format_value, parse_quantity
+from governor_mechanism.units.short_repr import short_repr
+from governor_mechanism.units.text_table import format_table
+
+if TYPE_CHECKING:
+    from governor_mechanism.building.mechanism_builder import MechanismBuilder
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Assemblies(Result):
+    """All ways in which the joints of a mechanism close at given drives, numbered from 1.
+
+    The order does not depend on the initial guess: it is that of the senses in which the loops close, and then of the angles.
+
+    Attributes
+    ----------
+    scene
+        The scene.
+    poses
+        Poses (x, y, angle) of the mass centres in each assembly, m and rad; shape (n, bodies, 3).
+    methods
+        How they were found, as "closed form", "homotopy of 6 paths" or "many starts".
+    complete
+        Whether there are certainly no others.
+    taken
+        Number of the assembly in which the scene starts; None if it starts in none of them.
+    held_by
+        What holds the mechanism beside its drives, in words.
+    """
+
+    scene: Scene
+    poses: FloatArray
+    methods: tuple[str, ...]
+    complete: bool
+    taken: int | None
+    held_by: tuple[str, ...] = ()
+
+    figure = "render.figures.assemblies.assemblies_figure"
+
+    __repr__ = short_repr
+
+    def __len__(self) -> int:
+        """Return the number of assemblies."""
+        return len(self.poses)
+
+    @property
+    def angles(self) -> dict[str, FloatArray]:
+        """Angles of the bodies that rotate by name, rad, within half a turn; shape (n,)."""
+        bodies = self.scene.part.mechanism.bodies
+        wrapped = np.remainder(self.poses[..., 2] + math.pi, math.tau) - math.pi
+        return {body.name: wrapped[:, k] for k, body in enumerate(bodies) if body.can_rotate}
+
+    def nearest(self, angles: Mapping[str, float | str]) -> int:
+        """Return the number of the assembly that is nearest to some angles.
+
+        Parameters
+        ----------
+        angles
+            Angles by body, rad or text with a unit, as {"rocker": "80 deg"}.
+
+        Returns
+        -------
+        int
+            The number, from 1.
+
+        Raises
+        ------
+        MechanismError
+            If there is no such body, or a value is no angle.
+        """
+        if not isinstance(angles, Mapping) or not angles:
+            raise MechanismError(f'nearest takes angles by body, as {{"rocker": "80 deg"}}; found {format_value(angles)}')
+        known, deviations = self.angles, np.zeros(len(self))
+        for name, angle in angles.items():
+            if name not in known:
+                raise MechanismError(f"no body {format_value(name)} rotates here; those that do are {', '.join(known)}")
+            difference = known[name] - parse_quantity(angle, "angle", f"angle of {name}")
+            deviations += (np.remainder(difference + math.pi, math.tau) - math.pi) ** 2
+        return int(np.argmin(deviations)) + 1
+
+    def __str__(self) -> str:
+        """Return the count, how it was found, and a table of the angles, deg."""
+        columns = self.angles
+        rows = [
+            (f"{k + 1}{' *' if k + 1 == self.taken else ''}", *(f"{math.degrees(values[k]):.3f}" for values in columns.values()))
+            for k in range(len(self))
+        ]
+        footer = [f"* is the one in which {self.scene.source or 'the scene'} starts"] if self.taken else []
+        return "\n".join([self.summary, format_table(("number", *(f"{name}, deg" for name in columns)), rows, "lr"), *footer])
+
+    @property
+    def summary(self) -> str:
+        """Their number in a sentence, with what holds the mechanism and whether there may be more."""
+        ways = "one way" if len(self) == 1 else f"{len(self)} ways"
+        where = f" with {' and '.join(self.held_by)}" if self.held_by else ""
+        how = " and ".join("in closed form" if method == CLOSED_FORM else f"by {method}" for method in self.methods)
+        are_all = f"these are all, found {how}" if how else "these are all"
+        verdict = are_all if self.complete else "there may be more, which no start reached"
+        return f"{self.scene.title}: the joints close in {ways}{where}; {verdict}"
+
+    def as_json(self) -> dict[str, Any]:
+        """Return all poses as plain values in SI."""
+        names = [body.name for body in self.scene.part.mechanism.bodies]
+        assemblies = [
+            {"number": k + 1, "poses": {name: pose.tolist() for name, pose in zip(names, one, strict=True)}}
+            for k, one in enumerate(self.poses)
+        ]
+        header = {"title": self.scene.title, "count": len(self), "complete": self.complete, "methods": list(self.methods)}
+        return {**header, "held_by": list(self.held_by), "taken": self.taken, "assemblies": assemblies}
+
+    def to_dataframe(self) -> DataFrame:
+        """Return a table of pandas with a row for each assembly: the poses of the bodies, m and rad.
+
+        Returns
+        -------
+        pandas.DataFrame
+            The table, SI.
+
+        Raises
+        ------
+        MechanismError
+            If pandas is not installed.
+        """
+        columns: dict[str, Any] = {"number": np.arange(1, len(self) + 1)}
+        for k, body in enumerate(self.scene.part.mechanism.bodies):
+            columns |= {f"{body.name}.{axis}": self.poses[:, k, n] for n, axis in enumerate(("x", "y", "angle"))}
+        return make_data_frame(columns)
+
+
+def list_scene_assemblies(scene: Scene) -> Assemblies:
+    """Return all assemblies of the only part of a scene, at its drives, start values and given angles.
+
+    Raises MechanismError if these leave a motion, with the number of values that must be given, or if the joints close nowhere.
+    """
+    mechanism, document = scene.part.mechanism, scene.document
+    written = document.get("assembly")
+    at = tuple(written.get("at", ())) if isinstance(written, Mapping) else ()
+    held, held_by = hold_given_values(mechanism, scene.start, written_angles(document, mechanism), at)
+    return _as_assemblies(scene, enumerate_configurations(PositionSolver(held)), held_by)
+
+
+def list_builder_assemblies(builder: MechanismBuilder) -> Assemblies:
+    """Return all assemblies of a mechanism that is composed in Python, at its given angles."""
+    configurations, held_by = list_assemblies(builder.given_document)
+    return _as_assemblies(builder.scene(), configurations, held_by)
+
+
+def _as_assemblies(scene: Scene, configurations: ClosedConfigurations, held_by: list[str]) -> Assemblies:
+    solver = configurations.solver
+    if not len(configurations.poses):
+        explain_no_assembly(solver)
+    start = np.array(scene.part.mechanism.initial_guess)
+    with suppress(MechanismError):  # a guess that does not close leads to none
+        start = solver.solve({}, start)
+    differences = [largest_difference(solver, poses, start, configurations.closing.tolist()) for poses in configurations.poses]
+    nearest = int(np.argmin(differences))
+    return Assemblies(
+        scene=scene,
+        poses=configurations.poses,
+        methods=configurations.methods,
+        complete=configurations.complete,
+        taken=nearest + 1 if differences[nearest] < SAME_TOLERANCE else None,
+        held_by=tuple(held_by),
+    )
