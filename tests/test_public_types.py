@@ -75,7 +75,7 @@ UNTYPED = {
     "a document of a scene, or a value of one": {
         *(
             f"MechanismBuilder.{name}"
-            for name in ("actuator", "document", "effect", "force", "ground", "joint", "motor", "spindle", "torque")
+            for name in ("actuator", "document", "effect", "force", "given_document", "ground", "joint", "motor", "spindle", "torque")
         ),
         *(f"Scene.{name}" for name in ("document", "from_dict", "replace", "with_changes")),
         *(f"{design}.scene_document" for design in ("FlywheelDesign", "GovernedEngineDesign", "HartnellDesign", "PendulumDesign")),

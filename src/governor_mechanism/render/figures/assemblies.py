@@ -41,9 +41,8 @@ def assemblies_figure(assemblies: Assemblies) -> Page:
         panel.show_region(((left + right) / 2, (bottom + top) / 2), half)
         moment = drawing.first_moment
         Brush(panel, _PIXEL).paint([*drawing.static_shapes, *drawing.moving_shapes(moment.pose, moment.time)])
-        is_taken = k + 1 == assemblies.taken
-        style = {"color": VERMILLION, "fontweight": "bold"} if is_taken else {"color": MUTED}
-        panel.write_note(str(k + 1), (0.04, 0.92), xycoords="axes fraction", **{**style, "fontsize": 11})
+        colour, weight = (VERMILLION, "bold") if k + 1 == assemblies.taken else (MUTED, "normal")
+        panel.write_note(str(k + 1), (0.04, 0.92), xycoords="axes fraction", fontsize=11, color=colour, fontweight=weight)
     page.write_footnote(_footnote(assemblies), y=0.1 / height)
     return page
 
