@@ -70,7 +70,7 @@ def keys_by_heading():
     found |= {"an equation of a law": keys_of(tables["law"]["properties"]["proves"])}
     found |= {f"`[[{name}]]`": set(tables[name]["items"]["properties"]) for name in ("body", "link")}
     found |= {f"`{name}` of a body": keys_of(body[name]) for name in ("rod", "disc", "plate", "moments")}
-    found |= {"`[readings]`": keys_of(tables["readings"])}
+    found |= {"`[readings]`": keys_of(tables["readings"]), "`assembly` as a table": keys_of(tables["assembly"])}
     found |= {"`[events.NAME]`": keys_of(tables["events"]), "`[load]`": keys_of(coupled["load"]), "Several parts": set(coupled)}
     top = set(tables["scene_slide_valve"]["properties"])
     found |= {"Top level": top - {"dimensions"}, "A mechanism of one's own": set(tables["scene_custom"]["properties"]) - top}

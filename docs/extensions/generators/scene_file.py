@@ -15,6 +15,7 @@ from governor_mechanism.model.joints import JOINTS, Joint
 from governor_mechanism.model.part import TURNING_PLANE
 from governor_mechanism.scenes.custom import bodies, elements
 from governor_mechanism.scenes.custom.law import EQUATION, LAW
+from governor_mechanism.scenes.custom.assembly import ASSEMBLY
 from governor_mechanism.scenes.custom.parser import CUSTOM_TOP_LEVEL
 from governor_mechanism.scenes.custom.readings import READING_TABLES
 from governor_mechanism.scenes.custom.valve import REVERSER, VALVE
@@ -185,6 +186,8 @@ def _custom_sections() -> Iterator[str]:
     )
     yield _section("`[law]`", law, keys_table(LAW), level=3)
     yield _section("an equation of a law", keys_table(EQUATION), level=4)
+    choice = "Which of the ways in which the joints close is taken, where drives, `[start]` and the first given angles do not hold the mechanism:"
+    yield _section("`assembly` as a table", choice, keys_table(ASSEMBLY), level=3)
     yield _section("`[valve]`", "The slide valve that the mechanism moves.", keys_table(VALVE), level=3)
     yield _section("`reverser` of a valve", keys_table(REVERSER), level=4)
 
