@@ -186,7 +186,7 @@ def _custom_sections() -> Iterator[str]:
     )
     yield _section("`[law]`", law, keys_table(LAW), level=3)
     yield _section("an equation of a law", keys_table(EQUATION), level=4)
-    choice = "Which of the ways in which the joints close is taken, where drives, `[start]` and the first given angles do not hold the mechanism:"
+    choice = "Which way of closing the joints is taken, where others than the first given angles hold the mechanism:"
     yield _section("`assembly` as a table", choice, keys_table(ASSEMBLY), level=3)
     yield _section("`[valve]`", "The slide valve that the mechanism moves.", keys_table(VALVE), level=3)
     yield _section("`reverser` of a valve", keys_table(REVERSER), level=4)
