@@ -14,8 +14,8 @@ from governor_mechanism.model.effect import Effect, OutputEffect
 from governor_mechanism.model.joints import JOINTS, Joint
 from governor_mechanism.model.part import TURNING_PLANE
 from governor_mechanism.scenes.custom import bodies, elements
-from governor_mechanism.scenes.custom.law import EQUATION, LAW
 from governor_mechanism.scenes.custom.assembly import ASSEMBLY
+from governor_mechanism.scenes.custom.law import EQUATION, LAW
 from governor_mechanism.scenes.custom.parser import CUSTOM_TOP_LEVEL
 from governor_mechanism.scenes.custom.readings import READING_TABLES
 from governor_mechanism.scenes.custom.valve import REVERSER, VALVE
