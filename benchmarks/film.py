@@ -16,9 +16,9 @@ from matplotlib.artist import Artist
 sys.path.insert(0, str(Path(__file__).parents[1] / "tests" / "support"))
 import governor_mechanism as gm
 from governor_mechanism.model.results.trajectory import Trajectory
-from governor_mechanism.render.film.frame_data import FrameData
 from governor_mechanism.render.film.frame_painter import FramePainter
 from governor_mechanism.render.film.writer import schedule_frames
+from governor_mechanism.render.frame_data import FrameData
 from stub_run import GOVERNOR_DIMENSIONS, fake_run
 
 

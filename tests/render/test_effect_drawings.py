@@ -20,8 +20,8 @@ from governor_mechanism.model.events import Event
 from governor_mechanism.model.joints import Point
 from governor_mechanism.model.output_variables import PointCoordinate
 from governor_mechanism.model.time_functions import InputFunction
-from governor_mechanism.render.film.frame_data import FrameData
 from governor_mechanism.render.film.frame_painter import FramePainter
+from governor_mechanism.render.frame_data import FrameData
 from governor_mechanism.render.geometry.primitives import Circle, Lines, bounding_box
 from governor_mechanism.render.machines.pendulum.lens import clearance_magnification
 from governor_mechanism.render.machines.registry import drawing_of

@@ -15,8 +15,8 @@ from decoding import decode_film
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.render.figures.time_series import choose_overview
 from governor_mechanism.render.film.engine_room_painter import EngineRoomPainter
-from governor_mechanism.render.film.frame_data import FrameData
 from governor_mechanism.render.film.still import write_still
+from governor_mechanism.render.frame_data import FrameData
 from governor_mechanism.render.geometry.attached import shapes_of as placed_shapes
 from governor_mechanism.render.geometry.primitives import Circle, Lines, bounding_box
 from governor_mechanism.render.machines.engine_room import proportions as room

@@ -7,11 +7,11 @@ import pytest
 
 from governor_mechanism.model.results.film_options import FilmOptions
 from governor_mechanism.render.film.frame_canvas import FrameCanvas
-from governor_mechanism.render.film.frame_data import FrameData
 from governor_mechanism.render.film.frame_painter import ElevationOverlay, FramePainter
 from governor_mechanism.render.film.label_placement import LABEL_PITCH, break_lines, place_labels, shares_within
 from governor_mechanism.render.film.labels import find_labels
 from governor_mechanism.render.film.plot_heading import MIN_NAME_HEIGHT, PlotHeading
+from governor_mechanism.render.frame_data import FrameData
 from governor_mechanism.render.geometry.attached import shapes_of
 from governor_mechanism.render.geometry.primitives import Lines, TextShape, bounding_box
 from stub_run import GOVERNOR_DIMENSIONS, fake_run

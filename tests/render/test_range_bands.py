@@ -13,8 +13,8 @@ from matplotlib.colors import to_hex
 
 from governor_mechanism.render.figures.page import Page
 from governor_mechanism.render.figures.time_series import MAX_OVERVIEW_READINGS, readings_figure
-from governor_mechanism.render.film.frame_data import FrameData
 from governor_mechanism.render.film.moving_parts import Curve, pale_colour, plot_curves
+from governor_mechanism.render.frame_data import FrameData
 from governor_mechanism.render.range_bands import PlotSize, count_turns, find_range_band, make_range_band
 from governor_mechanism.render.style import BLUE, GREEN
 from stub_run import GOVERNOR_DIMENSIONS, fake_run

@@ -14,8 +14,8 @@ from decoding import decode_film
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.model.coupling.couplings import GearCoupling
 from governor_mechanism.model.time_functions import InputFunction, LinearFunction
-from governor_mechanism.render.film.frame_data import FrameData
 from governor_mechanism.render.film.frame_painter import FramePainter
+from governor_mechanism.render.frame_data import FrameData
 from governor_mechanism.render.geometry.primitives import Circle, Lines
 from governor_mechanism.render.machines.registry import drawing_of
 from governor_mechanism.render.shown_readings import shown_readings

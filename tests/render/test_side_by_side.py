@@ -12,9 +12,9 @@ import governor_mechanism as gm
 from decoding import decode_film, paint_frames, words_of
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.model.results.outcome import Outcome
-from governor_mechanism.render.film.frame_data import FrameData
 from governor_mechanism.render.film.frame_painter import FramePainter
 from governor_mechanism.render.film.painters import SideBySidePainter
+from governor_mechanism.render.frame_data import FrameData
 from stub_run import GOVERNOR_DIMENSIONS, fake_run
 
 TITLES = ("without the dashpot", "with the dashpot")

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 from PIL import Image
 
-from governor_mechanism.render.film.frame_data import FrameData
 from governor_mechanism.render.film.painters import SideBySidePainter
 from governor_mechanism.render.film.timing import choose_slow_down
 from governor_mechanism.render.film.writer import schedule_frames
+from governor_mechanism.render.frame_data import FrameData
 
 
 def decode_film(path):

@@ -12,7 +12,7 @@ from governor_mechanism.model.effect import OutputForce
 from governor_mechanism.model.force_elements import Damper, Spring
 from governor_mechanism.model.joints import GROUND, Point
 from governor_mechanism.model.output_variables import PointCoordinate
-from governor_mechanism.render.film.frame_data import FrameData
+from governor_mechanism.render.frame_data import FrameData
 from governor_mechanism.render.geometry.points import point_path
 from governor_mechanism.render.machines.machine_drawing import MachineDrawing
 from governor_mechanism.types import FloatArray

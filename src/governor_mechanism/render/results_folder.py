@@ -57,8 +57,8 @@ def save_run(
 
             written.append(write_film(run, target / f"{stem}.{film}", film_options or DEFAULT_OPTIONS, progress=progress))
         if figures:
-            from governor_mechanism.render.figures.registry import write_machine_figures
             from governor_mechanism.render.figures.time_series import readings_figure
+            from governor_mechanism.render.machine_figures import write_machine_figures
 
             written += write_machine_figures(run, figure_files, stem)
             written += figure_files.save(readings_figure(run), stem)

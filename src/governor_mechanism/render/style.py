@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import groupby
+from typing import Final
 
 import numpy as np
 from matplotlib.artist import Artist
@@ -23,6 +24,26 @@ GREEN_EDGES = ("#4a8566", "#99b9a6")
 PURPLE = "#2d133e"
 SERIES_COLOURS = (BLUE, VERMILLION, GREEN, PURPLE)
 """Colours of curves: each is legible as text, and no two look alike without colour vision."""
+DARK_COLOURS: Final[dict[str, str]] = {
+    PAPER: "#14181c",
+    INK: "#dfe3e6",
+    MUTED: "#98a2ab",
+    RULE: "#353c43",
+    "#00436a": "#a9d6f2",
+    "#7db9dc": "#d3eaf8",
+    "#9fcbe6": "#3f7799",
+    "#d5e8f3": "#24404f",
+    "#eb9a5e": "#b9662b",
+    "#7a3600": "#f0b588",
+    "#f4bd94": "#8a4f26",
+    "#fbe0bf": "#55402c",
+    "#cdc5b8": "#5a5347",
+    "#c3ccd4": "#5b6670",
+    "#e9edf0": "#39424a",
+    "#87929c": "#7d8891",
+    "#7d8fa0": "#8b9dae",
+}
+"""Colours on a dark ground that are chosen by hand, by those of the films."""
 SERIF_FONT, SANS_FONT = "STIXGeneral", "DejaVu Sans"
 
 

@@ -15,8 +15,7 @@ from matplotlib.patheffects import withStroke
 from matplotlib.text import Annotation, Text
 
 from governor_mechanism.model.results.pictures import Theme
-from governor_mechanism.render.page.colours import DARK_COLOURS
-from governor_mechanism.render.style import PAPER
+from governor_mechanism.render.style import DARK_COLOURS, PAPER
 
 OVER_COLOUR_MAP = "over a colour map"
 """Group (`gid`) of what stands on a colour map, which is the same in all themes: it keeps its colours."""

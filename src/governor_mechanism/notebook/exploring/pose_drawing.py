@@ -8,7 +8,7 @@ import numpy as np
 
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.notebook.exploring.shape_svg import draw_shapes, frame_picture, write_text
-from governor_mechanism.render.film.layout import PixelRect, PixelView, fit_view
+from governor_mechanism.render.geometry.pixel_view import PixelRect, PixelView, fit_view
 from governor_mechanism.render.geometry.primitives import BoundingBox, round_step
 from governor_mechanism.render.machines.generic.drawing import GenericDrawing
 from governor_mechanism.render.machines.machine_drawing import MachineDrawing

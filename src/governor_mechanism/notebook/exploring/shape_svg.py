@@ -3,7 +3,7 @@
 from collections.abc import Iterable, Sequence
 from html import escape
 
-from governor_mechanism.render.film.layout import PixelView
+from governor_mechanism.render.geometry.pixel_view import PixelView
 from governor_mechanism.render.geometry.primitives import Circle, DrawnShape, Lines, Polygon, TextShape, Vec2
 from governor_mechanism.render.style import ROLE_STYLES, SANS_FONT
 

@@ -10,12 +10,13 @@ from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.render.figures.page import READING_NOISE_RATIO, axis_limits_for
 from governor_mechanism.render.film import layout
 from governor_mechanism.render.film.frame_canvas import FrameCanvas
-from governor_mechanism.render.film.frame_data import FrameData
 from governor_mechanism.render.film.gif_encoder import RgbaPixels
-from governor_mechanism.render.film.layout import PixelView, shift_rect
+from governor_mechanism.render.film.layout import shift_rect
 from governor_mechanism.render.film.moving_parts import Curve, CurvePanel, Panel, plot_curves
 from governor_mechanism.render.film.plot_heading import LINE_PITCH, PlotHeading
+from governor_mechanism.render.frame_data import FrameData
 from governor_mechanism.render.geometry.attached import at_own_moments
+from governor_mechanism.render.geometry.pixel_view import PixelRect, PixelView
 from governor_mechanism.render.geometry.primitives import Vec2, round_step
 from governor_mechanism.render.machines.engine_room import proportions as room
 from governor_mechanism.render.machines.engine_room.arrangement import CUT_OFF, EngineRoomParts
@@ -29,7 +30,7 @@ from governor_mechanism.render.style import BLUE, GREEN, INK, MUTED, SERIES_COLO
 from governor_mechanism.types import FloatArray
 from governor_mechanism.units.constants import RPM
 
-ROOM_RECT: layout.PixelRect = (8.0, 42.0, 8.0 + room.WIDTH, 42.0 + room.HEIGHT)
+ROOM_RECT: PixelRect = (8.0, 42.0, 8.0 + room.WIDTH, 42.0 + room.HEIGHT)
 """Place of the elevation in a frame of two parts."""
 FRAME_WIDTHS = {
     FilmLayout.MACHINE: (room.WIDTH + 16.0, 0.0),

@@ -18,12 +18,12 @@ from governor_mechanism.model.results.film_options import DEFAULT_OPTIONS, FilmO
 from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.render.figures.page import Page
 from governor_mechanism.render.film import layout
-from governor_mechanism.render.film.frame_data import FrameData
 from governor_mechanism.render.film.gif_encoder import RgbaPixels
-from governor_mechanism.render.film.layout import PixelView
 from governor_mechanism.render.film.moving_artist import MovingArtist
 from governor_mechanism.render.film.moving_parts import CachedNumber, Panel, ShapePanel, SortedPanel
+from governor_mechanism.render.frame_data import FrameData
 from governor_mechanism.render.geometry.attached import DrawnPart, Flexible, shapes_of
+from governor_mechanism.render.geometry.pixel_view import PixelRect, PixelView
 from governor_mechanism.render.geometry.primitives import DrawnShape, Vec2
 from governor_mechanism.render.number_format import format_closing_lines
 from governor_mechanism.render.style import INK, MUTED, RULE, SANS_FONT, SERIF_FONT, VERMILLION, Brush, artist_paths, group_shapes
@@ -128,7 +128,7 @@ class FrameCanvas:
         Brush(axes, self._points_per_pixel).paint(static_shapes)
         return Brush(axes, self._points_per_pixel, base_zorder=3)
 
-    def _add_axes(self, rect: layout.PixelRect) -> Axes:
+    def _add_axes(self, rect: PixelRect) -> Axes:
         """Add axes in a rectangle (pixels of 480)."""
         left, right = (x / self._width for x in rect[::2])
         top, bottom = (y / layout.REFERENCE_SIZE for y in rect[1::2])

@@ -11,17 +11,9 @@ from governor_mechanism.model.results.film_options import DEFAULT_OPTIONS, FilmO
 from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.render.film import layout
 from governor_mechanism.render.film.frame_canvas import FrameCanvas
-from governor_mechanism.render.film.frame_data import (
-    FrameData,
-    ShownParts,
-    common_axis_limits,
-    enclosing_box,
-    on_one_scale,
-    turns_with_spindle,
-)
 from governor_mechanism.render.film.label_placement import LABEL_HEIGHT, LETTER_WIDTH, PlacedLabel, place_labels
 from governor_mechanism.render.film.labels import AngleArc, find_labels
-from governor_mechanism.render.film.layout import PixelView, fit_view, frame_layout, share_scale, shift_rect
+from governor_mechanism.render.film.layout import frame_layout, shift_rect
 from governor_mechanism.render.film.moving_parts import Curve, Panel, plot_curves
 from governor_mechanism.render.film.outside_view import OutsideView, outside_box
 from governor_mechanism.render.film.overlays import (
@@ -33,7 +25,9 @@ from governor_mechanism.render.film.overlays import (
     trace_shapes,
 )
 from governor_mechanism.render.film.plot_heading import LINE_PITCH, PlotHeading
+from governor_mechanism.render.frame_data import FrameData, ShownParts, common_axis_limits, enclosing_box, on_one_scale, turns_with_spindle
 from governor_mechanism.render.geometry.attached import DrawnPart, Flexible
+from governor_mechanism.render.geometry.pixel_view import PixelRect, PixelView, fit_view, share_scale
 from governor_mechanism.render.geometry.primitives import BoundingBox, Circle, DrawnShape, Lines, TextShape, Vec2, enclose_boxes, round_step
 from governor_mechanism.render.number_format import display_unit_of, format_film_speed, format_name, format_numbers
 from governor_mechanism.render.style import GREEN, INK, MUTED, ROLE_STYLES, SERIES_COLOURS, SERIF_FONT, VERMILLION
@@ -224,7 +218,7 @@ class FramePainter(FrameCanvas):
         first, last = np.searchsorted(data.sample_times, (time - TRACE_DURATION / data.slow_down, time))
         return Lines("trace", ((*map(tuple, path[first:last].tolist()), tuple(ends[k].tolist())),))
 
-    def _make_plan(self, rect: layout.PixelRect) -> Panel:
+    def _make_plan(self, rect: PixelRect) -> Panel:
         """Return the panel of the turning plane seen from above, and write its caption."""
         frame_data = self.frame_data
         column = [data for data in on_one_scale(self._columns[-1], frame_data) if turns_with_spindle(data)]
@@ -264,7 +258,7 @@ class FramePainter(FrameCanvas):
         shown_colour = GREEN if name == "spindle_speed" else colour
         return PlotHeading(names=(format_name(name),), numbers=format_numbers(reading.values * factor), unit=unit, colour=shown_colour)
 
-    def _choose_lines(self, headings: Sequence[PlotHeading], rects: Sequence[layout.PixelRect]) -> dict[float, bool]:
+    def _choose_lines(self, headings: Sequence[PlotHeading], rects: Sequence[PixelRect]) -> dict[float, bool]:
         """Return by the top of a row whether its headings have two lines: all of them if one of them needs them."""
         rows: dict[float, bool] = {}
         for heading, (left, top, right, _) in zip(headings, rects, strict=True):

@@ -8,9 +8,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from governor_mechanism.render.film.frame_data import FrameData
 from governor_mechanism.render.film.labels import Label
-from governor_mechanism.render.film.layout import PixelView
+from governor_mechanism.render.frame_data import FrameData
+from governor_mechanism.render.geometry.pixel_view import PixelView
 from governor_mechanism.render.geometry.primitives import BoundingBox, DrawnShape, TextShape, Vec2, bounding_box
 from governor_mechanism.types import FloatArray, IntArray
 

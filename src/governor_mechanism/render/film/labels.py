@@ -8,7 +8,7 @@ from itertools import chain
 import numpy as np
 
 from governor_mechanism.model.output_variables import LineAngle
-from governor_mechanism.render.film.frame_data import FrameData
+from governor_mechanism.render.frame_data import FrameData
 from governor_mechanism.render.geometry.points import arc_points, point_path
 from governor_mechanism.render.geometry.primitives import Circle, DrawnShape, Lines, Polygon, Vec2
 from governor_mechanism.render.machines.generic.drawing import GenericDrawing

@@ -16,9 +16,9 @@ from matplotlib.ticker import MaxNLocator
 
 from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.render.figures.page import format_plain_ticks
-from governor_mechanism.render.film.frame_data import FrameData
 from governor_mechanism.render.film.gif_encoder import RgbaPixels
 from governor_mechanism.render.film.moving_artist import MovingArtist
+from governor_mechanism.render.frame_data import FrameData
 from governor_mechanism.render.geometry.attached import DrawnPart
 from governor_mechanism.render.geometry.primitives import DrawnShape, Vec2
 from governor_mechanism.render.range_bands import PlotSize, RangeBand, count_turns, find_range_band

@@ -11,7 +11,7 @@ from itertools import accumulate
 
 import numpy as np
 
-from governor_mechanism.render.film.frame_data import FrameData
+from governor_mechanism.render.frame_data import FrameData
 from governor_mechanism.render.geometry.points import arc_points
 from governor_mechanism.render.geometry.primitives import BoundingBox, Circle, DrawnShape, Lines, Polygon, TextShape, Vec2
 from governor_mechanism.render.geometry.projection import EYE_DISTANCE_RATIO, TurnedPlane, area_of, hull_of

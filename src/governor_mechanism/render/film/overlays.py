@@ -6,8 +6,8 @@ from functools import partial
 
 import numpy as np
 
-from governor_mechanism.render.film.frame_data import FrameData
 from governor_mechanism.render.forces import DrawnForce, find_forces
+from governor_mechanism.render.frame_data import FrameData
 from governor_mechanism.render.geometry.attached import DrawnPart, Flexible, axes_shifted, axes_turned
 from governor_mechanism.render.geometry.outlines import make_arrow
 from governor_mechanism.render.geometry.points import arc_points, point_path

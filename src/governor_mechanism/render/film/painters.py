@@ -10,11 +10,12 @@ from governor_mechanism.model.results.film_options import DEFAULT_OPTIONS, FilmO
 from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.render.film.engine_room_painter import EngineRoomPainter
 from governor_mechanism.render.film.frame_canvas import FrameCanvas
-from governor_mechanism.render.film.frame_data import FrameData, ShownParts, find_parts
 from governor_mechanism.render.film.frame_painter import FramePainter
 from governor_mechanism.render.film.gif_encoder import RgbaPixels
-from governor_mechanism.render.film.layout import ELEVATION_RECT, HEADER_RULE_Y, REFERENCE_SIZE
+from governor_mechanism.render.film.layout import HEADER_RULE_Y, REFERENCE_SIZE
 from governor_mechanism.render.film.options import find_engine_room
+from governor_mechanism.render.frame_data import FrameData, ShownParts, find_parts
+from governor_mechanism.render.geometry.pixel_view import ELEVATION_RECT
 from governor_mechanism.render.geometry.primitives import Vec2
 from governor_mechanism.render.style import RULE
 from governor_mechanism.render.theme import themed_colour

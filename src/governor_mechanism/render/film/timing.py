@@ -9,7 +9,7 @@ from scipy.interpolate import CubicHermiteSpline
 
 from governor_mechanism.model.results.film_options import FilmOptionError
 from governor_mechanism.model.results.trajectory import Trajectory
-from governor_mechanism.render.film.frame_data import find_parts, integrate_speed
+from governor_mechanism.render.frame_data import find_parts, integrate_speed
 from governor_mechanism.render.geometry.primitives import Vec2, round_step
 from governor_mechanism.render.part_run import PartRun
 from governor_mechanism.types import FloatArray

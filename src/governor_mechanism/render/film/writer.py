@@ -25,7 +25,6 @@ from governor_mechanism.model.results.film_options import DEFAULT_OPTIONS, FilmO
 from governor_mechanism.model.results.pictures import Theme
 from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.model.scene import Scene
-from governor_mechanism.render.film.frame_data import find_parts
 from governor_mechanism.render.film.gif_encoder import GifWriter, Palette, RgbaPixels
 from governor_mechanism.render.film.layout import REFERENCE_SIZE
 from governor_mechanism.render.film.moving_parts import pale_colour
@@ -39,6 +38,7 @@ from governor_mechanism.render.film.options import (
 from governor_mechanism.render.film.painters import Painter, make_painter
 from governor_mechanism.render.film.svg_animation import write_animation
 from governor_mechanism.render.film.timing import Timing, select_room_timing, select_slow_down, select_time_span, select_timing
+from governor_mechanism.render.frame_data import find_parts
 from governor_mechanism.render.machines.engine_room.settling import settled_time
 from governor_mechanism.render.shown_readings import chosen_readings
 from governor_mechanism.render.style import FILM_COLOURS, parse_rgb

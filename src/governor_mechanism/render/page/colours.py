@@ -5,6 +5,7 @@ from typing import Final
 
 from governor_mechanism.render.style import (
     BLUE,
+    DARK_COLOURS,
     FILM_COLOURS,
     GREEN,
     INK,
@@ -16,27 +17,6 @@ from governor_mechanism.render.style import (
     VERMILLION,
     parse_rgb,
 )
-
-DARK_COLOURS: Final[dict[str, str]] = {
-    PAPER: "#14181c",
-    INK: "#dfe3e6",
-    MUTED: "#98a2ab",
-    RULE: "#353c43",
-    "#00436a": "#a9d6f2",
-    "#7db9dc": "#d3eaf8",
-    "#9fcbe6": "#3f7799",
-    "#d5e8f3": "#24404f",
-    "#eb9a5e": "#b9662b",
-    "#7a3600": "#f0b588",
-    "#f4bd94": "#8a4f26",
-    "#fbe0bf": "#55402c",
-    "#cdc5b8": "#5a5347",
-    "#c3ccd4": "#5b6670",
-    "#e9edf0": "#39424a",
-    "#87929c": "#7d8891",
-    "#7d8fa0": "#8b9dae",
-}
-"""Colours on a dark ground that are chosen by hand, by those of the films."""
 
 _DARKEST, _LIGHTNESS_SPAN = 0.16, 0.72
 """Lightness on a dark ground of what is white by day, and its difference to what is black by day."""

@@ -8,7 +8,7 @@ import numpy as np
 
 from governor_mechanism.model.coupling.coupled_system import SPINDLE_ANGLE
 from governor_mechanism.render.figures.page import READING_NOISE_RATIO, axis_limits_for
-from governor_mechanism.render.film.frame_data import FrameData
+from governor_mechanism.render.frame_data import FrameData
 from governor_mechanism.render.geometry.primitives import Vec2, round_step
 from governor_mechanism.render.machines.engine_room.arrangement import CUT_OFF, EngineRoomParts
 from governor_mechanism.render.machines.engine_room.drawing import EngineRoomDrawing

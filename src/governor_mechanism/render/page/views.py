@@ -7,9 +7,9 @@ from typing import Any
 import numpy as np
 
 from governor_mechanism.model.results.trajectory import Trajectory
-from governor_mechanism.render.film.frame_data import FrameData, find_parts
-from governor_mechanism.render.film.layout import ELEVATION_RECT, fit_view
+from governor_mechanism.render.frame_data import FrameData, find_parts
 from governor_mechanism.render.geometry.attached import DrawnPart, shapes_of
+from governor_mechanism.render.geometry.pixel_view import ELEVATION_RECT, fit_view
 from governor_mechanism.render.geometry.primitives import BoundingBox, DrawnShape, Vec2
 from governor_mechanism.render.machines.engine_room import proportions as room
 from governor_mechanism.render.machines.engine_room.arrangement import EngineRoomParts, find_governed_engine

@@ -15,8 +15,8 @@ from governor_mechanism.model.force_elements import Damper, Force, Spring, Torqu
 from governor_mechanism.model.joints import GROUND, ArcSlot, Glyph, Joint, Pin, Point, RackAndPinion
 from governor_mechanism.model.mechanism import Mechanism
 from governor_mechanism.model.time_functions import InputFunction
-from governor_mechanism.render.film.layout import ELEVATION_RECT
 from governor_mechanism.render.geometry.attached import Flexible, Moment, fixed_axes, once_per_moment
+from governor_mechanism.render.geometry.pixel_view import ELEVATION_RECT
 from governor_mechanism.render.geometry.points import axes_to_plane, drawn_point_paths, point_path
 from governor_mechanism.render.geometry.primitives import DrawnShape, PoseTuple, Vec2
 from governor_mechanism.render.machines.machine_drawing import MachineDrawing
