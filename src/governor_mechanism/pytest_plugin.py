@@ -12,6 +12,7 @@ first comparison.
 
 from __future__ import annotations
 
+import inspect
 from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol
@@ -19,8 +20,6 @@ from typing import TYPE_CHECKING, Any, Protocol
 import pytest
 
 if TYPE_CHECKING:
-    import inspect
-
     from governor_mechanism.model.scene import Scene
     from governor_mechanism.verification.user_kernel.report import KernelReport
 
@@ -71,8 +70,6 @@ def compare_kernel(scene: Scene | str | Path, kernel: Callable[..., Any], *argum
         The comparison.
     """
     __tracebackhide__ = True
-    import inspect
-
     import governor_mechanism as gm
 
     report, problem = None, _find_wrong_argument(inspect.signature(gm.crosscheck), scene, kernel, *arguments, **options)
@@ -114,8 +111,6 @@ def pytest_pycollect_makeitem(collector: pytest.Module | pytest.Class, name: str
 
 
 def _has_parameters(function: Callable[..., Any]) -> bool:
-    import inspect
-
     return bool([name for name in inspect.signature(function).parameters if name != "self"])
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
+from governor_mechanism.building.call_checks import check_name
 from governor_mechanism.building.handles import BuiltBody, BuiltPoint, BuiltRod, Program, Quantity
 from governor_mechanism.building.tables import DocumentTables, given_values, plain_list
 from governor_mechanism.errors import MechanismError
@@ -112,8 +113,6 @@ class BodyBuilder(DocumentTables):
 
         Raises MechanismError if there is a point of this name, or a coordinate is wrong.
         """
-        from governor_mechanism.building.call_checks import check_name
-
         points = self._tables.setdefault(GROUND, {})
         if isinstance(name, str) and not name:
             name = next(letter for letter in _letters() if letter not in points)

@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Final, TypeAlias
 
+from governor_mechanism.building.call_checks import check_mass, check_name, check_point
 from governor_mechanism.errors import MechanismError, did_you_mean
 from governor_mechanism.model.joints import GROUND
 from governor_mechanism.units.quantities import format_value
@@ -88,8 +89,6 @@ class BuiltBody:
         Raises MechanismError if a coordinate is no length, the name is none, or the body has a point of this
         name.
         """
-        from governor_mechanism.building.call_checks import check_name, check_point
-
         if not isinstance(name, str) or name:
             check_name(f"a point of body {self.name!r}", name)
         check_point(f"point of body {self.name!r}", x, y)
@@ -113,8 +112,6 @@ class BuiltBody:
 
         Raises MechanismError if the position is none of this body, or a quantity is wrong.
         """
-        from governor_mechanism.building.call_checks import check_mass
-
         position = self._position_of(at) if isinstance(at, BuiltPoint) else list(at) if isinstance(at, Iterable) else at
         ball = {"mass": mass, "at": position} | ({} if radius is None else {"radius": radius})
         check_mass(f"mass on body {self.name!r}", ball)

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 from governor_mechanism.building.bodies import BodyBuilder
+from governor_mechanism.building.first_configuration import place_bodies
 from governor_mechanism.building.forces import ForceBuilder
 from governor_mechanism.building.handles import BuiltBody, BuiltPoint, Program, Quantity, body_reference, point_reference
 from governor_mechanism.building.joints import JointBuilder
@@ -250,8 +251,6 @@ class MechanismBuilder(BodyBuilder, JointBuilder, ForceBuilder):
         MechanismError
             If a value is wrong, or the mechanism cannot be assembled; the message names the joint that stays open, its gap and direction.
         """
-        from governor_mechanism.building.first_configuration import place_bodies
-
         return place_bodies(self.given_document)
 
     def scene(

@@ -4,16 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import cached_property, partial
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final
 
+from governor_mechanism.building.call_checks import CallChecks
 from governor_mechanism.building.handles import BuiltPoint, Quantity, body_or_point_reference, point_reference
 from governor_mechanism.errors import MechanismError, require_positive
 from governor_mechanism.machines.custom import CUSTOM_MACHINE
 from governor_mechanism.model.part import FIXED_PLANE, TURNING_PLANE
 from governor_mechanism.units.quantities import format_value, parse_quantity
-
-if TYPE_CHECKING:
-    from governor_mechanism.building.call_checks import CallChecks
 
 METHODS: Final = {"driven_turn": "motor", "driven_slide": "actuator"}
 """Methods of the builder by the type of the joint, where the names differ."""
@@ -40,8 +38,6 @@ class DocumentTables:
 
     @cached_property
     def _checks(self) -> CallChecks:
-        from governor_mechanism.building.call_checks import CallChecks
-
         return CallChecks(self._keys["plane"])
 
     def _add(self, key: str, what: str, name: str = "", **table: Any) -> None:

@@ -61,7 +61,7 @@ def write_netcdf(run: Trajectory, record: Mapping[str, Any], path: Path) -> None
     Variables have ASCII names, those of readings with the prefix `reading_` and of their rates `rate_`; the attribute `long_name` is the
     name of the reading. Texts are in UTF-8.
     """
-    from scipy.io import netcdf_file
+    from scipy.io import netcdf_file  # slow to import
 
     with atomic_write(path) as temporary:
         with netcdf_file(temporary, "w", version=2) as dataset:
@@ -87,7 +87,7 @@ def read_netcdf(path: Path) -> SavedArrays:
     Result: arrays and record. Raises MechanismError if the file cannot be read, is not that of a run, is
     damaged, or has another version.
     """
-    from scipy.io import netcdf_file
+    from scipy.io import netcdf_file  # slow to import
 
     try:
         content = path.read_bytes()

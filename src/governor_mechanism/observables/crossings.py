@@ -251,7 +251,7 @@ class CrossedReading:
 
     def _interpolant(self, k: int) -> PPoly:
         """Return the Hermite interpolant between samples k and k + 1, with a kink at each contact event between them."""
-        from scipy.interpolate import BPoly, PPoly
+        from scipy.interpolate import BPoly, PPoly  # slow to import
 
         start, end = self._motion.times[k : k + 2].tolist()
         margin, contact_times = EVENT_TIME_MARGIN * (end - start), self._motion.contact_times

@@ -9,8 +9,9 @@ from numpy.typing import NDArray
 
 from governor_mechanism.model.results.outcome import Outcome
 from governor_mechanism.model.results.trajectory import Trajectory
+from governor_mechanism.units.constants import RPM
 
-FIGURE_UNITS = {"rad": ("°", 180 / math.pi), "m": ("mm", 1e3), "rad/s": ("rpm", 30 / math.pi), "Pa": ("bar", 1e-5), "1": ("", 1.0)}
+FIGURE_UNITS = {"rad": ("°", math.degrees(1.0)), "m": ("mm", 1e3), "rad/s": ("rpm", 1 / RPM), "Pa": ("bar", 1e-5), "1": ("", 1.0)}
 """Display unit of an SI unit and the factor to it. Other units are shown unchanged."""
 
 _GREEK_CAPITALS = ("Gamma", "Delta", "Theta", "Lambda", "Xi", "Pi", "Sigma", "Phi", "Psi", "Omega")

@@ -1,6 +1,7 @@
 """Points of a smooth curve between reported times that are far apart: the line through the values and rates of a reading."""
 
 import numpy as np
+from scipy.interpolate import CubicHermiteSpline
 
 from governor_mechanism.render.range_bands import PlotSize
 from governor_mechanism.types import FloatArray
@@ -36,8 +37,6 @@ def refine_curve(
     is_refined = (deviation > MIN_DEVIATION * size.line_width) & (mismatch <= MAX_RATE_MISMATCH * steps * largest)
     if not is_refined.any():
         return times, values
-    from scipy.interpolate import CubicHermiteSpline
-
     shares = np.arange(1, POINTS_BETWEEN_SAMPLES + 1) / (POINTS_BETWEEN_SAMPLES + 1)
     between = (times[:-1][is_refined, None] + steps[is_refined, None] * shares).ravel()
     order = np.argsort(all_times := np.concatenate([times, between]), kind="stable")

@@ -1,5 +1,6 @@
 """Readings of a run as figures and films show them."""
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
@@ -105,7 +106,7 @@ def chosen_readings(run: Trajectory, names: Sequence[str]) -> dict[str, ShownRea
         source = name.removeprefix(RATE_START)
         unit, factor = run.units.get(name) or f"{run.units[source]}/s", 1.0
         if unit == "rad/s" and name not in run.readings and np.ptp(run.readings[source]) <= MAX_SHOWN_ANGLE:
-            unit, factor = "deg/s", 180 / np.pi  # an arm swings; what makes whole turns is shown in turns per minute
+            unit, factor = "deg/s", math.degrees(1.0)  # an arm swings; what makes whole turns is shown in turns per minute
         scale, error = run.scales.get(name, 0.0), run.reading_errors.get(name, 0.0)
         shown[name] = ShownReading(values=known[name] * factor, unit=unit, scale=scale * factor, error=error * factor)
     return shown

@@ -334,7 +334,7 @@ def _is_like(base_unit: Any, si_unit: str) -> bool:
 @cache
 def _unit_registry() -> Any:
     """Return pint's registry with decimal arithmetic, so that "300 mm" and 0.3 are the same float."""
-    import pint
+    import pint  # slow to import
 
     registry: Any = pint.UnitRegistry(non_int_type=Decimal)
     registry.define("@alias force_kilogram = kp")

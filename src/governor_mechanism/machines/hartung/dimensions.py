@@ -15,6 +15,7 @@ from governor_mechanism.errors import MechanismError
 from governor_mechanism.machines.base import Machine
 from governor_mechanism.model.output_variables import Limit
 from governor_mechanism.types import Vector2
+from governor_mechanism.units.constants import TECHNICAL_ATMOSPHERE_1901
 from governor_mechanism.units.fields import optional, quantity
 
 N_TRAVEL_SAMPLES = 720
@@ -26,8 +27,6 @@ SPRING_DESCRIPTIONS = (("spring_rate",), WIRE_DIMENSIONS, SPEED_DIMENSIONS)
 """Alternative descriptions of the spring; the first two do not determine its preload."""
 PRELOAD_DIMENSION, PRELOAD_RADIUS_DIMENSION, STRESS_LIMIT_DIMENSION = ("spring_preload", "preload_radius", "spring_stress_limit")
 SPRING_DIMENSIONS = (*chain(*SPRING_DESCRIPTIONS), PRELOAD_DIMENSION, PRELOAD_RADIUS_DIMENSION, STRESS_LIMIT_DIMENSION)
-PASCAL_PER_KGF_CM2 = 98066.5
-"""Pa per kgf/cm2, the unit of stress of the period."""
 
 
 class Failure(NamedTuple):
@@ -242,7 +241,7 @@ class HartungDimensions(Machine):
         if stress <= limit:
             return ()
         return (
-            f"the springs are stressed over their limit: {stress / PASCAL_PER_KGF_CM2:.4g} kgf/cm^2 ({stress / 1e6:.4g} MPa) at "
-            f"the outer end of the stroke, allowed are {limit / PASCAL_PER_KGF_CM2:.4g} kgf/cm^2 ({limit / 1e6:.4g} MPa); take "
+            f"the springs are stressed over their limit: {stress / TECHNICAL_ATMOSPHERE_1901:.4g} kgf/cm^2 ({stress / 1e6:.4g} MPa) at "
+            f"the outer end of the stroke, allowed are {limit / TECHNICAL_ATMOSPHERE_1901:.4g} kgf/cm^2 ({limit / 1e6:.4g} MPa); take "
             "a thicker wire or a narrower coil",
         )

@@ -29,6 +29,7 @@ from governor_mechanism.render.style import INK, MUTED, PAPER, RULE, SANS_FONT, 
 from governor_mechanism.render.theme import themed
 from governor_mechanism.types import FloatArray
 from governor_mechanism.units.arguments import PATH, TEXT, check_arguments
+from governor_mechanism.units.constants import INCH
 
 _METADATA_WITHOUT_DATE: Mapping[str, Mapping[str, None]] = {
     FigureFormat.PNG: {"Software": None},
@@ -40,7 +41,8 @@ _METADATA_WITHOUT_DATE: Mapping[str, Mapping[str, None]] = {
 FIGURE_DPI = 100
 """Resolution of figures, dots per inch."""
 
-PLATE_WIDTH, PLATE_HEIGHT, PLATE_DPI = 297 / 25.4, 210 / 25.4, 140
+_MM_PER_INCH = 1e3 * INCH
+PLATE_WIDTH, PLATE_HEIGHT, PLATE_DPI = 297 / _MM_PER_INCH, 210 / _MM_PER_INCH, 140
 """Width and height of a plate, inches, which are those of a sheet A4 on its side, and its resolution, dots per inch."""
 
 _FRAME_INSETS_MM = ((5.0, 1.8), (6.5, 0.6))
@@ -192,7 +194,7 @@ class Plate(Page):
     def __init__(self, heading: str, title: str, source: str, captions: Mapping[tuple[float, float], str]) -> None:
         super().__init__(PLATE_WIDTH, PLATE_HEIGHT, dpi=PLATE_DPI)
         for inset, width in _FRAME_INSETS_MM:
-            corner = inset / 25.4 / PLATE_WIDTH, inset / 25.4 / PLATE_HEIGHT
+            corner = inset / _MM_PER_INCH / PLATE_WIDTH, inset / _MM_PER_INCH / PLATE_HEIGHT
             self.add_artist(Rectangle(corner, 1 - 2 * corner[0], 1 - 2 * corner[1], fill=False, edgecolor=INK, linewidth=width))
         self.write_text(0.5, 0.937, heading, 22, ha="center", va="center")
         short_title = textwrap.shorten(title, _MAX_TITLE_LETTERS, placeholder=" …")

@@ -103,7 +103,7 @@ def open_gif(path: Path, film: FilmFrames) -> Iterator[AddFrame]:
 @contextmanager
 def _open_codec(path: Path, film: FilmFrames, codec: str, options: Sequence[str] = ()) -> Iterator[AddFrame]:
     """Open a video with a codec and options of ffmpeg."""
-    import imageio.v2 as imageio
+    import imageio.v2 as imageio  # an optional package
 
     # The codecs need an even number of rows and columns.
     settings = {"format": "FFMPEG", "fps": film.frame_rate, "codec": codec, "quality": 8, "macro_block_size": 2}

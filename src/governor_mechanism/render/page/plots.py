@@ -123,9 +123,10 @@ def _room_plots(governed: EngineRoomParts, room: EngineRoomDrawing, shown: Shown
     """Yield the plots of a governed engine: speed, the governor's reading, what it controls, and torque with load."""
     run, reading = shown.run, governed.governor_reading
     mean = mean_speed(run, governed)
-    means = () if mean is None else (_curve_at(shown, "mean", mean[0], mean[1] * 30 / math.pi, _BLUE),)
-    speed = _curve_at(shown, "actual", run.times, run.rates[governed.crank_angle] * 30 / math.pi, _PALE_BLUE if means else _BLUE)
-    yield _plot_curves("speed", "rpm", (*means, speed))
+    unit, factor = display_unit_of("rad/s")
+    means = () if mean is None else (_curve_at(shown, "mean", mean[0], mean[1] * factor, _BLUE),)
+    speed = _curve_at(shown, "actual", run.times, run.rates[governed.crank_angle] * factor, _PALE_BLUE if means else _BLUE)
+    yield _plot_curves("speed", unit, (*means, speed))
     unit, factor = display_unit_of(run.units.get(reading, ""))
     name = format_name(reading)
     yield _plot_curves(name, unit, (_curve_at(shown, name, run.times, run.readings[reading] * factor, _GREEN),))

@@ -75,7 +75,7 @@ def row_computer(
         yield compute_alone if workers == 1 else partial(compute_in_parallel, n_workers=workers)
         return
     try:
-        import distributed
+        import distributed  # an optional package
     except ImportError as error:
         raise MechanismError(_MISSING_EXTRA) from error
     connect: Any = distributed.Client
@@ -123,6 +123,7 @@ def require_same_versions(client: Any) -> None:
 
 def _compute_on_cluster(function: RowFunction[SweepRow], indices: Sequence[int], client: Any) -> Generator[Sequence[SweepRow], None, None]:
     """Yield the rows of chunks in the order in which they are finished; the scheduler repeats those of a worker that is lost."""
+    # Packages of the extra `cluster`, and joblib, which is slow to import.
     from distributed import CancelledError, KilledWorker
     from distributed.comm.core import CommClosedError
     from joblib import Parallel, delayed, parallel_config

@@ -18,6 +18,7 @@ from governor_mechanism.model.results.result import Recorded
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.scenes.changed_document import parse_scene_with, replace_document_value
 from governor_mechanism.scenes.parser import parse_scene_document
+from governor_mechanism.scenes.quantities import UNITLESS_LIMITS, parse_si
 from governor_mechanism.studies.sweep.quantities import find_display_unit
 from governor_mechanism.units.problems import ProblemCode, ProblemCollector
 from governor_mechanism.units.quantities import QUANTITY_KINDS, format_value, number_or_text
@@ -32,8 +33,6 @@ def find_scene_value(
 
     Result: a number in SI or a word; None if the document leaves the key out, or has something else there.
     """
-    from governor_mechanism.scenes.quantities import parse_si
-
     value: Any = document
     for name in key.split("."):
         value = _find_item(value, name)
@@ -257,8 +256,6 @@ def _parse_axis(document: Mapping[str, Any], request: AxisRequest, other_request
 
 def _make_axis(request: AxisRequest, kind: str | None, find_problems: ProblemFinder) -> SweepAxis:
     """Return the axis of a key that takes quantities of a kind; `kind` is None if only words are allowed."""
-    from governor_mechanism.scenes.quantities import UNITLESS_LIMITS
-
     if request.range_count is not None and kind is None:
         no_range_message = f"{request.key} takes no range; list its values, as in {request.key}=a,b"
         raise MechanismError(*(find_problems(request.values[0]) or [no_range_message]))
@@ -282,8 +279,6 @@ def _round_grid_value(value: float) -> float:
 
 def _parse_values(request: AxisRequest, kind: str | None, find_problems: ProblemFinder) -> list[Any]:
     """Return the values in SI; a word that the key accepts ("equilibrium", false) stays a word."""
-    from governor_mechanism.scenes.quantities import parse_si
-
     values: list[Any] = []
     problems: list[str] = []
     for number, value in enumerate(request.values, start=1):

@@ -48,7 +48,7 @@ def compute_in_parallel(function: RowFunction[Row], indices: Sequence[int], n_wo
 
     The first row compiles or loads the kernels; the processes find them in the cache.
     """
-    from joblib import cpu_count
+    from joblib import cpu_count  # slow to import
 
     n_useful = min(n_workers, cpu_count())
     n_done = 0
@@ -87,7 +87,7 @@ def _map_in_processes(
     function: Callable[[Sequence[int]], list[Row]], chunks: Iterator[Sequence[int]], n_processes: int
 ) -> Iterator[Sequence[Row]]:
     """Yield the rows of chunks in the order in which they are finished. Raise RunFailed if a process is terminated from outside."""
-    from joblib import Parallel, delayed
+    from joblib import Parallel, delayed  # slow to import
     from joblib.externals.loky.process_executor import TerminatedWorkerError
 
     parallel = Parallel(n_jobs=n_processes, return_as="generator_unordered", batch_size=1)
