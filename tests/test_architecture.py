@@ -69,10 +69,10 @@ INNER_FOLDERS = {
     "scenes": [
         {"described_values", "quantities", "toml_text"},
         {"described_scene", "table"},
-        {"description", "loads"},
+        {"loads"},
         {"effect_tables", "schema"},
         {"custom", "events"},
-        {"document", "json_schema"},
+        {"description", "document", "json_schema"},
         {"parser"},
         {"changed_document", "library"},
         {"python_scenes", "template"},

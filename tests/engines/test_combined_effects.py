@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import governor_mechanism as gm
-from documents import governor_document
 from governor_mechanism.scenes.parser import parse_scene_document
+from scene_documents import governor_document
 
 ENGINES = pytest.mark.parametrize("engine", ["multibody", "reduced"])
 PORTER = {"arm": "300 mm", "offset": "40 mm", "ball_mass": "5 kg", "sleeve_mass": "20 kg"}

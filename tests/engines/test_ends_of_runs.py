@@ -7,13 +7,13 @@ import numpy as np
 import pytest
 
 import governor_mechanism as gm
-from documents import Table, between, custom_document, governor_document, rod
 from governor_mechanism.engines.multibody.engine import MultibodyEngine
 from governor_mechanism.engines.multibody.run import ExplicitRun
 from governor_mechanism.integrators.stages import StepCounter
 from governor_mechanism.observables import run_result
 from governor_mechanism.observables.sampled_motion import BoundedDenseOutput
 from random_scenes import draw_study_scene
+from scene_documents import Table, between, custom_document, governor_document, rod
 
 ENGINES = ("reduced", "multibody", "impulse")
 

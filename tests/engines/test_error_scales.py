@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 import governor_mechanism as gm
-from documents import between, custom_document
 from governor_mechanism.mechanics.dynamics.characteristic_scales import time_scale
 from governor_mechanism.mechanics.dynamics.forces import force_laws
 from governor_mechanism.observables import evaluation
+from scene_documents import between, custom_document
 
 
 def run_with_stiffness(stiffness: float):

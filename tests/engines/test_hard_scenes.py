@@ -5,7 +5,6 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import governor_mechanism as gm
-from documents import Table, between, custom_document, governor_document, pin, rod
 from governor_mechanism.engines import MultibodyEngine, ReducedEngine
 from governor_mechanism.engines.certificate import StepPlan, describe_stall
 from governor_mechanism.engines.initial_state import initial_state
@@ -16,6 +15,7 @@ from governor_mechanism.integrators.status import IntegrationStatus
 from governor_mechanism.observables.evaluation import ReadingEvaluator
 from governor_mechanism.scenes.parser import parse_scene_document
 from governor_mechanism.studies.hard_cases.study import HARD_CASES
+from scene_documents import Table, between, custom_document, governor_document, pin, rod
 
 SLIDER_IN_TURNING_PLANE = custom_document(
     plane="turning",

@@ -6,7 +6,6 @@ from typing import Any
 import numpy as np
 import pytest
 
-from documents import between, custom_document, pin
 from governor_mechanism.engines import ImpulseEngine, MultibodyEngine
 from governor_mechanism.engines.impulse.pymunk.model import PymunkModel
 from governor_mechanism.engines.impulse.settings import ImpulseSettings
@@ -14,6 +13,7 @@ from governor_mechanism.engines.impulse.work_budget import WorkBudget
 from governor_mechanism.model.results.outcome import Outcome
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.scenes.parser import parse_scene_document
+from scene_documents import between, custom_document, pin
 
 ARM, OFFSET, BALL, SLEEVE, ANGLE, SPEED = 0.3, 0.04, 5.0, 20.0, math.radians(40), 4 * math.pi
 

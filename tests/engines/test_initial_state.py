@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 import governor_mechanism as gm
-from documents import between, custom_document, pin, rod
 from governor_mechanism.engines.initial_state import initial_state
 from governor_mechanism.scenes.parser import parse_scene_document
+from scene_documents import between, custom_document, pin, rod
 
 
 def four_bar(*joints, coupler=350, unit="mm", duration="0.2 s", **tables):

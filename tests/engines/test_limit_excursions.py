@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 import governor_mechanism as gm
-from documents import governor_document
 from governor_mechanism.engines import ImpulseEngine, MultibodyEngine, ReducedEngine
 from governor_mechanism.scenes.parser import parse_scene_document
+from scene_documents import governor_document
 
 ARM, LINK, BALL, SLEEVE, START = 0.3, 0.45, 5.0, 20.0, math.radians(75)
 

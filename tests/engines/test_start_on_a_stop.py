@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 import governor_mechanism as gm
-from documents import governor_document
 from governor_mechanism.model.events import EventKind
 from governor_mechanism.scenes.parser import parse_scene_document
+from scene_documents import governor_document
 
 RESTITUTION, RATE = 0.5, 1.0
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import governor_mechanism as gm
-from documents import custom_document, pin
+from scene_documents import custom_document, pin
 
 INERTIA, TORQUE, FREQUENCY = 0.5, 3.0, 1.5
 SWING = 2 * np.pi * FREQUENCY

@@ -11,9 +11,9 @@ import numpy as np
 import pytest
 
 import governor_mechanism as gm
-from documents import governor_document
 from governor_mechanism.closed_form.flywheel import turning_moment, wheel
 from reference.textbook_problems import PROBLEMS, Problem
+from scene_documents import governor_document
 
 RPM = math.pi / 30
 INCH, FOOT, POUND = 0.0254, 0.3048, 0.45359237

@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 import governor_mechanism as gm
-from documents import governor_document
 from governor_mechanism.effects.centrifugal import Centrifugal
 from governor_mechanism.effects.clearance import CLEARANCE_READING, Clearance
 from governor_mechanism.effects.dashpot import Dashpot
@@ -26,6 +25,7 @@ from governor_mechanism.units.problems import Problem
 from governor_scenes import PORTER
 from invalid_scenes.custom_scenes import custom_scene
 from invalid_scenes.effect_scenes import BROKEN_EFFECTS, WORDING_EFFECTS, with_effects
+from scene_documents import governor_document
 
 ALL = ("gravity", "centrifugal", "rods", "spring", "dry_friction", "dashpot", "stops", "clearance")
 

@@ -16,7 +16,6 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 import governor_mechanism as gm
-from documents import governor_document
 from governor_mechanism.effects.centrifugal import Centrifugal
 from governor_mechanism.effects.gravity import Gravity
 from governor_mechanism.machines.pendulum.machine import PendulumGovernor
@@ -27,6 +26,7 @@ from governor_mechanism.scenes.parser import parse_scene_document, read_scene_fi
 from governor_mechanism.scenes.schema import rate_key, start_table
 from governor_mechanism.units.problems import Problem
 from invalid_scenes.scenes import BROKEN_SCENES, SCENE_HEADER, WORDING_SCENES, format_dimensions, scene_text
+from scene_documents import governor_document
 
 
 def document(**changed: Any) -> dict[str, Any]:

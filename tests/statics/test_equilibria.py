@@ -10,11 +10,11 @@ from scipy.optimize import brentq
 from typer.testing import CliRunner
 
 import governor_mechanism as gm
-from documents import between, custom_document, pin, rod
 from governor_mechanism.cli.main import app
 from governor_mechanism.mechanics.kinematics import continuation as walking
 from governor_mechanism.mechanics.kinematics import range_of_motion as travels
 from governor_mechanism.statics.speed_curve import equilibrium_speed_at
+from scene_documents import between, custom_document, pin, rod
 
 TURNING = {"plane": "turning", "effects": {"gravity": True, "centrifugal": True}}
 """Tables of a mechanism that turns with its spindle."""

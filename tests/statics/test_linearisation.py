@@ -9,7 +9,6 @@ import pytest
 from scipy.optimize import brentq
 
 import governor_mechanism as gm
-from documents import between, custom_document, governor_document, pin
 from governor_mechanism.cli.equilibria import report_linearisation
 from governor_mechanism.closed_form.pendulum import dynamics as pendulum
 from governor_mechanism.files.plain_values import format_json
@@ -21,6 +20,7 @@ from governor_scenes import CROSSED, EXTENDED, PORTER
 from reference import haug_governor
 from reference import pendulum as linkage
 from reference.scaled_watt_engine import WattEngine, damping_limit, equilibrium, first_lyapunov_coefficient, scale_engine, scaled_time_unit
+from scene_documents import between, custom_document, governor_document, pin
 
 RELATIVE_TOLERANCE = 1e-10
 """Nine-point differences are good to about 1e-12 of an eigenvalue; equilibria are known to 1e-14."""

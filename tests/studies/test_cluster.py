@@ -8,9 +8,9 @@ import warnings
 import pytest
 
 import governor_mechanism as gm
-from documents import governor_document
 from governor_mechanism.scenes.parser import parse_scene_document
 from governor_mechanism.studies.sweep import cluster
+from scene_documents import governor_document
 
 distributed = pytest.importorskip("distributed", reason="the extra `cluster` (dask.distributed) is not installed")
 

@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 import governor_mechanism as gm
-from documents import governor_document
 from governor_mechanism.effects.dashpot import Dashpot
 from governor_mechanism.effects.dry_friction import DryFriction
 from governor_mechanism.effects.rod_masses import RodMasses
@@ -15,6 +14,7 @@ from governor_mechanism.model.time_functions import InputFunction
 from governor_mechanism.render.figures.effect_ablation import effect_ablation_figure
 from governor_mechanism.scenes.parser import parse_scene_document
 from governor_mechanism.studies.effect_ablation import EffectComparison, EffectCost, run_effects_study
+from scene_documents import governor_document
 
 EFFECTS = {"rods": {"arm_mass": "0.6 kg"}, "dry_friction": {"sleeve": "10 N"}, "dashpot": {"sleeve": "1e-9 N s/m"}}
 DOCUMENT = governor_document(

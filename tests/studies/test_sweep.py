@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 
 import governor_mechanism as gm
-from documents import governor_document
 from governor_mechanism.render.figures.sweep import sweep_figure
 from governor_mechanism.scenes.changed_document import replace_document_value
 from governor_mechanism.scenes.parser import parse_scene_document
@@ -18,6 +17,7 @@ from governor_mechanism.studies.sweep.parameters import MAX_SWEEP_ROWS, parse_ax
 from governor_mechanism.studies.sweep.quantities import find_reading_units
 from governor_mechanism.studies.sweep.run import compute_row
 from governor_mechanism.units.quantities import QUANTITY_KINDS
+from scene_documents import governor_document
 
 DOCUMENT = governor_document(
     title="Porter",
