@@ -27,9 +27,9 @@ from governor_mechanism.model.scene import Scene
 from governor_mechanism.render.figures.page import Page, add_legend, use_plain_decades
 from governor_mechanism.render.figures.work_precision import _VARIANT_STYLES
 from governor_mechanism.render.style import INK, MUTED
-from governor_mechanism.studies.regression import FittedParameter, fit_slope
-from governor_mechanism.studies.work_precision.results import WorkPrecisionPoint
-from governor_mechanism.studies.work_precision.study import ErrorBenchmark, build_ladders
+from governor_mechanism.studies.plain_runs import FittedParameter, fit_slope
+from governor_mechanism.studies.work_precision import ErrorBenchmark, build_ladders
+from governor_mechanism.studies.work_precision_results import WorkPrecisionPoint
 from governor_mechanism.types import FloatArray
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests" / "support"))

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
 import governor_mechanism as gm
-from governor_mechanism.closed_form.pendulum import dynamics as closed
+from governor_mechanism.closed_form import pendulum as closed
 from governor_mechanism.engines import ImpulseEngine
 from governor_mechanism.model.results.trajectory import Trajectory
 

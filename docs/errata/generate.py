@@ -11,15 +11,13 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 import governor_mechanism as gm
-from governor_mechanism.closed_form.flywheel.engine import net_work
-from governor_mechanism.closed_form.flywheel.equilibrium import energy_fluctuation
+from governor_mechanism.closed_form.flywheel_engine import net_work
+from governor_mechanism.closed_form.flywheel_equilibrium import energy_fluctuation
 from governor_mechanism.papers.errata.drawings import draw_erratum
 from governor_mechanism.papers.errata.erratum import PAPER_REFERENCES, Erratum, Paper
-from governor_mechanism.studies.design.flywheel import closed_cycle
-from governor_mechanism.studies.design.flywheel_paper import PAPER_ENGINE, compare_with_paper
-from governor_mechanism.studies.design.hartung import PAPER_INPUTS
-from governor_mechanism.studies.design.hartung_paper import PAPER_GOVERNOR
-from governor_mechanism.studies.design.hartung_paper import compare_with_paper as compare_with_dubois
+from governor_mechanism.studies.design.flywheel import PAPER_ENGINE, closed_cycle, compare_with_paper
+from governor_mechanism.studies.design.hartung import PAPER_GOVERNOR, PAPER_INPUTS
+from governor_mechanism.studies.design.hartung import compare_with_paper as compare_with_dubois
 from governor_mechanism.studies.printed_numbers import CAUSE_MEANINGS, CAUSE_NOUNS, Cause
 from governor_mechanism.units.constants import KILOGRAM_FORCE_1853
 

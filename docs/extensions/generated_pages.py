@@ -98,7 +98,7 @@ def _make_pages(scenes: Sequence[tuple[str, Path]]) -> None:
 def _make_page(name: str, folder: Path) -> None:
     """Make the page of a scene, and the last frame of its film, which the gallery shows where there is no film."""
     import governor_mechanism as gm
-    from governor_mechanism.render.film.still import write_still
+    from governor_mechanism.render.film.painters import write_still
 
     run = gm.run(name)
     gm.film(run, folder / f"{name}.html")

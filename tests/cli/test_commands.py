@@ -49,8 +49,8 @@ def call_main(monkeypatch, capfd, *words: str) -> tuple[int, str, str]:
 @pytest.fixture
 def one_timing(monkeypatch):
     """Let studies time everything once, not until a quiet machine shows the shortest time."""
-    monkeypatch.setattr("governor_mechanism.studies.work_precision.study.MIN_REPEATS", 1)
-    monkeypatch.setattr("governor_mechanism.studies.work_precision.study.MIN_TIMING_DURATION", 0.0)
+    monkeypatch.setattr("governor_mechanism.studies.work_precision.MIN_REPEATS", 1)
+    monkeypatch.setattr("governor_mechanism.studies.work_precision.MIN_TIMING_DURATION", 0.0)
     monkeypatch.setattr("governor_mechanism.studies.effect_ablation.N_TIMED_RUNS", 1)
 
 
@@ -387,7 +387,7 @@ def test_an_accuracy_that_is_none_is_refused_before_anything_runs(tmp_path):
 
 
 def test_how_a_governor_regulates_is_asked_from_the_command_line(tmp_path, monkeypatch):
-    monkeypatch.setattr("governor_mechanism.studies.regulation.fold_jump.RAMP_RATES", [4e-3, 1e-3, 2.5e-4])
+    monkeypatch.setattr("governor_mechanism.studies.regulation.speed_changes.RAMP_RATES", [4e-3, 1e-3, 2.5e-4])
     result = call("regulation", "jump", "--out", str(tmp_path))
     assert result.exit_code == 0
     assert "falls below 6.32801 rad/s" in result.stdout

@@ -216,8 +216,8 @@ def test_effects_are_switched_part_by_part(scene, tmp_path):
 
 @pytest.mark.long
 def test_accuracy_measures_the_engine_that_can_run_it(scene, tmp_path, monkeypatch):
-    monkeypatch.setattr("governor_mechanism.studies.work_precision.study.MIN_REPEATS", 1)
-    monkeypatch.setattr("governor_mechanism.studies.work_precision.study.MIN_TIMING_DURATION", 0.0)
+    monkeypatch.setattr("governor_mechanism.studies.work_precision.MIN_REPEATS", 1)
+    monkeypatch.setattr("governor_mechanism.studies.work_precision.MIN_TIMING_DURATION", 0.0)
     result = call("accuracy", scene, "--longest", "0.3", "--json", "--out", str(tmp_path))
     assert result.exit_code == 0, result.output
     variants = {row["name"]: row for row in json.loads(result.stdout)["variants"]}

@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 from scipy.integrate import quad, solve_ivp
 
-from governor_mechanism.closed_form.flywheel import engine as closed
-from governor_mechanism.closed_form.flywheel import equilibrium, turning_moment, wheel
-from governor_mechanism.closed_form.flywheel.engine import AirEngine
+from governor_mechanism.closed_form import flywheel, flywheel_equilibrium
+from governor_mechanism.closed_form import flywheel_engine as closed
+from governor_mechanism.closed_form.flywheel_engine import AirEngine
 from governor_mechanism.errors import MechanismError
 from reference import flywheel as printed
 
@@ -40,32 +40,32 @@ def test_the_limits_of_the_intervals():
 def test_angles_bracket_and_coefficient(case):
     load, area_ratio, slowest, fastest, bracket, coefficient = printed.CASES[case]
     engine = replace(ENGINE, load_pressure=load * 1e5, pump_area=area_ratio * ENGINE.area)
-    extremes = equilibrium.energy_fluctuation(engine)
+    extremes = flywheel_equilibrium.energy_fluctuation(engine)
     # Where the torque is nearly flat, the load's twelve digits give eleven of an angle.
     np.testing.assert_allclose(np.degrees([extremes.slowest_angle, extremes.fastest_angle]), [slowest, fastest], rtol=1e-11)
-    terms = equilibrium.bracket_terms(engine, slowest_angle=extremes.slowest_angle, fastest_angle=extremes.fastest_angle)
+    terms = flywheel_equilibrium.bracket_terms(engine, slowest_angle=extremes.slowest_angle, fastest_angle=extremes.fastest_angle)
     assert sum(terms) == pytest.approx(bracket, abs=DIGITS)
     assert extremes.energy / engine.full_pressure_work == pytest.approx(bracket, abs=DIGITS)
     assert 2250 * 4 / load * sum(terms) == pytest.approx(coefficient, rel=1e-11)
 
 
 def test_the_roots_lie_in_the_first_and_third_interval_only():
-    found = equilibrium.find_equilibria(ROUNDED_ENGINE)
+    found = flywheel_equilibrium.find_equilibria(ROUNDED_ENGINE)
     assert [(one.interval, one.is_slowest) for one in found] == [(1, True), (3, False)]
     np.testing.assert_allclose(np.degrees([one.angle for one in found]), printed.ROUNDED_CONSTANT[1:3], rtol=DIGITS)
     for one in found:
-        assert abs(equilibrium.balance(ROUNDED_ENGINE, crank_angle=one.angle)) < 1e-12  # its slope there is below 100 per rad
-    terms = equilibrium.bracket_terms(ENGINE, slowest_angle=found[0].angle, fastest_angle=found[1].angle)
+        assert abs(flywheel_equilibrium.balance(ROUNDED_ENGINE, crank_angle=one.angle)) < 1e-12  # its slope there is below 100 per rad
+    terms = flywheel_equilibrium.bracket_terms(ENGINE, slowest_angle=found[0].angle, fastest_angle=found[1].angle)
     assert sum(terms) == pytest.approx(printed.ROUNDED_CONSTANT[3], abs=DIGITS)
 
 
 def test_the_second_and_fourth_equation_keep_their_sign():
     first, second, third = ENGINE.interval_limits
-    inside = equilibrium.balance(ENGINE, crank_angle=np.linspace(first, second, 2001))
+    inside = flywheel_equilibrium.balance(ENGINE, crank_angle=np.linspace(first, second, 2001))
     # The maximum is on a grid of 0.015 deg.
     assert np.min(inside) == pytest.approx(printed.BALANCE_62_RANGE[0], abs=6e-7)
     assert np.max(inside) == pytest.approx(printed.BALANCE_62_RANGE[1], abs=6e-7)
-    fourth = np.asarray(equilibrium.balance(ENGINE, crank_angle=np.linspace(third, math.pi - 1e-6, 500)))
+    fourth = np.asarray(flywheel_equilibrium.balance(ENGINE, crank_angle=np.linspace(third, math.pi - 1e-6, 500)))
     assert fourth[0] == pytest.approx(printed.BALANCE_64_START, abs=6e-7)
     assert np.all(np.diff(fourth) < 0)
 
@@ -87,17 +87,19 @@ def test_the_equations_of_the_four_intervals():
             expected = expansion - r - compression - load
         else:
             expected = expansion - r - (p - 1) - load
-        assert equilibrium.balance(ROUNDED_ENGINE, crank_angle=phi) == pytest.approx(expected, abs=1e-12)
+        assert flywheel_equilibrium.balance(ROUNDED_ENGINE, crank_angle=phi) == pytest.approx(expected, abs=1e-12)
 
 
 def test_the_seven_terms():
-    found = equilibrium.bracket_terms(ENGINE, slowest_angle=math.radians(3), fastest_angle=math.radians(95))
+    found = flywheel_equilibrium.bracket_terms(ENGINE, slowest_angle=math.radians(3), fastest_angle=math.radians(95))
     np.testing.assert_allclose(found, printed.TERMS_AT_PRINTED_ANGLES, atol=DIGITS)
     assert sum(found) == pytest.approx(printed.SUM_AT_PRINTED_ANGLES, abs=DIGITS)
-    extremes = equilibrium.energy_fluctuation(ENGINE)
-    exact = equilibrium.bracket_terms(ENGINE, slowest_angle=extremes.slowest_angle, fastest_angle=extremes.fastest_angle)
+    extremes = flywheel_equilibrium.energy_fluctuation(ENGINE)
+    exact = flywheel_equilibrium.bracket_terms(ENGINE, slowest_angle=extremes.slowest_angle, fastest_angle=extremes.fastest_angle)
     np.testing.assert_allclose(exact, printed.TERMS_AT_EXACT_ANGLES, atol=DIGITS)
-    wrong = equilibrium.bracket_terms(replace(ENGINE, back_pressure=2e5), slowest_angle=math.radians(3), fastest_angle=math.radians(95))
+    wrong = flywheel_equilibrium.bracket_terms(
+        replace(ENGINE, back_pressure=2e5), slowest_angle=math.radians(3), fastest_angle=math.radians(95)
+    )
     assert wrong[2] == pytest.approx(printed.WRONG_THIRD_TERM, abs=DIGITS)
 
 
@@ -105,7 +107,7 @@ def test_the_bracket_is_the_difference_of_the_stored_work_also_for_unequal_cylin
     engine = OTHER_ENGINES[0]
     angles = math.radians(7), math.radians(101)
     work = np.diff(closed.stored_work(engine, crank_angle=np.array(angles)))[0]
-    terms = equilibrium.bracket_terms(engine, slowest_angle=angles[0], fastest_angle=angles[1])
+    terms = flywheel_equilibrium.bracket_terms(engine, slowest_angle=angles[0], fastest_angle=angles[1])
     assert sum(terms) == pytest.approx(work / engine.full_pressure_work, abs=1e-14)
 
 
@@ -163,10 +165,10 @@ ENGINES_WITH_TWO_MAXIMA = [
 @pytest.mark.parametrize("engine", [CLOSED_ENGINE, ENGINE, *ENGINES_WITH_TWO_MAXIMA])
 def test_the_energy_is_the_largest_rise_of_the_stored_work(engine):
     """Also of two maxima in a stroke, which the paper holds for impossible; cycles that close or lose work."""
-    equilibria = equilibrium.find_equilibria(engine)
+    equilibria = flywheel_equilibrium.find_equilibria(engine)
     assert len(equilibria) == (4 if engine in ENGINES_WITH_TWO_MAXIMA else 2)
     assert [one.is_slowest for one in equilibria] == [True, False] * (len(equilibria) // 2)
-    extremes = equilibrium.energy_fluctuation(engine)
+    extremes = flywheel_equilibrium.energy_fluctuation(engine)
     grid = np.sort(np.concatenate([np.linspace(0.0, math.tau, 4001), [extremes.slowest_angle, extremes.fastest_angle]]))
     work = np.asarray(closed.stored_work(engine, crank_angle=grid))
     starts = np.flatnonzero(grid < math.pi)
@@ -180,18 +182,18 @@ def test_the_load_at_the_crank_pin():
 
 
 def test_the_flywheel_of_the_example():
-    extremes = equilibrium.energy_fluctuation(CLOSED_ENGINE)
+    extremes = flywheel_equilibrium.energy_fluctuation(CLOSED_ENGINE)
     requirement = {"energy": extremes.energy, "energy_ratio": printed.ENERGY_RATIO}
-    inertia = wheel.inertia_for_energy_ratio(**requirement, mean_speed=printed.MEAN_SPEED)
+    inertia = flywheel.inertia_for_energy_ratio(**requirement, mean_speed=printed.MEAN_SPEED)
     assert extremes.energy == pytest.approx(printed.EXAMPLE_ENERGY, rel=DIGITS)
     assert inertia == pytest.approx(printed.EXAMPLE_INERTIA, rel=DIGITS)
     angles = np.array([0.0, extremes.slowest_angle, extremes.fastest_angle, extremes.fastest_angle + 7 * math.pi])
-    speeds = equilibrium.shaft_speed(CLOSED_ENGINE, crank_angle=angles, inertia=inertia, mean_speed=printed.MEAN_SPEED)
+    speeds = flywheel_equilibrium.shaft_speed(CLOSED_ENGINE, crank_angle=angles, inertia=inertia, mean_speed=printed.MEAN_SPEED)
     expected = [printed.EXAMPLE_START_SPEED, printed.EXAMPLE_LOWEST_SPEED, *[printed.EXAMPLE_HIGHEST_SPEED] * 2]
     np.testing.assert_allclose(speeds, expected, rtol=DIGITS)
-    assert wheel.coefficient_of_energy_ratio(energy_ratio=20.0) == pytest.approx(printed.EXAMPLE_COEFFICIENT, abs=6e-10)
+    assert flywheel.coefficient_of_energy_ratio(energy_ratio=20.0) == pytest.approx(printed.EXAMPLE_COEFFICIENT, abs=6e-10)
     assert (speeds[2] - speeds[1]) / printed.MEAN_SPEED == pytest.approx(printed.EXAMPLE_COEFFICIENT, abs=6e-10)
-    weight = wheel.rim_weight(**requirement, rim_speed=1.5 * printed.MEAN_SPEED, gravity=9.81)
+    weight = flywheel.rim_weight(**requirement, rim_speed=1.5 * printed.MEAN_SPEED, gravity=9.81)
     assert weight / 9.81 * 1.5**2 == pytest.approx(inertia, rel=1e-14)
 
 
@@ -205,35 +207,35 @@ def test_the_speed_agrees_with_an_integrated_motion():
     for start, end in itertools.pairwise(limits):  # from one corner of the torque to the next
         run = solve_ivp(slope, (start, np.nextafter(end, 0)), [speed], method="DOP853", rtol=1e-12, atol=1e-12)
         speed = run.y[0, -1]
-        expected = equilibrium.shaft_speed(CLOSED_ENGINE, crank_angle=run.t[-1], inertia=inertia, mean_speed=printed.MEAN_SPEED)
+        expected = flywheel_equilibrium.shaft_speed(CLOSED_ENGINE, crank_angle=run.t[-1], inertia=inertia, mean_speed=printed.MEAN_SPEED)
         assert speed == pytest.approx(expected, abs=1e-10)
 
 
 def test_the_paper_s_ratio_and_its_coefficient_agree_to_first_order():
     for ratio in (10.0, 100.0, 1000.0):
-        coefficient = wheel.coefficient_of_energy_ratio(energy_ratio=ratio)
+        coefficient = flywheel.coefficient_of_energy_ratio(energy_ratio=ratio)
         assert coefficient == pytest.approx(1 / (2 * ratio), rel=0.04 / ratio**2)  # the next term is 1 / 32 mu^2 of it
     given = {"inertia": 3000.0, "energy": 3000.0, "mean_speed": 6.0}
     for has_mean_energy in (False, True):
-        low, high = wheel.speed_limits(**given, mean_energy=has_mean_energy)
+        low, high = flywheel.speed_limits(**given, mean_energy=has_mean_energy)
         assert 1500 * (high**2 - low**2) == pytest.approx(3000.0, rel=1e-12)
-    assert wheel.inertia_for_coefficient(energy=3000.0, mean_speed=6.0, coefficient=1 / 36) == pytest.approx(3000.0, rel=1e-14)
+    assert flywheel.inertia_for_coefficient(energy=3000.0, mean_speed=6.0, coefficient=1 / 36) == pytest.approx(3000.0, rel=1e-14)
 
 
 def test_rim_and_arms_follow_their_rules():
-    thickness = wheel.rim_thickness(mass=1000.0, radius=1.5, density=7200.0, width_ratio=2.0)
+    thickness = flywheel.rim_thickness(mass=1000.0, radius=1.5, density=7200.0, width_ratio=2.0)
     assert math.tau * 1.5 * 2 * thickness**2 * 7200 == pytest.approx(1000.0, rel=1e-14)
-    assert wheel.rim_stress(density=7200.0, rim_speed=20.0) == 2.88e6
-    moment = wheel.arm_bending_moment(torque=6000.0, radius=1.5, hub_radius=0.3, arms=6.0)
+    assert flywheel.rim_stress(density=7200.0, rim_speed=20.0) == 2.88e6
+    moment = flywheel.arm_bending_moment(torque=6000.0, radius=1.5, hub_radius=0.3, arms=6.0)
     assert moment == pytest.approx(800.0, rel=1e-14)
-    depth = wheel.arm_major_axis(bending_moment=moment, stress=15e6)
+    depth = flywheel.arm_major_axis(bending_moment=moment, stress=15e6)
     second_moment = math.pi / 64 * depth**3 * (depth / 2)  # of an ellipse
     assert moment * (depth / 2) / second_moment == pytest.approx(15e6, rel=1e-13)
 
 
 def test_textbook_limits_of_speed():
     """Khurmi, chapter 16, example 16.1: 6500 kg at 1.8 m, 56 kJ, 120 rpm; printed 121 and 119 rpm."""
-    low, high = wheel.speed_limits(inertia=6500 * 1.8**2, energy=56000.0, mean_speed=4 * math.pi)
+    low, high = flywheel.speed_limits(inertia=6500 * 1.8**2, energy=56000.0, mean_speed=4 * math.pi)
     assert high * 30 / math.pi == pytest.approx(121.01032519301476, rel=1e-12)
     assert low * 30 / math.pi == pytest.approx(118.98967480698524, rel=1e-12)
     assert (round(high * 30 / math.pi), round(low * 30 / math.pi)) == (121, 119)
@@ -244,8 +246,8 @@ def test_textbook_torque_of_the_second_harmonic():
 
     Printed: 377 kW, 11078 N m (cut off), 3121 kg m2 and 3.044 rad/s2; the last two with a rounded pi, so that they differ by 1e-3.
     """
-    energy = turning_moment.harmonic_energy(amplitude=math.hypot(9500, 5700), order=2)
-    inertia = wheel.inertia_for_coefficient(energy=energy, mean_speed=6 * math.pi, coefficient=0.01)
+    energy = flywheel.harmonic_energy(amplitude=math.hypot(9500, 5700), order=2)
+    inertia = flywheel.inertia_for_coefficient(energy=energy, mean_speed=6 * math.pi, coefficient=0.01)
     assert math.floor(energy) == 11078
     assert energy == pytest.approx(11078.80860020607, rel=1e-12)
     assert inertia == pytest.approx(3118.105557554973, rel=1e-12)
@@ -256,8 +258,8 @@ def test_textbook_torque_of_the_second_harmonic():
 
 def test_textbook_torque_of_the_third_harmonic():
     """Khurmi, example 16.13: 5000 + 1500 sin 3t N m, 1000 kg m2, 300 rpm; printed 157.1 kW and 0.1 %."""
-    energy = turning_moment.harmonic_energy(amplitude=1500.0, order=3)
-    low, high = wheel.speed_limits(inertia=1000.0, energy=energy, mean_speed=10 * math.pi)
+    energy = flywheel.harmonic_energy(amplitude=1500.0, order=3)
+    low, high = flywheel.speed_limits(inertia=1000.0, energy=energy, mean_speed=10 * math.pi)
     assert energy == pytest.approx(1000.0, rel=1e-15)
     assert 100 * (high - low) / (10 * math.pi) == pytest.approx(0.1013211836423378, rel=1e-11)
     assert round(100 * (high - low) / (10 * math.pi), 1) == 0.1
@@ -265,7 +267,7 @@ def test_textbook_torque_of_the_third_harmonic():
 
 def test_textbook_press():
     """Sarkar, chapter 6, example 9: 60 kg m2 at 360 rpm gives 7500 J in a second, of which the motor gives 5000; printed 10.7 rpm."""
-    drop = 360 - wheel.speed_after_work(inertia=60.0, start_speed=12 * math.pi, work=-2500.0) * 30 / math.pi
+    drop = 360 - flywheel.speed_after_work(inertia=60.0, start_speed=12 * math.pi, work=-2500.0) * 30 / math.pi
     assert drop == pytest.approx(10.713711653571117, rel=1e-11)
     assert round(drop, 1) == 10.7
 
@@ -279,16 +281,16 @@ def test_textbook_gas_engine():
     compression, expansion = work / 1.3, 2.3 * work / 1.3
     corners = math.pi * np.array([0, 1, 1.5, 2, 2.5, 3, 4])
     torques = 2 / math.pi * np.array([0, 0, -compression, 0, expansion, 0, 0])
-    energy = turning_moment.table_energy(angles=corners, torques=torques)
-    inertia = 32.2 * wheel.inertia_for_coefficient(energy=energy, mean_speed=10 * math.pi, coefficient=0.02)
+    energy = flywheel.table_energy(angles=corners, torques=torques)
+    inertia = 32.2 * flywheel.inertia_for_coefficient(energy=energy, mean_speed=10 * math.pi, coefficient=0.02)
     assert inertia == pytest.approx(13709.760834025916, rel=1e-12)
     assert round(inertia, -1) == 13710
 
 
 def test_the_table_and_the_harmonic_agree():
     angles = np.linspace(0.0, math.tau, 20001)
-    found = turning_moment.table_energy(angles=angles, torques=50 + 7 * np.cos(3 * angles))
-    assert found == pytest.approx(turning_moment.harmonic_energy(amplitude=7.0, order=3), rel=1e-6)  # (3 h)^2 / 12 of a chord
+    found = flywheel.table_energy(angles=angles, torques=50 + 7 * np.cos(3 * angles))
+    assert found == pytest.approx(flywheel.harmonic_energy(amplitude=7.0, order=3), rel=1e-6)  # (3 h)^2 / 12 of a chord
 
 
 @pytest.mark.parametrize(
@@ -313,34 +315,34 @@ def test_engines_that_cannot_be_are_refused(change, sentence):
 
 def test_loads_and_wheels_that_cannot_be_are_refused():
     with pytest.raises(MechanismError, match=r"cannot carry the load: .* never exceeds .* the shaft stalls; reduce load_pressure"):
-        equilibrium.energy_fluctuation(replace(ENGINE, load_pressure=5e5))
-    assert equilibrium.find_equilibria(replace(ENGINE, load_pressure=5e5)) == ()
+        flywheel_equilibrium.energy_fluctuation(replace(ENGINE, load_pressure=5e5))
+    assert flywheel_equilibrium.find_equilibria(replace(ENGINE, load_pressure=5e5)) == ()
     with pytest.raises(MechanismError, match=r"can carry no load: in a stroke the air does -"):
         closed.closing_load_pressure(replace(ENGINE, back_pressure=3e5))
     with pytest.raises(MechanismError, match="no pump closes the cycle"):
         closed.closing_area_ratio(replace(ENGINE, load_pressure=3e5))
     with pytest.raises(MechanismError, match=r"slowest_angle must lie in its interval of the bracket, 0 to 45\.573 deg; got 50 deg"):
-        equilibrium.bracket_terms(ENGINE, slowest_angle=math.radians(50), fastest_angle=math.radians(95))
+        flywheel_equilibrium.bracket_terms(ENGINE, slowest_angle=math.radians(50), fastest_angle=math.radians(95))
     with pytest.raises(MechanismError, match=r"fastest_angle must lie in its interval .* take differences of the stored work"):
-        equilibrium.bracket_terms(ENGINE, slowest_angle=0.05, fastest_angle=3.0)
+        flywheel_equilibrium.bracket_terms(ENGINE, slowest_angle=0.05, fastest_angle=3.0)
     with pytest.raises(MechanismError, match="the bracket needs a suction valve that opens before the cut-off"):
-        equilibrium.bracket_terms(OTHER_ENGINES[1], slowest_angle=0.05, fastest_angle=1.6)
+        flywheel_equilibrium.bracket_terms(OTHER_ENGINES[1], slowest_angle=0.05, fastest_angle=1.6)
     with pytest.raises(MechanismError, match="crank_angle must lie between two dead centres"):
-        equilibrium.balance(ENGINE, crank_angle=3.5)
+        flywheel_equilibrium.balance(ENGINE, crank_angle=3.5)
     with pytest.raises(MechanismError, match=r"flywheel is too light: it would come to rest .* increase inertia or mean_speed"):
-        wheel.speed_limits(inertia=10.0, energy=3000.0, mean_speed=6.0)
+        flywheel.speed_limits(inertia=10.0, energy=3000.0, mean_speed=6.0)
     with pytest.raises(MechanismError, match=r"the shaft stalls: .* got work = -3000 J"):
-        wheel.speed_after_work(inertia=10.0, start_speed=6.0, work=-3000.0)
+        flywheel.speed_after_work(inertia=10.0, start_speed=6.0, work=-3000.0)
     with pytest.raises(MechanismError, match="hub_radius must be below radius"):
-        wheel.arm_bending_moment(torque=1.0, radius=1.0, hub_radius=1.0, arms=6.0)
+        flywheel.arm_bending_moment(torque=1.0, radius=1.0, hub_radius=1.0, arms=6.0)
     with pytest.raises(MechanismError, match=r"energy_ratio must be 0\.5 or more"):
-        wheel.coefficient_of_energy_ratio(energy_ratio=0.4)
+        flywheel.coefficient_of_energy_ratio(energy_ratio=0.4)
     with pytest.raises(MechanismError, match="lists of equal length, with at least two ascending angles"):
-        turning_moment.table_energy(angles=np.array([0.0, 2.0, 1.0]), torques=np.zeros(3))
+        flywheel.table_energy(angles=np.array([0.0, 2.0, 1.0]), torques=np.zeros(3))
 
 
 def test_numbers_give_floats_and_arrays_broadcast():
     assert isinstance(closed.stored_work(ENGINE, crank_angle=1.0), float)
     assert closed.gas_torque(ENGINE, crank_angle=np.zeros((2, 3))).shape == (2, 3)
-    found = wheel.inertia_for_coefficient(energy=np.array([1.0, 2.0]), mean_speed=3.0, coefficient=np.array([[0.1], [0.2]]))
+    found = flywheel.inertia_for_coefficient(energy=np.array([1.0, 2.0]), mean_speed=3.0, coefficient=np.array([[0.1], [0.2]]))
     assert found.shape == (2, 2)

@@ -11,10 +11,9 @@ import numpy as np
 import pytest
 
 import governor_mechanism as gm
-from governor_mechanism.closed_form.flywheel.engine import AirEngine
-from governor_mechanism.closed_form.flywheel.throttle import full_throttle_torque
-from governor_mechanism.closed_form.pendulum.dynamics import spindle_inertia
-from governor_mechanism.closed_form.pendulum.kinematics import PendulumGovernor
+from governor_mechanism.closed_form.flywheel_engine import AirEngine
+from governor_mechanism.closed_form.governed_engine import full_throttle_torque
+from governor_mechanism.closed_form.pendulum import PendulumGovernor, spindle_inertia
 from governor_mechanism.model.results.outcome import Outcome
 from governor_mechanism.scenes.changed_document import parse_scene_with
 from reference import flywheel

@@ -12,18 +12,18 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import governor_mechanism as gm
-from governor_mechanism.closed_form.hartung import governor as closed
+from governor_mechanism.closed_form import hartung as closed
 from governor_mechanism.effects.bell_crank_masses import BellCrankMasses
 from governor_mechanism.effects.dashpot import Dashpot
 from governor_mechanism.effects.stops import Stops
 from governor_mechanism.engines import ENGINES, ImpulseEngine
 from governor_mechanism.engines.impulse.relaxation import relax_to_equilibrium
-from governor_mechanism.machines.hartung.machine import SLEEVE
+from governor_mechanism.machines.hartung import SLEEVE
 from governor_mechanism.model.joints import GROUND, Point, TranslationalDriver
 from governor_mechanism.model.part import FreeSpindle, Spindle, Start
 from governor_mechanism.model.results.outcome import Outcome
 from governor_mechanism.model.time_functions import PrescribedMotion
-from governor_mechanism.observables.static_forces import evaluate_static_forces
+from governor_mechanism.observables.derived_readings import evaluate_static_forces
 from governor_mechanism.statics.speed_curve import equilibrium_speed_at
 from governor_mechanism.verification.machines.comparisons import measure_period
 from hartung_scenes import (

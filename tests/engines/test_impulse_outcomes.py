@@ -21,7 +21,7 @@ from governor_mechanism.model.part import EQUILIBRIUM
 from governor_mechanism.model.results.outcome import Outcome
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.scenes.parser import parse_scene_document
-from governor_mechanism.studies.hard_cases.documents import slider_document
+from governor_mechanism.studies.hard_cases.case import slider_document
 from governor_scenes import CROSSED, EXTENDED, PORTER, WATT, governor_scene
 from one_coordinate_reference import integrate_one_coordinate
 

@@ -6,12 +6,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from governor_mechanism.closed_form.pendulum import dynamics as closed
+from governor_mechanism.closed_form import pendulum as closed
 from governor_mechanism.engines import ImpulseEngine, MultibodyEngine, ReducedEngine
 from governor_mechanism.engines.base import RunRequest
 from governor_mechanism.engines.impulse.richardson import RichardsonRefinement
 from governor_mechanism.engines.impulse.settings import ImpulseSettings
-from governor_mechanism.machines.pendulum.machine import PendulumGovernor
+from governor_mechanism.machines.pendulum import PendulumGovernor
 from governor_mechanism.mechanics.dynamics.characteristic_scales import time_scale
 from governor_mechanism.model.joints import GROUND, Joint, Pin, Point, Slider
 from governor_mechanism.model.output_variables import LineAngle

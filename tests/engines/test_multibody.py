@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import governor_mechanism as gm
-from governor_mechanism.closed_form.pendulum import dynamics as closed
+from governor_mechanism.closed_form import pendulum as closed
 from governor_mechanism.engines import ImpulseEngine, MultibodyEngine, ReducedEngine
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.model.joints import GROUND, Distance, Pin, Point, Slider

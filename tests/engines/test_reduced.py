@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import governor_mechanism as gm
-from governor_mechanism.closed_form.pendulum import dynamics as closed
+from governor_mechanism.closed_form import pendulum as closed
 from governor_mechanism.effects.dashpot import Dashpot
 from governor_mechanism.effects.dry_friction import DryFriction
 from governor_mechanism.effects.spring import OutputSpring

@@ -10,7 +10,7 @@ import pytest
 
 import governor_mechanism as gm
 from governor_mechanism.model.results.result import Result
-from governor_mechanism.studies.regulation.settling_time import SettlingStudy
+from governor_mechanism.studies.regulation.speed_changes import SettlingStudy
 
 pandas = pytest.importorskip("pandas")
 

@@ -11,7 +11,7 @@ from scipy.optimize import brentq
 
 import governor_mechanism as gm
 from crank_scenes import air_engine_document, air_engine_scene
-from governor_mechanism.closed_form.flywheel.engine import AirEngine, gas_torque, gas_work, stored_work
+from governor_mechanism.closed_form.flywheel_engine import AirEngine, gas_torque, gas_work, stored_work
 from governor_mechanism.engines import ImpulseEngine, MultibodyEngine, ReducedEngine
 from governor_mechanism.errors import MechanismError, UnsupportedEffect
 from governor_mechanism.mechanics.dynamics.forces.force_elements import element_potential_energy

@@ -13,15 +13,15 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import governor_mechanism as gm
-from governor_mechanism.closed_form.hartung import governor as closed
-from governor_mechanism.closed_form.hartung.design import symmetric_sleeve_arm
+from governor_mechanism.closed_form import hartung as closed
+from governor_mechanism.closed_form.hartung_design import symmetric_sleeve_arm
 from governor_mechanism.effects.bell_crank_masses import BellCrankMasses
 from governor_mechanism.effects.rod_masses import RodMasses
 from governor_mechanism.effects.stops import Stops
-from governor_mechanism.machines.hartung.machine import HartungGovernor
+from governor_mechanism.machines.hartung import HartungGovernor
 from governor_mechanism.mechanics.reduction.lagrangian import SingleDofReduction
 from governor_mechanism.model.part import FreeSpindle
-from governor_mechanism.observables.static_forces import compute_static_force, evaluate_static_forces
+from governor_mechanism.observables.derived_readings import compute_static_force, evaluate_static_forces
 from governor_mechanism.scenes.parser import parse_scene_document
 from hartung_scenes import PAPER_DIMENSIONS, build_closed_form_governor, hartung_scene, spring_force_at
 from reference import hartung

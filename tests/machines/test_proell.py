@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 import governor_mechanism as gm
+from governor_mechanism.closed_form import pendulum
 from governor_mechanism.closed_form import proell as closed
-from governor_mechanism.closed_form.pendulum import dynamics as pendulum
 from governor_mechanism.machines.proell import ProellGovernor
 from governor_mechanism.mechanics.reduction.lagrangian import SingleDofReduction
 from governor_mechanism.statics.equilibrium_speed import evaluate_readings

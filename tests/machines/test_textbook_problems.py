@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import governor_mechanism as gm
-from governor_mechanism.closed_form.flywheel import turning_moment, wheel
+from governor_mechanism.closed_form import flywheel
 from reference.textbook_problems import PROBLEMS, Problem
 from scene_documents import governor_document
 
@@ -357,14 +357,14 @@ def fluctuation(run: gm.Trajectory) -> float:
 
 
 def answer_khurmi_16_1(data: Mapping[str, Any]) -> Answers:
-    low, high = wheel.speed_limits(inertia=data["m"] * data["k"] ** 2, energy=float(data["dE"]), mean_speed=data["N"] * RPM)
+    low, high = flywheel.speed_limits(inertia=data["m"] * data["k"] ** 2, energy=float(data["dE"]), mean_speed=data["N"] * RPM)
     return {"N max": float(high) / RPM, "N min": float(low) / RPM}
 
 
 def answer_khurmi_16_11(data: Mapping[str, Any]) -> Answers:
     speed = data["N"] * RPM
-    energy = float(turning_moment.harmonic_energy(amplitude=math.hypot(9500.0, 5700.0), order=2.0))
-    inertia = float(wheel.inertia_for_coefficient(energy=energy, mean_speed=speed, coefficient=data["Cs"]))
+    energy = float(flywheel.harmonic_energy(amplitude=math.hypot(9500.0, 5700.0), order=2.0))
+    inertia = float(flywheel.inertia_for_coefficient(energy=energy, mean_speed=speed, coefficient=data["Cs"]))
     run = turning_wheel(inertia, speed, 20000.0, [[2, -5700.0, 9500.0]])
     # The rule holds for the mean of lowest and highest speed; that of the start differs from it by Cs / 2 at most.
     assert fluctuation(run) == pytest.approx(data["Cs"], rel=data["Cs"])
@@ -377,8 +377,8 @@ def answer_khurmi_16_11(data: Mapping[str, Any]) -> Answers:
 
 def answer_khurmi_16_13(data: Mapping[str, Any]) -> Answers:
     speed = data["N"] * RPM
-    energy = float(turning_moment.harmonic_energy(amplitude=1500.0, order=3.0))
-    low, high = wheel.speed_limits(inertia=float(data["I"]), energy=energy, mean_speed=speed)
+    energy = float(flywheel.harmonic_energy(amplitude=1500.0, order=3.0))
+    low, high = flywheel.speed_limits(inertia=float(data["I"]), energy=energy, mean_speed=speed)
     coefficient = float(high - low) / speed
     run = turning_wheel(data["I"], speed, 5000.0, [[3, 0.0, 1500.0]])
     assert fluctuation(run) == pytest.approx(coefficient, rel=coefficient)  # the mean speed differs by half of it
@@ -387,7 +387,7 @@ def answer_khurmi_16_13(data: Mapping[str, Any]) -> Answers:
 
 def answer_sarkar_6_9(data: Mapping[str, Any]) -> Answers:
     work = float(data["P"] - data["E_per_press_1s"])  # in the second of a stroke
-    speed = wheel.speed_after_work(inertia=float(data["I"]), start_speed=data["N1"] * RPM, work=work)
+    speed = flywheel.speed_after_work(inertia=float(data["I"]), start_speed=data["N1"] * RPM, work=work)
     return {"speed drop": data["N1"] - float(speed) / RPM}
 
 
@@ -397,8 +397,8 @@ def answer_bevan_12_10(data: Mapping[str, Any]) -> Answers:
     compression = work / (data["ratio"] - 1)
     corners = math.pi * np.array([0, 1, 1.5, 2, 2.5, 3, 4])
     torques = 2 / math.pi * np.array([0, 0, -compression, 0, data["ratio"] * compression, 0, 0])
-    energy = turning_moment.table_energy(angles=corners, torques=torques)
-    inertia = wheel.inertia_for_coefficient(energy=energy, mean_speed=data["N"] * RPM, coefficient=data["Ks"])
+    energy = flywheel.table_energy(angles=corners, torques=torques)
+    inertia = flywheel.inertia_for_coefficient(energy=energy, mean_speed=data["N"] * RPM, coefficient=data["Ks"])
     return {"moment of inertia": 32.2 * float(inertia)}  # the book's gravity, ft/s2
 
 

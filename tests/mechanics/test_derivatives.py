@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from governor_mechanism.closed_form.pendulum import dynamics as closed
+from governor_mechanism.closed_form import pendulum as closed
 from governor_mechanism.effects.centrifugal import Centrifugal
 from governor_mechanism.effects.gravity import Gravity
 from governor_mechanism.mechanics.dynamics.forces.force_elements import element_potential_energy

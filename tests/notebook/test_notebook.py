@@ -13,7 +13,7 @@ import rich.console
 
 import governor_mechanism as gm
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.notebook.html import CURVE_HEIGHT, CURVE_WIDTH, draw_small_curve
+from governor_mechanism.notebook.result_table import CURVE_HEIGHT, CURVE_WIDTH, draw_small_curve
 from governor_mechanism.units.text_table import format_table
 from saved_runs import saved_run
 

@@ -14,9 +14,8 @@ from scipy.optimize import brentq
 
 import governor_mechanism as gm
 from crank_scenes import air_engine_document
-from governor_mechanism.closed_form.flywheel.engine import AirEngine, stored_work
-from governor_mechanism.closed_form.pendulum.dynamics import spindle_inertia
-from governor_mechanism.closed_form.pendulum.kinematics import PendulumGovernor
+from governor_mechanism.closed_form.flywheel_engine import AirEngine, stored_work
+from governor_mechanism.closed_form.pendulum import PendulumGovernor, spindle_inertia
 from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output
 from governor_mechanism.model.events import EventKind, NamedCrossing
 from governor_mechanism.model.speeds import AngleRate

@@ -11,9 +11,8 @@ import governor_mechanism as gm
 from governor_mechanism.mechanics.kinematics.assembly import PositionSolver
 from governor_mechanism.model.output_variables import DerivedReading, SpringForce, StaticForce
 from governor_mechanism.model.scene import Scene
-from governor_mechanism.observables.derived_readings import evaluate_derived_readings
+from governor_mechanism.observables.derived_readings import compute_static_force, evaluate_derived_readings, evaluate_static_forces
 from governor_mechanism.observables.run_result import StateHistory
-from governor_mechanism.observables.static_forces import compute_static_force, evaluate_static_forces
 from governor_scenes import PORTER, governor_scene
 from hartung_scenes import PAPER_DIMENSIONS, hartung_scene
 

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import governor_mechanism as gm
-from governor_mechanism.closed_form.hartung.governor import HartungGovernor, static_sleeve_force
+from governor_mechanism.closed_form.hartung import HartungGovernor, static_sleeve_force
 from governor_mechanism.papers.rules import dashpot, dead_band, droop, dry_friction
 from governor_mechanism.papers.rules import study as paper_rules
 from governor_mechanism.papers.rules.cyclic_engine import build_cyclic_engine

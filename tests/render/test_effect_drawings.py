@@ -23,7 +23,7 @@ from governor_mechanism.model.time_functions import InputFunction
 from governor_mechanism.render.film.frame_painter import FramePainter
 from governor_mechanism.render.frame_data import FrameData
 from governor_mechanism.render.geometry.primitives import Circle, Lines, bounding_box
-from governor_mechanism.render.machines.pendulum.lens import clearance_magnification
+from governor_mechanism.render.machines.pendulum import clearance_magnification
 from governor_mechanism.render.machines.registry import drawing_of
 from stub_effects import ListedEvents, fake_run_with_effects
 from stub_machines import fake_machine_run

@@ -14,18 +14,21 @@ import governor_mechanism as gm
 from decoding import decode_film
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.render.figures.time_series import choose_overview
-from governor_mechanism.render.film.engine_room_painter import EngineRoomPainter
-from governor_mechanism.render.film.still import write_still
+from governor_mechanism.render.film.painters import EngineRoomPainter, write_still
 from governor_mechanism.render.frame_data import FrameData
 from governor_mechanism.render.geometry.attached import shapes_of as placed_shapes
 from governor_mechanism.render.geometry.primitives import Circle, Lines, bounding_box
 from governor_mechanism.render.machines.engine_room import proportions as room
-from governor_mechanism.render.machines.engine_room.arrangement import find_governed_engine
-from governor_mechanism.render.machines.engine_room.belts import BeltDrive, make_governor_belt
+from governor_mechanism.render.machines.engine_room.arrangement import (
+    engine_torque,
+    find_governed_engine,
+    load_steps,
+    mean_speed,
+    settled_time,
+)
 from governor_mechanism.render.machines.engine_room.controls import disc_angle
 from governor_mechanism.render.machines.engine_room.drawing import EngineRoomDrawing
-from governor_mechanism.render.machines.engine_room.settling import settled_time
-from governor_mechanism.render.machines.engine_room.torques import engine_torque, load_steps, mean_speed
+from governor_mechanism.render.machines.engine_room.drives import BeltDrive, make_governor_belt
 from governor_mechanism.render.machines.registry import drawing_of
 from governor_mechanism.render.shown_readings import shown_readings
 from governor_mechanism.scenes.library import shipped_scenes

@@ -16,9 +16,8 @@ from decoding import decode_film, pixel_of
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.model.results.film_options import FilmKeywords, FilmLayout, FilmOptions
 from governor_mechanism.model.results.pictures import Theme
-from governor_mechanism.render.film.frame_painter import FramePainter
+from governor_mechanism.render.film.frame_painter import ForceArrows, FramePainter
 from governor_mechanism.render.film.moving_parts import CurvePanel
-from governor_mechanism.render.film.overlays import ForceArrows
 from governor_mechanism.render.film.svg_animation import TOLERANCE, key_frames
 from governor_mechanism.render.film.timing import MIN_FRAMES_PER_TURN, select_timing
 from governor_mechanism.render.forces import find_forces

@@ -13,19 +13,18 @@ import governor_mechanism as gm
 from decoding import pixel_of
 from governor_mechanism.effects.stops import Stops
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.machines.pendulum.machine import PendulumGovernor
+from governor_mechanism.machines.pendulum import PendulumGovernor
 from governor_mechanism.model.part import FreeSpindle
 from governor_mechanism.model.results.film_options import FilmOptions, FilmView
 from governor_mechanism.render.film.frame_painter import FramePainter
 from governor_mechanism.render.film.layout import REFERENCE_SIZE, frame_layout
 from governor_mechanism.render.film.moving_parts import CurvePanel
-from governor_mechanism.render.film.outside_view import OutsideView, outside_box
+from governor_mechanism.render.film.outside_view import EYE_DISTANCE_RATIO, OutsideView, outside_box
 from governor_mechanism.render.film.timing import MIN_FRAMES_PER_SPINDLE_TURN, SPINDLE_CLOSING_TOLERANCE, find_loop_end, select_timing
 from governor_mechanism.render.frame_data import FrameData
 from governor_mechanism.render.geometry.pixel_view import fit_view
 from governor_mechanism.render.geometry.primitives import Circle, Polygon
-from governor_mechanism.render.geometry.projection import EYE_DISTANCE_RATIO
-from governor_mechanism.render.magnified_motion import magnify_motion
+from governor_mechanism.render.part_run import magnify_motion
 from governor_mechanism.render.style import ROLE_STYLES, parse_rgb
 from governor_mechanism.scenes.parser import parse_scene_document
 from stub_run import GOVERNOR_DIMENSIONS, fake_run, governor_poses

@@ -6,11 +6,9 @@ import numpy as np
 import pytest
 
 from governor_mechanism.model.results.film_options import FilmOptions
-from governor_mechanism.render.film.frame_canvas import FrameCanvas
+from governor_mechanism.render.film.frame_canvas import MIN_NAME_HEIGHT, FrameCanvas, PlotHeading
 from governor_mechanism.render.film.frame_painter import ElevationOverlay, FramePainter
-from governor_mechanism.render.film.label_placement import LABEL_PITCH, break_lines, place_labels, shares_within
-from governor_mechanism.render.film.labels import find_labels
-from governor_mechanism.render.film.plot_heading import MIN_NAME_HEIGHT, PlotHeading
+from governor_mechanism.render.film.labels import LABEL_PITCH, break_lines, find_labels, place_labels, shares_within
 from governor_mechanism.render.frame_data import FrameData
 from governor_mechanism.render.geometry.attached import shapes_of
 from governor_mechanism.render.geometry.primitives import Lines, TextShape, bounding_box

@@ -11,8 +11,8 @@ from governor_mechanism.effects.dry_friction import DryFriction
 from governor_mechanism.model.time_functions import InputFunction
 from governor_mechanism.render.geometry.attached import shapes_of
 from governor_mechanism.render.geometry.primitives import Lines, Polygon, TextShape, bounding_box
-from governor_mechanism.render.machines.engine_room.governor_elevation import GovernorElevation
-from governor_mechanism.render.machines.pendulum.lens import lift_magnification
+from governor_mechanism.render.machines.engine_room.elevations import GovernorElevation
+from governor_mechanism.render.machines.pendulum import lift_magnification
 from governor_mechanism.render.machines.registry import drawing_of
 from governor_mechanism.render.machines.throttle_gear import ThrottleGear
 from stub_effects import fake_run_with_effects

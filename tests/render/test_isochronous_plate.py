@@ -15,16 +15,17 @@ from PIL import Image
 from governor_mechanism.effects.centrifugal import Centrifugal
 from governor_mechanism.effects.gravity import Gravity
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.machines.pendulum.machine import PendulumGovernor
+from governor_mechanism.machines.pendulum import PendulumGovernor
 from governor_mechanism.model.part import Spindle
 from governor_mechanism.model.scene import RunSettings
-from governor_mechanism.render.figures.parabolic import isochronous_plate as parabolas
-from governor_mechanism.render.figures.parabolic.isochronous_data import (
+from governor_mechanism.render.figures.plates import isochronous as parabolas
+from governor_mechanism.render.figures.plates.isochronous import (
     MARKED_ANGLE_CHANGES,
+    ZEHNDER_VERDICTS,
     IsochronousPlateData,
     has_isochronous_parabolas,
+    isochronous_figure,
 )
-from governor_mechanism.render.figures.parabolic.isochronous_plate import ZEHNDER_VERDICTS, isochronous_figure
 from governor_mechanism.scenes.library import load_scene, shipped_scenes
 from reference import zehnder
 from stub_run import governor_scene_of

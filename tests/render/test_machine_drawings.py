@@ -11,12 +11,11 @@ import numpy as np
 import pytest
 
 from decoding import pixel_of
-from governor_mechanism.machines.pendulum.machine import PendulumGovernor
+from governor_mechanism.machines.pendulum import PendulumGovernor
 from governor_mechanism.model.part import Part
 from governor_mechanism.render.film.frame_painter import FramePainter
 from governor_mechanism.render.frame_data import FrameData
-from governor_mechanism.render.geometry.free_space import first_free_position, horizontal_extents
-from governor_mechanism.render.geometry.outlines import make_bar, make_hatching
+from governor_mechanism.render.geometry.outlines import first_free_position, horizontal_extents, make_bar, make_hatching
 from governor_mechanism.render.geometry.primitives import Circle, Lines, Polygon, TextShape, bounding_box, drawn_ball_radius, round_step
 from governor_mechanism.render.machines.generic.drawing import GenericDrawing
 from governor_mechanism.render.machines.registry import MACHINE_DRAWINGS, drawing_of

@@ -23,14 +23,13 @@ from governor_mechanism.render.forces import find_forces
 from governor_mechanism.render.geometry.attached import Attached, Flexible, axes_turned, fixed_axes
 from governor_mechanism.render.geometry.primitives import Circle, Lines, Polygon
 from governor_mechanism.render.geometry.recording import move_points, record_parts
-from governor_mechanism.render.page.colours import colour_rules, darken, role_rules, series_rules
 from governor_mechanism.render.page.page_data import ANGLE_QUANTUM, RELATIVE_QUANTUM, collect_data, pack_numbers
 from governor_mechanism.render.page.part_names import MACHINE_NAMES, PART_NAMES, SAME_AS
-from governor_mechanism.render.page.picture import Picture
 from governor_mechanism.render.page.tracks import TOLERANCE, TrackTable
-from governor_mechanism.render.page.views import show_run
+from governor_mechanism.render.page.views import Picture, show_run
 from governor_mechanism.render.page.writer import MAX_ROTATION, SAMPLE_RATE, SCRIPTS, choose_sample_times, make_page
 from governor_mechanism.render.style import FILM_COLOURS, INK, MUTED, PAPER, ROLE_STYLES, SERIES_COLOURS, parse_rgb
+from governor_mechanism.render.theme import colour_rules, darken, role_rules, series_rules
 from stub_effects import fake_run_with_effects
 from stub_run import GOVERNOR_DIMENSIONS, fake_run
 

@@ -9,8 +9,7 @@ import pytest
 
 import governor_mechanism as gm
 from governor_mechanism.render.geometry.primitives import Circle, TextShape, bounding_box
-from governor_mechanism.render.machines.parabolic.drawing import ParabolicDrawing
-from governor_mechanism.render.machines.parabolic.proportions import N_CELLS
+from governor_mechanism.render.machines.parabolic import N_CELLS, ParabolicDrawing
 from governor_mechanism.render.machines.registry import drawing_of
 
 EFFECTS = {

@@ -10,7 +10,7 @@ import pytest
 import governor_mechanism as gm
 from governor_mechanism.render.geometry.points import point_path
 from governor_mechanism.render.geometry.primitives import Circle, Polygon, TextShape, bounding_box
-from governor_mechanism.render.geometry.stroke_letters import make_letters
+from governor_mechanism.render.machines.generic.reading_marks import make_letters
 from governor_mechanism.render.machines.registry import drawing_of
 from governor_mechanism.render.number_format import format_label, format_name
 

@@ -6,8 +6,7 @@ import math
 
 import numpy as np
 
-from governor_mechanism.render.range_bands import PlotSize
-from governor_mechanism.render.refined_curves import POINTS_BETWEEN_SAMPLES, refine_curve
+from governor_mechanism.render.range_bands import POINTS_BETWEEN_SAMPLES, PlotSize, refine_curve
 
 SIZE = PlotSize(width=400.0, height=100.0, line_width=2.0, limits=(-1.2, 1.2))
 

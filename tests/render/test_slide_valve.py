@@ -18,17 +18,16 @@ from governor_mechanism.engines import MultibodyEngine
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.observables.valve_motion import find_event_angles
 from governor_mechanism.render.figure_files import FigureFiles
-from governor_mechanism.render.figures.slide_valve import marks_plate as marks_construction
-from governor_mechanism.render.figures.slide_valve.eccentric_diagram import EccentricDiagram
-from governor_mechanism.render.figures.slider_crank import bearing_loads as bearings
-from governor_mechanism.render.figures.valve_timing import zeuner_plate as zeuner
-from governor_mechanism.render.figures.valve_timing.valve_diagram import ValveDiagram
+from governor_mechanism.render.figures.plates import bearing_loads as bearings
+from governor_mechanism.render.figures.plates import marks as marks_construction
+from governor_mechanism.render.figures.plates import zeuner
+from governor_mechanism.render.figures.plates.marks import EccentricDiagram
+from governor_mechanism.render.figures.plates.zeuner import ValveDiagram
 from governor_mechanism.render.geometry.primitives import Circle, Lines, Polygon, TextShape, bounding_box
 from governor_mechanism.render.machine_figures import write_machine_figures
 from governor_mechanism.render.machines.registry import drawing_of
-from governor_mechanism.render.machines.slide_valve.cylinder import valve_magnification
-from governor_mechanism.render.machines.slide_valve.steam_distribution import STEAM_PHASES, steam_phase
-from governor_mechanism.render.machines.slide_valve.steam_key import PHASE_NAMES
+from governor_mechanism.render.machines.steam_cylinder import valve_magnification
+from governor_mechanism.render.machines.steam_distribution import PHASE_NAMES, STEAM_PHASES, steam_phase
 from governor_mechanism.render.shown_readings import chosen_readings, shown_readings
 from governor_mechanism.render.style import ROLE_STYLES
 from governor_mechanism.scenes.changed_document import parse_scene_with

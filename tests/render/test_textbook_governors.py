@@ -9,8 +9,8 @@ import pytest
 
 import governor_mechanism as gm
 from governor_mechanism.render.geometry.primitives import Circle, Lines, Polygon
-from governor_mechanism.render.machines.hartnell.drawing import HartnellDrawing
-from governor_mechanism.render.machines.proell.drawing import ProellDrawing
+from governor_mechanism.render.machines.hartnell import HartnellDrawing
+from governor_mechanism.render.machines.proell import ProellDrawing
 from governor_mechanism.render.machines.registry import drawing_of
 
 HARTNELL = {

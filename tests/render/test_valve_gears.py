@@ -18,8 +18,8 @@ from governor_mechanism.render.geometry.primitives import Circle, Lines, Polygon
 from governor_mechanism.render.machines.generic.drawing import GenericDrawing
 from governor_mechanism.render.machines.machine_drawing import MachineDrawing
 from governor_mechanism.render.machines.registry import drawing_of
-from governor_mechanism.render.machines.slide_valve.steam_distribution import STEAM_PHASES
-from governor_mechanism.render.machines.valve_gear.drawing import ValveGearDrawing
+from governor_mechanism.render.machines.steam_distribution import STEAM_PHASES
+from governor_mechanism.render.machines.valve_gear import ValveGearDrawing
 from governor_mechanism.render.shown_readings import chosen_readings, shown_readings
 from governor_mechanism.scenes.changed_document import parse_scene_with
 

@@ -16,7 +16,7 @@ from governor_mechanism.effects.gravity import Gravity
 from governor_mechanism.effects.rod_masses import RodMasses
 from governor_mechanism.effects.spring import OutputSpring
 from governor_mechanism.effects.stops import Stops
-from governor_mechanism.machines.pendulum.machine import PendulumGovernor
+from governor_mechanism.machines.pendulum import PendulumGovernor
 from governor_mechanism.model.effect import Effect
 from governor_mechanism.model.part import EQUILIBRIUM, Spindle
 from governor_mechanism.model.time_functions import InputFunction

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from governor_mechanism.closed_form.pendulum import dynamics as pendulum
+from governor_mechanism.closed_form import pendulum
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.scenes import library

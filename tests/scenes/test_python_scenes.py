@@ -10,8 +10,8 @@ import pytest
 import governor_mechanism as gm
 from governor_mechanism.model.scene import RunSettings, Scene
 from governor_mechanism.scenes import library
+from governor_mechanism.scenes.changed_document import format_scene_toml
 from governor_mechanism.scenes.parser import parse_scene_document, read_scene_file
-from governor_mechanism.scenes.toml_text import format_scene_toml
 
 PORTER = library.models_folder() / "porter.toml"
 

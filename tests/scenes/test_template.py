@@ -12,7 +12,7 @@ import governor_mechanism as gm
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.machines.custom import CUSTOM_MACHINE
 from governor_mechanism.machines.registry import MACHINES
-from governor_mechanism.scenes.custom.elements import FORCE_TYPES, JOINT_TYPES
+from governor_mechanism.scenes.custom.parts import FORCE_TYPES, JOINT_TYPES
 from governor_mechanism.scenes.parser import parse_scene_document
 from governor_mechanism.scenes.template import GOVERNED_ENGINE, TEMPLATE_NAMES, scene_template
 

@@ -11,7 +11,7 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 import governor_mechanism as gm
-from governor_mechanism.closed_form.pendulum import dynamics as closed
+from governor_mechanism.closed_form import pendulum as closed
 from governor_mechanism.engines.initial_state import stable_equilibrium_poses
 from governor_mechanism.mechanics.reduction.lagrangian import SingleDofReduction
 from governor_mechanism.model.curves import PolynomialCurve

@@ -9,7 +9,7 @@ import pytest
 
 import governor_mechanism as gm
 from governor_mechanism.scenes.parser import parse_scene_document
-from governor_mechanism.studies.sweep import cluster
+from governor_mechanism.studies.sweep import workers
 from scene_documents import governor_document
 
 distributed = pytest.importorskip("distributed", reason="the extra `cluster` (dask.distributed) is not installed")
@@ -87,15 +87,15 @@ class _StandInClient:
 
 
 def test_workers_with_other_versions_or_without_the_package_are_refused():
-    own = cluster.find_versions()
-    cluster.require_same_versions(_StandInClient(own, own))
+    own = workers.find_versions()
+    workers.require_same_versions(_StandInClient(own, own))
     with pytest.raises(gm.MechanismError) as caught:
-        cluster.require_same_versions(_StandInClient(own | {"numpy": "1.0"}, own, ModuleNotFoundError("no such module")))
+        workers.require_same_versions(_StandInClient(own | {"numpy": "1.0"}, own, ModuleNotFoundError("no such module")))
     first, second = caught.value.problems
     assert first.startswith(f"cluster: worker tcp://worker-0 has numpy 1.0 instead of {own['numpy']}; install there")
     assert second == "cluster: worker tcp://worker-2 cannot import this package (no such module); install it there"
     with pytest.raises(gm.MechanismError, match="the scheduler has no workers"):
-        cluster.require_same_versions(_StandInClient())
+        workers.require_same_versions(_StandInClient())
 
 
 def test_a_wrong_cluster_is_refused_in_a_sentence(scene, monkeypatch):
@@ -104,7 +104,7 @@ def test_a_wrong_cluster_is_refused_in_a_sentence(scene, monkeypatch):
             gm.sweep(scene, VARY, TAKEN, cluster=wrong)
     with pytest.raises(gm.MechanismError, match="leave one of the two out"):
         gm.sweep(scene, VARY, TAKEN, cluster="tcp://127.0.0.1:1", workers=2)
-    monkeypatch.setattr(cluster, "CONNECTION_TIMEOUT", 0.2)
+    monkeypatch.setattr(workers, "CONNECTION_TIMEOUT", 0.2)
     with pytest.raises(gm.MechanismError, match=r"no scheduler answers at tcp://127\.0\.0\.1:1 .*start one with `dask scheduler`"):
         gm.sweep(scene, VARY, TAKEN, cluster="tcp://127.0.0.1:1")
     monkeypatch.setitem(sys.modules, "distributed", None)

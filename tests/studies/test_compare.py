@@ -11,7 +11,7 @@ import pytest
 import governor_mechanism as gm
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.render.figures.comparison import comparison_figure
-from governor_mechanism.studies.comparison.motion import find_shared_readings, plain_names, settling_time
+from governor_mechanism.studies.compared_quantities import find_shared_readings, plain_names, settling_time
 from reference import zehnder
 
 RESISTANCE = 40.0

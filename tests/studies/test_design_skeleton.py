@@ -10,10 +10,9 @@ from dataclasses import dataclass, fields
 import pytest
 
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.studies.design.inputs import Bounds, design_input, require_valid
 from governor_mechanism.studies.design.procedures import PROCEDURES
-from governor_mechanism.studies.design.templates import read_file, scene_comment
-from governor_mechanism.units import constants, places
+from governor_mechanism.studies.design.skeleton import Bounds, design_input, read_file, require_valid, scene_comment
+from governor_mechanism.units import constants, text_table
 from governor_mechanism.units.quantities import QUANTITY_KINDS, parse_quantity
 
 DESIGNS = {name: procedure.design(procedure.inputs) for name, procedure in PROCEDURES.items()}
@@ -37,22 +36,22 @@ class Sleeve:
 )
 def test_a_quantity_in_a_unit_of_the_workshop_is_read_back(unit, kind):
     """The reader of scene files has its units from another source, pint."""
-    number = places.in_unit(0.7, unit)
+    number = text_table.in_unit(0.7, unit)
     assert parse_quantity(f"{number!r} {unit}", kind, "x") == pytest.approx(0.7, rel=1e-15)
 
 
 def test_the_papers_weigh_with_9_81_and_the_horsepower_of_1901_is_the_one_of_pint():
     assert parse_quantity("1 PS", "power", "x") == pytest.approx(constants.HORSEPOWER_1901, rel=1e-15)
     assert parse_quantity("1 kgf", "force", "x") == pytest.approx(constants.KILOGRAM_FORCE_1901, rel=1e-15)
-    assert places.in_unit(9.81 * 30, "kgf") == pytest.approx(30.0, rel=1e-15)
+    assert text_table.in_unit(9.81 * 30, "kgf") == pytest.approx(30.0, rel=1e-15)
     assert pytest.approx(1 + 1 / 2927, rel=1e-6) == constants.HORSEPOWER_1853 / constants.HORSEPOWER_1901  # 9.81 / 9.80665
 
 
 def test_a_place_writes_a_unit_or_divides_by_it_and_a_line_without_a_value_is_left_out():
     text = "{lift:.6g mm} or {lift:.6g/mm}, {speeds[0]:.5g/rpm} to {speeds[1]:.5g rpm}\nload {load:.3g} N\n{share:.1%} of {lift:g}"
-    assert places.fill_places(text, Sleeve(), share=0.25) == "15 mm or 15, 290 to 310 rpm\n25.0% of 0.015"
+    assert text_table.fill_places(text, Sleeve(), share=0.25) == "15 mm or 15, 290 to 310 rpm\n25.0% of 0.015"
     with pytest.raises(AttributeError):
-        places.fill_places("{left}", Sleeve())
+        text_table.fill_places("{left}", Sleeve())
 
 
 @pytest.mark.parametrize("name", PROCEDURES)

@@ -11,7 +11,7 @@ from governor_mechanism.effects.dashpot import Dashpot
 from governor_mechanism.effects.dry_friction import DryFriction
 from governor_mechanism.effects.rod_masses import RodMasses
 from governor_mechanism.model.time_functions import InputFunction
-from governor_mechanism.render.figures.effect_ablation import effect_ablation_figure
+from governor_mechanism.render.figures.work_precision import effect_ablation_figure
 from governor_mechanism.scenes.parser import parse_scene_document
 from governor_mechanism.studies.effect_ablation import EffectComparison, EffectCost, run_effects_study
 from scene_documents import governor_document

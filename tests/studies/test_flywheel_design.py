@@ -10,10 +10,9 @@ import numpy as np
 import pytest
 
 import governor_mechanism as gm
-from governor_mechanism.render.figures.design.flywheel import draw_flywheel_plate
-from governor_mechanism.studies.design.flywheel import FlywheelInputs, design_flywheel
-from governor_mechanism.studies.design.flywheel_paper import compare_with_paper
-from governor_mechanism.studies.design.simulated_engines import simulate_wheels
+from governor_mechanism.render.figures.designed_engines import draw_flywheel_plate
+from governor_mechanism.studies.design.flywheel import FlywheelInputs, compare_with_paper, design_flywheel
+from governor_mechanism.studies.design.simulated import simulate_wheels
 from reference import flywheel as printed
 
 PAPER = compare_with_paper()

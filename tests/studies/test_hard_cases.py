@@ -12,10 +12,10 @@ import governor_mechanism as gm
 from governor_mechanism.engines import Engine, ReducedEngine
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.model.results.outcome import Outcome
-from governor_mechanism.render.figures.hard_cases import hard_case_figure
-from governor_mechanism.studies.hard_cases import linkage_cases, solutions, study
-from governor_mechanism.studies.hard_cases.results import Verdict
-from governor_mechanism.studies.hard_cases.study import HARD_CASES
+from governor_mechanism.render.figures.errors import hard_case_figure
+from governor_mechanism.studies.hard_cases import case as solutions
+from governor_mechanism.studies.hard_cases import linkage_cases, study
+from governor_mechanism.studies.hard_cases.study import HARD_CASES, Verdict
 
 
 @pytest.fixture(scope="module")

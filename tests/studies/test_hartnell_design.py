@@ -12,7 +12,7 @@ from typer.testing import CliRunner
 import governor_mechanism as gm
 from governor_mechanism.cli.main import app
 from governor_mechanism.scenes.parser import read_scene_file
-from governor_mechanism.studies.design.simulated_governors import simulate_hartnell
+from governor_mechanism.studies.design.simulated import simulate_hartnell
 from governor_mechanism.units.constants import RPM
 
 DESIGN = gm.design_hartnell()

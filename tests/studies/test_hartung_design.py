@@ -11,11 +11,16 @@ import pytest
 
 import governor_mechanism as gm
 from governor_mechanism.engines.initial_state import initial_state
-from governor_mechanism.observables.static_forces import evaluate_static_forces
-from governor_mechanism.render.figures.design.hartung import sleeve_force_figure, spring_lines_figure
-from governor_mechanism.scenes.toml_text import format_scene_toml
-from governor_mechanism.studies.design.hartung import HartungInputs, build_hartung_layout, design_hartung
-from governor_mechanism.studies.design.hartung_paper import SLIDE_RULE_TOLERANCE, compare_with_paper
+from governor_mechanism.observables.derived_readings import evaluate_static_forces
+from governor_mechanism.render.figures.designed_governors import sleeve_force_figure, spring_lines_figure
+from governor_mechanism.scenes.changed_document import format_scene_toml
+from governor_mechanism.studies.design.hartung import (
+    SLIDE_RULE_TOLERANCE,
+    HartungInputs,
+    build_hartung_layout,
+    compare_with_paper,
+    design_hartung,
+)
 from governor_mechanism.studies.printed_numbers import Cause
 from governor_mechanism.units.constants import KILOGRAM_FORCE_1853, TECHNICAL_ATMOSPHERE
 from reference import hartung

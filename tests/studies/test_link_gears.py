@@ -11,7 +11,7 @@ import governor_mechanism as gm
 from crank_scenes import link_gear_scene, valve_scene
 from governor_mechanism.closed_form import stephenson as closed
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.studies.stephenson.die_paths import trace_die_paths
+from governor_mechanism.studies.valve_gears import trace_die_paths
 from reference import stephenson as printed
 
 

@@ -11,9 +11,9 @@ from typer.testing import CliRunner
 
 import governor_mechanism as gm
 from governor_mechanism.cli.main import app
-from governor_mechanism.closed_form.pendulum import dynamics
+from governor_mechanism.closed_form import pendulum
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.studies.design.simulated_governors import simulate_pendulum
+from governor_mechanism.studies.design.simulated import simulate_pendulum
 from reference import zehnder
 
 DESIGN = gm.design_pendulum()
@@ -107,7 +107,7 @@ def test_an_osculating_path_is_neutral_at_its_start_and_a_longer_arm_snaps():
 @pytest.mark.parametrize("highest", ["120.001 rpm", "126 rpm"])
 def test_too_long_an_arm_is_still_stable_half_way_up(ratio, highest):
     design = gm.design_pendulum(arm=ratio * DESIGN.start.radius_of_curvature, highest_speed=highest)
-    assert dynamics.stiffness(design.governor, arm_angle=design.middle_angle) > 0
+    assert pendulum.stiffness(design.governor, arm_angle=design.middle_angle) > 0
 
 
 def test_extended_arms_change_ball_and_lift_alone():

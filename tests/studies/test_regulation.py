@@ -15,8 +15,7 @@ from governor_mechanism.effects.dashpot import Dashpot
 from governor_mechanism.effects.dry_friction import DryFriction
 from governor_mechanism.render.figures.regulation import clearance_figure, cyclic_figure, fold_jump_figure, settling_figure
 from governor_mechanism.studies.regulation.cyclic_irregularity import study_clearance, study_cyclic_motion
-from governor_mechanism.studies.regulation.fold_jump import study_fold_jump
-from governor_mechanism.studies.regulation.settling_time import SettlingStudy, study_settling
+from governor_mechanism.studies.regulation.speed_changes import SettlingStudy, study_fold_jump, study_settling
 from reference.zehnder import CYCLIC_MOTION, FOLD_JUMP, SLOW_FOLD_JUMP, half_unit_of_last_digit
 
 

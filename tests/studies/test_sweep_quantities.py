@@ -10,9 +10,16 @@ import pytest
 from scipy.special import ellipk
 
 import governor_mechanism as gm
-from governor_mechanism.studies.sweep.oscillation import ReadingSamples, find_turning_points, mean_value
 from governor_mechanism.studies.sweep.quantities import parse_quantities
-from governor_mechanism.studies.sweep.rules import SETTLED_RATIO, STATISTICS, RunNumbers, Taken
+from governor_mechanism.studies.sweep.rules import (
+    SETTLED_RATIO,
+    STATISTICS,
+    ReadingSamples,
+    RunNumbers,
+    Taken,
+    find_turning_points,
+    mean_value,
+)
 from governor_mechanism.studies.sweep.run import choose_quantities
 
 

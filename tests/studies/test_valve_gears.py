@@ -14,7 +14,7 @@ import governor_mechanism as gm
 from closure_solver import ClosureEquations, si
 from governor_mechanism.cli.main import app
 from governor_mechanism.observables.valve_motion import valve_motion_of
-from governor_mechanism.render.figures.valve_timing.valve_gears import valve_gears_figure
+from governor_mechanism.render.figures.plates.reversed_gear import valve_gears_figure
 from governor_mechanism.scenes.library import shipped_scenes
 from governor_mechanism.studies.valve_gears import ValveGears
 

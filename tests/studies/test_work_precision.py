@@ -12,7 +12,7 @@ import pytest
 import governor_mechanism as gm
 from governor_mechanism.engines import ImpulseEngine, MultibodyEngine, ReducedEngine
 from governor_mechanism.render.figures.work_precision import work_precision_figure
-from governor_mechanism.studies.work_precision.study import confirm_by_impulse, fit_order, run_accuracy_study
+from governor_mechanism.studies.work_precision import confirm_by_impulse, fit_order, run_accuracy_study
 
 SECONDS_PER_EVALUATION = 2e-5
 NAMES = ["reduced", "multibody", "impulse extrapolated", "impulse staggered", "impulse plain"]

@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 from scipy.optimize import brentq
 
-from governor_mechanism.closed_form.hartung import governor as closed
+from governor_mechanism.closed_form import hartung as closed
 from governor_mechanism.effects.centrifugal import Centrifugal
 from governor_mechanism.effects.gravity import Gravity
-from governor_mechanism.machines.hartung.machine import HartungGovernor
+from governor_mechanism.machines.hartung import HartungGovernor
 from governor_mechanism.model.effect import Effect
 from governor_mechanism.model.part import FreeSpindle, Part, Spindle, Start
 from governor_mechanism.model.scene import RunSettings, Scene

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from governor_mechanism.closed_form.pendulum import dynamics as closed
+from governor_mechanism.closed_form import pendulum as closed
 from governor_mechanism.scenes.library import shipped_scenes
 
 Random = np.random.Generator

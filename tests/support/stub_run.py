@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from governor_mechanism.effects.centrifugal import Centrifugal
 from governor_mechanism.effects.gravity import Gravity
-from governor_mechanism.machines.pendulum.machine import PendulumGovernor
+from governor_mechanism.machines.pendulum import PendulumGovernor
 from governor_mechanism.model.part import Part, Spindle, Start
 from governor_mechanism.model.results.cost import Cost
 from governor_mechanism.model.results.energy import Energy

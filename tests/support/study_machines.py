@@ -7,7 +7,7 @@ import math
 from collections.abc import Callable, Mapping
 from itertools import pairwise
 
-from governor_mechanism.closed_form.pendulum import dynamics as closed
+from governor_mechanism.closed_form import pendulum as closed
 from random_machines import (
     MACHINES,
     Document,

@@ -9,7 +9,7 @@ import pytest
 from governor_mechanism.effects.registry import EFFECTS
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.machines.registry import MACHINES
-from governor_mechanism.scenes.custom.elements import FORCE_TABLES, JOINT_TABLES
+from governor_mechanism.scenes.custom.parts import FORCE_TABLES, JOINT_TABLES
 from governor_mechanism.scenes.loads import COUPLING_TABLES, LOAD_TYPES
 from governor_mechanism.scenes.quantities import SIGNS
 from governor_mechanism.units.constants import HORSEPOWER_1901, KILOGRAM_FORCE_1901, RPM

@@ -14,13 +14,13 @@ from scipy.optimize import brentq
 import governor_mechanism as gm
 from crank_scenes import air_engine_document, crank_scene, valve_scene
 from governor_mechanism.closed_form import slide_valve
-from governor_mechanism.closed_form.flywheel.engine import AirEngine
-from governor_mechanism.closed_form.flywheel.engine import gas_torque as closed_gas_torque
-from governor_mechanism.closed_form.flywheel.equilibrium import bracket_terms, energy_fluctuation
+from governor_mechanism.closed_form.flywheel_engine import AirEngine
+from governor_mechanism.closed_form.flywheel_engine import gas_torque as closed_gas_torque
+from governor_mechanism.closed_form.flywheel_equilibrium import bracket_terms, energy_fluctuation
 from governor_mechanism.files.plain_values import format_json
 from governor_mechanism.scenes.parser import parse_scene_document
-from governor_mechanism.studies.design.flywheel_paper import PRINTED_TERMS
-from governor_mechanism.studies.design.hartung_paper import PRINTED_SPRING_FORCES
+from governor_mechanism.studies.design.flywheel import PRINTED_TERMS
+from governor_mechanism.studies.design.hartung import PRINTED_SPRING_FORCES
 from governor_mechanism.verification.user_kernel.comparison import kernel_quantities
 from governor_mechanism.verification.user_kernel.listing import list_quantities
 from governor_scenes import PORTER, governor_scene

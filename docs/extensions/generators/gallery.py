@@ -7,8 +7,8 @@ from collections import defaultdict
 from pathlib import Path
 
 from generators.markdown import escape
-from governor_mechanism.render.page.facts import read_caption
 from governor_mechanism.render.page.gallery import GROUPS, find_group
+from governor_mechanism.render.page.writer import read_caption
 from governor_mechanism.scenes.library import load_scene, shipped_scenes
 
 FILM_FOLDERS = ("../renders/gallery", "../renders")

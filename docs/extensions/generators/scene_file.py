@@ -13,13 +13,12 @@ from governor_mechanism.machines.registry import MACHINES
 from governor_mechanism.model.effect import Effect, OutputEffect
 from governor_mechanism.model.joints import JOINTS, Joint
 from governor_mechanism.model.part import TURNING_PLANE
-from governor_mechanism.scenes.custom import bodies, elements
+from governor_mechanism.scenes.custom import parts
 from governor_mechanism.scenes.custom.assembly import ASSEMBLY
 from governor_mechanism.scenes.custom.law import EQUATION, LAW
 from governor_mechanism.scenes.custom.parser import CUSTOM_TOP_LEVEL
-from governor_mechanism.scenes.custom.readings import READING_TABLES
-from governor_mechanism.scenes.custom.valve import REVERSER, VALVE
-from governor_mechanism.scenes.events import CROSSING
+from governor_mechanism.scenes.custom.parts import READING_TABLES, REVERSER, VALVE
+from governor_mechanism.scenes.effect_tables import CROSSING
 from governor_mechanism.scenes.loads import COUPLING_TABLES, LOAD, READING_FUNCTION, angle_harmonic_table, harmonic_table
 from governor_mechanism.scenes.quantities import quantity_schema
 from governor_mechanism.scenes.schema import COUPLED_TOP_LEVEL, FREE_SPINDLE, RUN, SPINDLE, TOP_LEVEL, dimensions_table
@@ -159,17 +158,17 @@ def _custom_sections() -> Iterator[str]:
     )
     common = tuple(TOP_LEVEL.fields)
     yield _section("A mechanism of one's own", text, keys_table(CUSTOM_TOP_LEVEL, leave_out=common))
-    yield _section("`[[body]]`", keys_table(bodies.BODY), level=3)
-    inner = {"rod": bodies.ROD, "disc": bodies.DISC, "plate": bodies.PLATE}
-    inner |= {"moments": bodies.MOMENTS, "point_masses": bodies.POINT_MASS}
+    yield _section("`[[body]]`", keys_table(parts.BODY), level=3)
+    inner = {"rod": parts.ROD, "disc": parts.DISC, "plate": parts.PLATE}
+    inner |= {"moments": parts.MOMENTS, "point_masses": parts.POINT_MASS}
     for name, model in inner.items():
         yield _section(f"{code(name)} of a body", keys_table(model), level=4)
     named = f"Every joint has a {code('type')}, and may have a {code('name')}; by default it is named after its type and its bodies."
     yield _section("`[[joint]]`", named, level=3)
-    yield from _sections_by_type(elements.JOINT_TABLES, "joint")
-    yield _section("`[[link]]`", "A massless bar between two points.", keys_table(elements.LINK), level=3)
+    yield from _sections_by_type(parts.JOINT_TABLES, "joint")
+    yield _section("`[[link]]`", "A massless bar between two points.", keys_table(parts.LINK), level=3)
     yield _section("`[[force]]`", f"Every force has a {code('type')}, and may have a {code('name')}.", level=3)
-    yield from _sections_by_type(elements.FORCE_TABLES, "force")
+    yield from _sections_by_type(parts.FORCE_TABLES, "force")
     rows = ([code(kind), sentence(own.summary), ", ".join(map(code, own.fields_by_key))] for kind, own in READING_TABLES.items())
     yield _section("`[readings]`", "Each reading is a table with the key of its kind.", table(("kind", "reading", "keys"), rows), level=3)
     dimensions = (
@@ -192,7 +191,7 @@ def _custom_sections() -> Iterator[str]:
     yield _section("`reverser` of a valve", keys_table(REVERSER), level=4)
 
 
-def _sections_by_type(tables: Mapping[str, elements.ElementTable], kind: str) -> Iterator[str]:
+def _sections_by_type(tables: Mapping[str, parts.ElementTable], kind: str) -> Iterator[str]:
     for name, own in tables.items():
         summary = " ".join((own.make.__doc__ or "").split("\n\n")[0].split())
         yield _section(f"{kind} {code(f'{name}')}", summary, keys_table(own, leave_out=("type", "name")), level=4)

@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Any, overload
 import governor_mechanism as gm
 from governor_mechanism.api.scenes import as_rotating_part, as_scene
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.units.arguments import BY_NAME, FLAG, FUNCTION, NUMBER, TEXT, TEXTS_BY_NAME, VARIED, check_arguments, whole_number
+from governor_mechanism.units.problems import BY_NAME, FLAG, FUNCTION, NUMBER, TEXT, TEXTS_BY_NAME, VARIED, check_arguments, whole_number
 
 if TYPE_CHECKING:
-    from governor_mechanism.verification.user_kernel.samples import VariedKey
+    from governor_mechanism.verification.user_kernel.function import VariedKey
 
 
 @overload
@@ -124,7 +124,7 @@ def crosscheck(
 def _varied_keys(scene: gm.Scene, vary: Mapping[str, Any] | Sequence[str]) -> tuple[VariedKey, ...]:
     """Return the keys of a scene that vary, with their numbers; "first:last" stands for two values."""
     from governor_mechanism.studies.sweep.parameters import parse_axes
-    from governor_mechanism.verification.user_kernel.samples import VariedKey
+    from governor_mechanism.verification.user_kernel.function import VariedKey
 
     if isinstance(vary, str):
         vary = [vary]

@@ -7,7 +7,7 @@ from typing import cast
 
 import governor_mechanism as gm
 from governor_mechanism.api.scenes import as_scene
-from governor_mechanism.units.arguments import QUANTITIES, QUANTITY, TEXT, check_arguments, whole_number
+from governor_mechanism.units.problems import QUANTITIES, QUANTITY, TEXT, check_arguments, whole_number
 
 
 @check_arguments(over=TEXT, values=QUANTITIES, rate=QUANTITY, acceleration=QUANTITY)

@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 
 import governor_mechanism as gm
 from governor_mechanism.api.scenes import as_scene
-from governor_mechanism.units.arguments import FUNCTION, TEXT, TEXTS, check_arguments, whole_number
+from governor_mechanism.units.problems import FUNCTION, TEXT, TEXTS, check_arguments, whole_number
 
 
 @check_arguments(engine=TEXT)

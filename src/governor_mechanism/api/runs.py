@@ -9,7 +9,7 @@ from typing import Unpack
 import governor_mechanism as gm
 from governor_mechanism.api.scenes import as_scene
 from governor_mechanism.model.results.film_options import FilmKeywords, FilmOptions, show_film_options
-from governor_mechanism.units.arguments import FLAG, PATH, check_arguments
+from governor_mechanism.units.problems import FLAG, PATH, check_arguments
 
 
 @check_arguments(certify=FLAG)

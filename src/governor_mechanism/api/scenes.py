@@ -81,8 +81,7 @@ def load(scene: str | Path) -> gm.Scene:
     >>> gm.load("porter").run.duration
     10.0
     """
-    from governor_mechanism.scenes.library import load_scene
-    from governor_mechanism.scenes.python_scenes import check_start
+    from governor_mechanism.scenes.library import check_start, load_scene
 
     return check_start(load_scene(scene))
 

@@ -8,7 +8,7 @@ from typing import Any
 import governor_mechanism as gm
 from governor_mechanism.api.scenes import as_rotating_part, as_scene
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.units.arguments import TEXT, check_arguments
+from governor_mechanism.units.problems import TEXT, check_arguments
 
 
 def speed_curve(
@@ -262,7 +262,7 @@ def stability_limit(scene: gm.SceneSource, key: str, low: float | str, high: flo
     (19.3, False)
     """
     from governor_mechanism.scenes.changed_document import parse_scene_with
-    from governor_mechanism.statics.stability_limit import find_stability_limit
+    from governor_mechanism.statics.scene_linearisation import find_stability_limit
     from governor_mechanism.studies.sweep.parameters import parse_axes
 
     document = as_scene(scene).document

@@ -8,7 +8,7 @@ from typing import Any
 
 import governor_mechanism as gm
 from governor_mechanism.api.scenes import as_scene
-from governor_mechanism.units.arguments import BY_NAME, FLAG, FUNCTION, NUMBER, PATH, QUANTITY, TEXT, TEXTS, check_arguments
+from governor_mechanism.units.problems import BY_NAME, FLAG, FUNCTION, NUMBER, PATH, QUANTITY, TEXT, TEXTS, check_arguments
 
 
 @check_arguments(accuracy=NUMBER, against=TEXT, between=BY_NAME)
@@ -55,8 +55,8 @@ def compare(
     porter vs watt
     ...
     """
-    from governor_mechanism.studies.comparison.comparison import compare_scenes
-    from governor_mechanism.studies.comparison.statics import StaticsQuestion
+    from governor_mechanism.studies.compared_quantities import StaticsQuestion
+    from governor_mechanism.studies.comparison import compare_scenes
 
     question = StaticsQuestion(resistance=resistance, against=against, between=between)
     return compare_scenes([as_scene(scene) for scene in scenes], question, engine=engine, accuracy=accuracy)
@@ -121,8 +121,8 @@ def sweep(
     >>> table.column("min arm_angle").round(3).tolist()
     [0.329, 0.459]
     """
-    from governor_mechanism.studies.sweep.cluster import row_computer
     from governor_mechanism.studies.sweep.run import make_task, run_sweep
+    from governor_mechanism.studies.sweep.workers import row_computer
 
     resolved_scene = as_scene(scene)
     task = make_task(resolved_scene, vary, quantities, engine, accuracy, certify, workers, cluster)
@@ -162,7 +162,7 @@ def accuracy_study(scene: gm.SceneSource, longest: float | str = 1.0, progress: 
     ['reduced', 'multibody', 'impulse extrapolated', 'impulse staggered', 'impulse plain']
     >>> advice = study.advice(1e-6)  # the fastest of them, and the times of the others
     """
-    from governor_mechanism.studies.work_precision.study import run_accuracy_study
+    from governor_mechanism.studies.work_precision import run_accuracy_study
     from governor_mechanism.units.quantities import parse_quantity
 
     return run_accuracy_study(as_scene(scene), parse_quantity(longest, "time", "longest"), progress)

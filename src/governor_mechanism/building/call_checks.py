@@ -9,11 +9,19 @@ from typing import Any, Final
 
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.scenes.custom.assembly import parse_take
-from governor_mechanism.scenes.custom.bodies import BODY, POINT_MASS
-from governor_mechanism.scenes.custom.elements import FORCE_TABLES, JOINT_TABLES, JOINT_TYPES, LINK, ElementTable
 from governor_mechanism.scenes.custom.field_types import PointRegistry, is_moving, parse_moving_point
-from governor_mechanism.scenes.custom.readings import READING_TABLES, find_reading_kind
-from governor_mechanism.scenes.quantities import check_label, parse_name, parse_position
+from governor_mechanism.scenes.custom.parts import (
+    BODY,
+    FORCE_TABLES,
+    JOINT_TABLES,
+    JOINT_TYPES,
+    LINK,
+    POINT_MASS,
+    READING_TABLES,
+    ElementTable,
+    find_reading_kind,
+)
+from governor_mechanism.scenes.quantities import parse_name, parse_position
 from governor_mechanism.units.problems import Problem, unknown_name
 from governor_mechanism.units.quantities import format_value
 
@@ -97,12 +105,6 @@ def check_mass(what: str, table: Mapping[str, Any]) -> None:
 def check_name(what: str, name: object) -> str:
     """Return a name that others refer to; refuse one with a dot, of several lines, empty, or too long."""
     return parse_name(name, f"the name of {what}")
-
-
-def check_element_name(what: str, name: object) -> str:
-    """Return the name of a joint or force, which may be empty."""
-    with _at(f"the name of {what}"):
-        return "" if isinstance(name, str) and not name else check_label(name)
 
 
 @contextmanager

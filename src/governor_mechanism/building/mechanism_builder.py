@@ -5,12 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
-from governor_mechanism.building.bodies import BodyBuilder
 from governor_mechanism.building.first_configuration import place_bodies
-from governor_mechanism.building.forces import ForceBuilder
-from governor_mechanism.building.handles import BuiltBody, BuiltPoint, Program, Quantity, body_reference, point_reference
-from governor_mechanism.building.joints import JointBuilder
-from governor_mechanism.building.tables import given_values
+from governor_mechanism.building.handles import BuiltBody, BuiltPoint, Program, Quantity, body_reference, given_values, point_reference
+from governor_mechanism.building.parts import BodyBuilder, ForceBuilder, JointBuilder
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.model.later_module import LaterModule
 from governor_mechanism.model.scene import Scene

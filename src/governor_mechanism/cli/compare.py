@@ -23,7 +23,7 @@ from governor_mechanism.render.figure_files import FigureFiles
 from governor_mechanism.units.quantities import number_or_text
 
 if TYPE_CHECKING:
-    from governor_mechanism.studies.comparison.comparison import Comparison
+    from governor_mechanism.studies.comparison import Comparison
 
 _OF_ONE_SCENE = re.compile(r"\s*([0-9]{1,9}):(.*)", re.DOTALL)
 """An assignment for one scene, with its number from 1."""

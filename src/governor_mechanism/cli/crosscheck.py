@@ -68,7 +68,7 @@ def crosscheck(
         with console.show_status("simulating"):
             report = gm.crosscheck(loaded_scene)
         return console.CommandResult(report, files=_write_junit(report, junit) or None, ok=report.passed)
-    from governor_mechanism.verification.user_kernel.files import load_kernel
+    from governor_mechanism.verification.user_kernel.function import load_kernel
 
     console.prepare_folder(figures.folder)
     function = load_kernel(kernel)

@@ -89,8 +89,8 @@ def design(
 def _write_scene(designed: Design, folder: Path) -> Path:
     """Write the scene file of a design, and return its path."""
     from governor_mechanism.files.atomic_write import atomic_write
-    from governor_mechanism.scenes.toml_text import format_scene_toml
-    from governor_mechanism.studies.design.templates import scene_comment
+    from governor_mechanism.scenes.changed_document import format_scene_toml
+    from governor_mechanism.studies.design.skeleton import scene_comment
 
     path = folder / f"{designed.machine}_design.toml"
     with atomic_write(path) as temporary:
@@ -100,7 +100,7 @@ def _write_scene(designed: Design, folder: Path) -> Path:
 
 def _replace_inputs(defaults: Any, assignments: Sequence[str], options: Mapping[str, str]) -> Any:
     """Return the default inputs with those of --with, and of the options with the names of inputs, in their place."""
-    from governor_mechanism.studies.design.inputs import option_of, parse_assignments
+    from governor_mechanism.studies.design.skeleton import option_of, parse_assignments
 
     names = options if assignments else [one.name for one in dataclasses.fields(defaults)]
     remember_options({name: option_of(name) for name in names})

@@ -21,7 +21,7 @@ from governor_mechanism.units.quantities import number_or_text, parse_quantity
 if TYPE_CHECKING:
     from governor_mechanism.model.scene import Scene
     from governor_mechanism.statics.linearisation import Linearisation
-    from governor_mechanism.statics.stability_limit import StabilityLimit
+    from governor_mechanism.statics.scene_linearisation import StabilityLimit
 
 
 def equilibria(

@@ -142,8 +142,7 @@ def _check_names(scene: Scene, options: FilmOptions) -> None:
         raise MechanismError(f"--part: the scene has no part {part!r}; its parts are {', '.join(parts)}.{did_you_mean(part, parts)}")
     if not options.readings:
         return
-    from governor_mechanism.render.shown_readings import RATE_START
-    from governor_mechanism.render.valve_readings import valve_reading_names
+    from governor_mechanism.render.shown_readings import RATE_START, valve_reading_names
 
     names = [one.name for one in scene.describe().readings]
     names += [f"{RATE_START}{name}" for name in names] + [name for name in valve_reading_names(scene) if name not in names]

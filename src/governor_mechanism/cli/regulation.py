@@ -39,14 +39,14 @@ def clearance(scene: StudiedScene = "", *, figures: FigureFiles, as_json: consol
 
 def settling(scene: StudiedScene = "", *, figures: FigureFiles, as_json: console.AsJson = False) -> console.CommandResult:
     """Find the settling time against the damping."""
-    from governor_mechanism.studies.regulation.settling_time import DAMPING_COEFFICIENTS, study_settling
+    from governor_mechanism.studies.regulation.speed_changes import DAMPING_COEFFICIENTS, study_settling
 
     return _study("settling", [scene or "porter_load_step"], study_settling, DAMPING_COEFFICIENTS, figures)
 
 
 def jump(scene: StudiedScene = "", *, figures: FigureFiles, as_json: console.AsJson = False) -> console.CommandResult:
     """Find the delay of the jump at a fold against the ramp rate of the speed."""
-    from governor_mechanism.studies.regulation.fold_jump import RAMP_RATES, study_fold_jump
+    from governor_mechanism.studies.regulation.speed_changes import RAMP_RATES, study_fold_jump
 
     return _study("jump", [scene or "watt_improved"], study_fold_jump, RAMP_RATES, figures)
 

@@ -28,7 +28,7 @@ def accuracy(
     as_json: console.AsJson = False,
 ) -> console.CommandResult:
     """Measure error and time of every engine at every setting; write a figure, a table (CSV) and a record (JSON)."""
-    from governor_mechanism.studies.work_precision.results import validate_target_error
+    from governor_mechanism.studies.work_precision_results import validate_target_error
 
     if wanted is not None:
         validate_target_error(wanted)

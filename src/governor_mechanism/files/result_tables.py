@@ -15,7 +15,7 @@ from governor_mechanism.files.plain_values import plain_value, save_json, save_t
 from governor_mechanism.files.table import make_data_frame
 from governor_mechanism.model.results.result import Column, Recorded, Result
 from governor_mechanism.types import DataFrame
-from governor_mechanism.units.arguments import PATH, check_arguments
+from governor_mechanism.units.problems import PATH, check_arguments
 
 
 def record_result(result: Recorded) -> dict[str, Any]:

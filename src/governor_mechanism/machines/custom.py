@@ -6,8 +6,7 @@ from dataclasses import dataclass, field, replace
 from itertools import combinations
 from typing import Final
 
-from governor_mechanism.machines.base import MIN_DIMENSION, rotate_point
-from governor_mechanism.machines.mass_elements import MassElement, join_elements, slender_rod, solid_ball
+from governor_mechanism.machines.base import MIN_DIMENSION, MassElement, join_elements, rotate_point, slender_rod, solid_ball
 from governor_mechanism.model.curves import SplineCurve
 from governor_mechanism.model.force_elements import Damper, ForceElement, Spring, TorsionDamper, TorsionSpring
 from governor_mechanism.model.joints import GROUND, CurveSlot, Distance, Joint, Point, RotationalDriver, TranslationalDriver

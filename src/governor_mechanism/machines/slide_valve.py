@@ -14,15 +14,17 @@ from typing import ClassVar
 
 from governor_mechanism.machines import driven_crank
 from governor_mechanism.machines.base import Machine, rotate_point, x_coordinate
-from governor_mechanism.machines.driven_crank import CROSSHEAD, VALVE, advance_problems
-from governor_mechanism.machines.slider_crank import rod_length_problems
-from governor_mechanism.machines.steam_readings import (
+from governor_mechanism.machines.driven_crank import (
     CRANK_END_TRAVEL,
+    CROSSHEAD,
     STEAM_READING_MEANINGS,
+    VALVE,
     VALVE_DISPLACEMENT,
+    advance_problems,
     piston_readings,
     port_readings,
 )
+from governor_mechanism.machines.slider_crank import rod_length_problems
 from governor_mechanism.model.joints import GROUND, Point, Slider
 from governor_mechanism.model.mechanism import Body, Mechanism
 from governor_mechanism.model.output_variables import BodyAngle, Reading

@@ -127,7 +127,7 @@ class Scene:
         >>> gm.Scene.from_dict({**document, "title": "Mine"}).title
         'Mine'
         """
-        from governor_mechanism.scenes.python_scenes import make_scene
+        from governor_mechanism.scenes.library import make_scene
 
         return make_scene(document)
 
@@ -156,7 +156,7 @@ class Scene:
         >>> gm.load("porter").replace({"dimensions.arm": "320 mm"}).part.dimensions["arm"]
         0.32
         """
-        from governor_mechanism.scenes.python_scenes import replace_values
+        from governor_mechanism.scenes.library import replace_values
 
         return replace_values(self, values)
 
@@ -173,7 +173,7 @@ class Scene:
         MechanismError
             If this scene was composed of objects and has no document.
         """
-        from governor_mechanism.scenes.python_scenes import scene_to_toml
+        from governor_mechanism.scenes.library import scene_to_toml
 
         return scene_to_toml(self)
 
@@ -199,7 +199,7 @@ class Scene:
 
     def _repr_html_(self) -> str:
         """Return what a notebook shows: machines, dimensions, effects and readings."""
-        from governor_mechanism.notebook.scene_table import scene_html
+        from governor_mechanism.notebook.result_table import scene_html
 
         return scene_html(self)
 

@@ -14,8 +14,8 @@ from governor_mechanism.render.figures.page import READING_NOISE_RATIO, axis_lim
 from governor_mechanism.render.geometry.attached import DrawnPart, Moment, at_own_moments
 from governor_mechanism.render.geometry.primitives import BoundingBox, Vec2, enclose_boxes
 from governor_mechanism.render.machines.registry import drawing_of
-from governor_mechanism.render.magnified_motion import magnify_motion
 from governor_mechanism.render.number_format import display_unit_of
+from governor_mechanism.render.part_run import magnify_motion
 from governor_mechanism.render.shown_readings import RATE_START, ShownReading, chosen_readings, shown_readings
 from governor_mechanism.types import FloatArray
 

@@ -21,34 +21,33 @@ def write_machine_figures(run: Trajectory, figure_files: FigureFiles, stem: str)
     part = run.scene.parts[0] if len(run.scene.parts) == 1 else None
     machine = part.machine if part else ""
     if machine == "slide_valve":
-        from governor_mechanism.render.figures.slide_valve import eccentric_diagram, marks_plate
-        from governor_mechanism.render.figures.valve_timing import zeuner_plate
+        from governor_mechanism.render.figures.plates import marks, zeuner
 
-        diagram = eccentric_diagram.EccentricDiagram(run.scene)
-        plates["zeuner"] = zeuner_plate.draw_zeuner_plate(diagram)
+        diagram = marks.EccentricDiagram(run.scene)
+        plates["zeuner"] = zeuner.draw_zeuner_plate(diagram)
         if not diagram.eccentric.has_infinite_rod:
-            plates["marks"] = marks_plate.draw_marks_plate(diagram)
+            plates["marks"] = marks.draw_marks_plate(diagram)
     elif part and part.mechanism.valve and has_valve_events(run.scene):
-        from governor_mechanism.render.figures.valve_timing import valve_diagram, zeuner_plate
+        from governor_mechanism.render.figures.plates import zeuner
 
-        plates["zeuner"] = zeuner_plate.draw_zeuner_plate(valve_diagram.ValveDiagram(run.scene))
+        plates["zeuner"] = zeuner.draw_zeuner_plate(zeuner.ValveDiagram(run.scene))
         if part.mechanism.valve.reverser and run.scene.document:
             plates["gears"] = _gear_plate(run)
         if machine == "stephenson" and run.scene.document:
             plates["die_paths"] = _die_path_plate(run)
     elif machine == "slider_crank":
-        from governor_mechanism.render.figures.slider_crank import bearing_loads
+        from governor_mechanism.render.figures.plates import bearing_loads
 
         if not bearing_loads.bearing_loads_refusal(run):
             plates["bearings"] = bearing_loads.bearing_loads_figure(run)
     elif machine == "flywheel_engine":
-        from governor_mechanism.render.figures.flywheel import engine_plate
+        from governor_mechanism.render.figures.plates import flywheel
 
-        if not engine_plate.engine_plate_refusal(run):
-            plates["engine"] = engine_plate.draw_engine_plate(run)
+        if not flywheel.engine_plate_refusal(run):
+            plates["engine"] = flywheel.draw_engine_plate(run)
     files = [path for name, plate in plates.items() for path in figure_files.save(plate, f"{stem}_{name}")]
     if part is None and len(run.times) > 1 and find_governed_engine(run.scene):
-        from governor_mechanism.render.film.still import write_still
+        from governor_mechanism.render.film.painters import write_still
 
         files.append(write_still(run, figure_files.folder / f"{stem}_engine_room.png"))
     return files
@@ -56,7 +55,7 @@ def write_machine_figures(run: Trajectory, figure_files: FigureFiles, stem: str)
 
 def _gear_plate(run: Trajectory) -> Plate:
     """Return the plate of a valve gear in all its gears."""
-    from governor_mechanism.render.figures.valve_timing.gear_plate import PLATE_COUNT, draw_gear_plate
+    from governor_mechanism.render.figures.plates.reversed_gear import PLATE_COUNT, draw_gear_plate
     from governor_mechanism.studies.valve_gears import compare_valve_gears
 
     return draw_gear_plate(compare_valve_gears([run.scene], PLATE_COUNT).gears[0])
@@ -64,7 +63,7 @@ def _gear_plate(run: Trajectory) -> Plate:
 
 def _die_path_plate(run: Trajectory) -> Plate:
     """Return the plate of the die's paths in the link."""
-    from governor_mechanism.render.figures.stephenson.die_path_plate import draw_die_path_plate
-    from governor_mechanism.studies.stephenson.die_paths import trace_die_paths
+    from governor_mechanism.render.figures.plates.reversed_gear import draw_die_path_plate
+    from governor_mechanism.studies.valve_gears import trace_die_paths
 
     return draw_die_path_plate(run.scene.title, trace_die_paths(run.scene), run.scene.document["dimensions"].get("suspension", ""))

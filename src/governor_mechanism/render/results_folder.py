@@ -11,7 +11,7 @@ from governor_mechanism.model.results.film_options import DEFAULT_OPTIONS, FilmF
 from governor_mechanism.model.results.pictures import Theme
 from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.render.figure_files import FigureFiles, FigureFormat
-from governor_mechanism.units.arguments import FLAG, PATH, TEXT, Requirement, check_arguments
+from governor_mechanism.units.problems import FLAG, PATH, TEXT, Requirement, check_arguments
 from governor_mechanism.units.quantities import format_value
 
 DEFAULT_STEM = "scene"

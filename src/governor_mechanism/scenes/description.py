@@ -20,9 +20,12 @@ from governor_mechanism.model.part import FreeSpindle, Part, Spindle
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.model.time_functions import InputFunction
 from governor_mechanism.scenes.custom.dimensions import dimensions_of, document_of_part, is_expression
-from governor_mechanism.scenes.described_scene import DescribedItem, DescribedPart, EngineAnswer, SceneDescription
-from governor_mechanism.scenes.described_values import (
+from governor_mechanism.scenes.described_scene import (
+    DescribedItem,
+    DescribedPart,
     DescribedValue,
+    EngineAnswer,
+    SceneDescription,
     describe_input,
     describe_reading_function,
     describe_value,

@@ -24,8 +24,7 @@ from governor_mechanism.model.scene import RunSettings, Scene
 from governor_mechanism.scenes import schema
 from governor_mechanism.scenes.custom.dimensions import DimensionTable, evaluate_expressions
 from governor_mechanism.scenes.custom.parser import CUSTOM_TOP_LEVEL, CustomMachineParser
-from governor_mechanism.scenes.effect_tables import parse_effects
-from governor_mechanism.scenes.events import WatchedReadings, join_watched_readings, parse_crossings
+from governor_mechanism.scenes.effect_tables import WatchedReadings, join_watched_readings, parse_crossings, parse_effects
 from governor_mechanism.scenes.loads import LOAD, parse_coupling
 from governor_mechanism.scenes.quantities import parse_name
 from governor_mechanism.scenes.table import Table

@@ -11,13 +11,10 @@ from governor_mechanism.effects.registry import EFFECTS
 from governor_mechanism.machines.custom import CUSTOM_MACHINE
 from governor_mechanism.machines.registry import MACHINES
 from governor_mechanism.model.effect import Effect, OutputEffect
-from governor_mechanism.scenes.custom.bodies import BODY
-from governor_mechanism.scenes.custom.elements import FORCE_TABLES, JOINT_TABLES, LINK
 from governor_mechanism.scenes.custom.law import LAW
 from governor_mechanism.scenes.custom.parser import CUSTOM_TOP_LEVEL
-from governor_mechanism.scenes.custom.readings import READING_TABLES
-from governor_mechanism.scenes.custom.valve import VALVE
-from governor_mechanism.scenes.events import CROSSING
+from governor_mechanism.scenes.custom.parts import BODY, FORCE_TABLES, JOINT_TABLES, LINK, READING_TABLES, VALVE
+from governor_mechanism.scenes.effect_tables import CROSSING
 from governor_mechanism.scenes.loads import COUPLING_TABLES, LOAD, LOAD_TYPES, or_load
 from governor_mechanism.scenes.quantities import NUMBER_OR_TEXT, TEXT, JsonSchema, list_of, pair_of, quantity_schema
 from governor_mechanism.scenes.schema import CUSTOM_KEYS, FREE_SPINDLE, RUN, SPINDLE, dimensions_table

@@ -15,11 +15,11 @@ from governor_mechanism.model.effect import Effect, OutputEffect
 from governor_mechanism.model.mechanism import Mechanism
 from governor_mechanism.model.part import EQUILIBRIUM, Part
 from governor_mechanism.model.scene import ENGINE_CHOICES
+from governor_mechanism.scenes.changed_document import format_toml_value
 from governor_mechanism.scenes.effect_tables import SLEEVE_ALIAS, SLEEVE_LIFT_NAME, effect_example
 from governor_mechanism.scenes.library import catalogue_scenes, models_folder
 from governor_mechanism.scenes.parser import parse_scene_document
 from governor_mechanism.scenes.schema import rate_key
-from governor_mechanism.scenes.toml_text import format_toml_value
 from governor_mechanism.units.fields import fields_of
 from governor_mechanism.units.quantities import QUANTITY_KINDS, format_quantity
 

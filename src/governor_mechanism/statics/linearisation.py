@@ -10,8 +10,7 @@ from governor_mechanism.errors import MechanismError, did_you_mean
 from governor_mechanism.mechanics.kinematics.output_variables import READING_UNITS
 from governor_mechanism.model.results.result import Column, Result
 from governor_mechanism.numerics.finite_differences import directional_derivative, jacobian
-from governor_mechanism.statics.first_order_system import ComplexArray, FirstOrderSystem, Onset, Stability
-from governor_mechanism.statics.modes import Mode, format_modes, format_rate
+from governor_mechanism.statics.first_order_system import ComplexArray, FirstOrderSystem, Mode, Onset, Stability, format_modes, format_rate
 from governor_mechanism.statics.scene_dynamics import SceneDynamics
 from governor_mechanism.statics.steady_state import SteadyState
 from governor_mechanism.types import FloatArray

@@ -1,21 +1,27 @@
 """Linearisation of a scene about the steady state near its start."""
 
-from dataclasses import replace
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import cache
+from typing import Generic, TypeVar
 
 import numpy as np
 
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output_value
 from governor_mechanism.model.part import FreeSpindle, Spindle
+from governor_mechanism.model.results.result import Result
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.statics.equilibria import Equilibrium, find_equilibria
 from governor_mechanism.statics.equilibrium_speed import has_spindle_dependent_loads
+from governor_mechanism.statics.first_order_system import FirstOrderSystem, Onset
 from governor_mechanism.statics.linearisation import RATE_PREFIX, Linearisation
 from governor_mechanism.statics.scene_dynamics import SceneDynamics
 from governor_mechanism.statics.settled_state import NO_STEADY_STATE, settle
 from governor_mechanism.statics.steady_state import SteadyState
 from governor_mechanism.types import FloatArray
 from governor_mechanism.units.quantities import parse_quantity
+from governor_mechanism.units.short_repr import short_repr
 
 TURNING_TOLERANCE = 1e-9
 """Rate of a reading, in its scale over the time scale, above which it turns steadily."""
@@ -113,3 +119,91 @@ def _build_linearisation(dynamics: SceneDynamics, state: SteadyState, notes: tup
     if not np.all(np.isfinite(linearisation.matrix)):
         raise MechanismError("the steady state is a singular configuration, about which the mechanism cannot move freely")
     return linearisation
+
+
+RELATIVE_TOLERANCE = 1e-12
+"""Tolerance of the value at the limit, relative to the ends of its range."""
+
+
+Linearised = TypeVar("Linearised", bound=FirstOrderSystem)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class StabilityLimit(Result, Generic[Linearised]):
+    """Limit of stability along one key of a scene.
+
+    Attributes
+    ----------
+    key
+        Key of the scene.
+    unit
+        Its SI unit.
+    value
+        Value at the limit, SI.
+    frequency
+        Frequency of the oscillation that begins there, rad/s; 0 if the motion diverges without oscillation.
+    stable_below
+        Whether the steady state is stable for smaller values.
+    onset
+        Whether the oscillations begin softly or hard.
+    linearisation
+        Linearised equations at the limit.
+    """
+
+    key: str
+    unit: str
+    value: float
+    frequency: float
+    stable_below: bool
+    onset: Onset
+    linearisation: Linearised
+
+    __repr__ = short_repr
+
+
+def find_stability_limit(
+    linearise_at: Callable[[float], Linearised],
+    low: float,  # one end of the range, SI
+    high: float,  # the other end, SI
+    *,
+    key: str,
+    unit: str,  # its SI unit
+) -> StabilityLimit[Linearised]:
+    """Return the limit of stability between two values of a parameter.
+
+    Raises MechanismError if the scene is not stable at one end and unstable at the other, or has no steady
+    state at a value.
+    """
+    from scipy.optimize import brentq  # slow to import
+
+    linearise_at = cache(linearise_at)
+
+    def growth_rate(value: float) -> float:
+        """Return the largest real part, also if it is within its error."""
+        try:
+            linearisation = linearise_at(value)
+        except MechanismError as error:
+            raise MechanismError(*(f"{key} = {value:.6g} {unit}".strip() + f": {problem}" for problem in error.problems)) from error
+        return linearisation.critical_real_part
+
+    ends = {value: linearise_at(value) for value in (low, high)}
+    rates = [end.growth_rate for end in ends.values()]
+    if not rates[0] * rates[1] < 0.0:
+        states = " and ".join(
+            f"{end.stability} at {value:.6g} {unit}".strip() + f" (largest real part {end.growth_rate:.6g} 1/s)"
+            for value, end in ends.items()
+        )
+        raise MechanismError(
+            f"no limit of stability lies between the ends of {key}: it is {states}; give ends that are stable and unstable"
+        )
+    value = float(brentq(growth_rate, low, high, xtol=RELATIVE_TOLERANCE * max(abs(low), abs(high)), rtol=RELATIVE_TOLERANCE))
+    linearisation = linearise_at(value)
+    return StabilityLimit(
+        key=key,
+        unit=unit,
+        value=value,
+        frequency=linearisation.critical_frequency,
+        stable_below=(rates[0] < 0.0) == (low < high),
+        onset=linearisation.onset,
+        linearisation=linearisation,
+    )

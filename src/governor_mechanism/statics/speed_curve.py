@@ -153,7 +153,7 @@ class SpeedCurve(Result):
 
     def _repr_html_(self) -> str:
         """Return what a notebook shows: travel, speeds, folds and poles."""
-        from governor_mechanism.notebook.curve_table import speed_curve_html
+        from governor_mechanism.notebook.result_table import speed_curve_html
 
         return speed_curve_html(self)
 

@@ -2,16 +2,49 @@
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import partial
+from typing import NamedTuple
 
 import numpy as np
 
-from governor_mechanism.machines.slide_valve import SlideValve
+from governor_mechanism.closed_form.slide_valve import Eccentric, event_angle
+from governor_mechanism.closed_form.slider_crank import CrankTrain, travel_from_outer_dead_centre
+from governor_mechanism.machines.slide_valve import SlideValve, prescribed_centre
 from governor_mechanism.model.results.result import Column, Result, format_columns
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.observables.valve_motion import CYLINDER_ENDS, find_port_timings, valve_motion_of
-from governor_mechanism.studies.slide_valve.closed_form_timing import ClosedFormEvent, closed_form_event
 from governor_mechanism.units.short_repr import short_repr
+
+
+class ClosedFormEvent(NamedTuple):
+    """A valve event in closed form: crank angles (rad) and strokes, exact and by Zeuner's law with infinitely long rods."""
+
+    exact: float
+    theory: float
+    exact_stroke: float
+    theory_stroke: float
+
+
+def closed_form_event(scene: Scene, name: str) -> ClosedFormEvent:
+    """Return a valve event of a slide valve scene in closed form.
+
+    Result: crank angles and strokes, the fractions of the piston stroke from the event's own end.
+    """
+    dimensions = scene.part.dimensions
+    eccentric, train = Eccentric.from_dimensions(dimensions), CrankTrain.from_dimensions(dimensions)
+    angle_of = partial(event_angle, event=name, outside_lap=dimensions["outside_lap"], inside_lap=dimensions["inside_lap"])
+    exact, theory = angle_of(eccentric, centre=prescribed_centre(scene)), angle_of(replace(eccentric, rod=math.inf))
+    end, ideal_train = name.rsplit(" ", 1)[0], replace(train, rod=math.inf)
+    return ClosedFormEvent(exact, theory, _stroke_fraction(train, exact, end), _stroke_fraction(ideal_train, theory, end))
+
+
+def _stroke_fraction(train: CrankTrain, angle: float, end: str) -> float:
+    """Return the fraction of the stroke at a crank angle (rad), measured from one of the cylinder ends."""
+    # The closed form counts from the outer dead centre, half a revolution later.
+    fraction = float(travel_from_outer_dead_centre(train, crank_angle=angle + math.pi)) / (2 * train.crank)
+    return fraction if end == "head end" else 1.0 - fraction
+
 
 CLOSED_FORMS: dict[str, Callable[[Scene, str], ClosedFormEvent]] = {SlideValve.name: closed_form_event}
 """Function of a scene and the name of an event by machine, for machines whose events have a closed form."""

@@ -1,7 +1,13 @@
-"""Plain text tables for the terminal and for results as text."""
+"""Texts: tables of columns, and texts with named places for quantities."""
 
-from collections.abc import Iterable, Sequence
+import math
+import re
+import string
+from collections.abc import Iterable, Mapping, Sequence
 from io import StringIO
+from typing import Any, Final
+
+from governor_mechanism.units.constants import KILOGRAM_FORCE_1853, RPM, TECHNICAL_ATMOSPHERE
 
 COLUMN_GAP = 2
 """Spaces between two columns of a text table."""
@@ -33,3 +39,86 @@ def format_table(
     # In a notebook rich would show the table at once instead of writing it.
     Console(file=output, width=100_000, color_system=None, force_terminal=False, force_jupyter=False).print(table)
     return "\n".join(line.rstrip() for line in output.getvalue().splitlines())
+
+
+_NUMBER_IN_SI: Final = {"mm": 1e3, "cm": 1e2, "cm^2": 1e4, "deg": math.degrees(1.0), "mJ": 1e3, "%": 1e2}
+"""How many of a unit that is smaller than the SI unit make one of it: for most of them exact, unlike the reciprocal."""
+
+_SIZES: Final = {
+    "rpm": RPM,
+    **dict.fromkeys(("kN", "kJ", "kW", "N/mm"), 1e3),
+    **{"bar": 1e5, "MPa": 1e6, "GPa": 1e9},
+    **{"kgf": KILOGRAM_FORCE_1853, "kgf/mm": 1e3 * KILOGRAM_FORCE_1853, "kgf/cm^2": TECHNICAL_ATMOSPHERE},
+}
+"""SI values of the other units."""
+
+_SPECIFICATION: Final = re.compile(r"([^ /]*)(?:([ /])(.*))?")
+
+
+def in_unit(
+    value: Any,  # the quantity, SI
+    unit: str,  # the unit, such as "mm" or "kgf"; "" for SI
+) -> Any:
+    """Return a quantity, or an array of quantities, in a unit of the papers or the workshop."""
+    if not unit:
+        return value
+    return value * _NUMBER_IN_SI[unit] if unit in _NUMBER_IN_SI else value / _SIZES[unit]
+
+
+class NoValueError(Exception):
+    """A place names a quantity that is None."""
+
+
+class Places(string.Formatter):
+    """Format of texts with places that name the attributes of a record, such as "{travel.lift:.6g mm}".
+
+    A blank before the unit writes it, a stroke does not: "{lift:.6g mm}" is "15 mm", and "{lift:.6g/mm}" is "15".
+    """
+
+    def get_value(self, key: int | str, args: Sequence[Any], kwargs: Mapping[str, Any]) -> Any:
+        """Return a value that is given by name, or the attribute of the record."""
+        return kwargs[str(key)] if key in kwargs else getattr(args[0], str(key))
+
+    def get_field(self, field_name: str, args: Sequence[Any], kwargs: Mapping[str, Any]) -> Any:
+        """Return what a place names; nothing has no attributes."""
+        try:
+            return super().get_field(field_name, args, kwargs)
+        except AttributeError as missing:
+            if missing.obj is None:
+                raise NoValueError from None
+            raise
+
+    def format_field(self, value: Any, format_spec: str) -> str:
+        """Return a quantity as text, in the unit of its place."""
+        if value is None:
+            raise NoValueError
+        return format_in_unit(value, format_spec)
+
+
+def format_in_unit(
+    value: Any,  # the quantity, SI
+    specification: str,  # format of the number and unit, as ".6g mm", or ".6g/mm" for the number alone
+) -> str:
+    """Return a quantity as text in a unit of the papers or the workshop."""
+    number, separator, unit = _SPECIFICATION.fullmatch(specification).groups()  # type: ignore[union-attr]  # matches any text
+    text = format(in_unit(value, unit or ""), number)
+    return f"{text} {unit}" if separator == " " else text
+
+
+def fill_places(text: str, record: object, places: Places | None = None, /, **values: object) -> str:
+    """Return a text with its places filled; a line with a place whose value is None is left out.
+
+    `values` are the values of places that are no attributes of the record.
+    """
+    lines = list[str]()
+    for line in text.splitlines():
+        try:
+            lines.append((places or Places()).vformat(line, (record,), values))
+        except NoValueError:
+            continue
+    return "\n".join(lines)
+
+
+def read_place(place: str, record: object) -> Any:
+    """Return the value that a place such as "arm_angles[1]" names in a record."""
+    return Places().get_field(place, (record,), {})[0]

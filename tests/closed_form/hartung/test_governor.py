@@ -12,8 +12,8 @@ from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 from scipy.optimize import approx_fprime
 
-from governor_mechanism.closed_form.hartung import governor as closed
-from governor_mechanism.closed_form.hartung.governor import HartungGovernor
+from governor_mechanism.closed_form import hartung as closed
+from governor_mechanism.closed_form.hartung import HartungGovernor
 from governor_mechanism.errors import MechanismError
 from hartung_scenes import sleeve_height_at
 from reference import hartung

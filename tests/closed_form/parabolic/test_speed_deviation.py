@@ -13,9 +13,9 @@ from hypothesis import strategies as st
 from numpy.testing import assert_allclose
 
 from governor_mechanism.closed_form import parabolic as isochronous
+from governor_mechanism.closed_form import pendulum
 from governor_mechanism.closed_form.parabolic import equilibrium_speed_change, parabola_speed_change
-from governor_mechanism.closed_form.pendulum import dynamics as pendulum
-from governor_mechanism.closed_form.pendulum.dynamics import PendulumGovernor
+from governor_mechanism.closed_form.pendulum import PendulumGovernor
 from governor_mechanism.errors import MechanismError
 from reference import zehnder
 

@@ -14,8 +14,8 @@ from hypothesis import strategies as st
 from numpy.testing import assert_allclose
 from scipy.integrate import solve_ivp
 
-from governor_mechanism.closed_form.pendulum import dynamics as pendulum
-from governor_mechanism.closed_form.pendulum.dynamics import PendulumGovernor
+from governor_mechanism.closed_form import pendulum
+from governor_mechanism.closed_form.pendulum import PendulumGovernor
 from governor_mechanism.errors import MechanismError
 from reference import pendulum as linkage
 from reference import zehnder

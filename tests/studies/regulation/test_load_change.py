@@ -12,13 +12,12 @@ from scipy.optimize import brentq
 
 import governor_mechanism as gm
 from governor_mechanism.cli import main as command_line
-from governor_mechanism.closed_form import slide_valve
-from governor_mechanism.closed_form.flywheel import throttle
-from governor_mechanism.closed_form.flywheel.engine import AirEngine
+from governor_mechanism.closed_form import governed_engine, slide_valve
+from governor_mechanism.closed_form.flywheel_engine import AirEngine
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.model.results.outcome import Outcome
 from governor_mechanism.scenes.changed_document import parse_scene_with
-from governor_mechanism.studies.regulation.speed_response import Verdict
+from governor_mechanism.studies.regulation.load_change import Verdict
 from reference import flywheel as printed
 
 ARM, OFFSET, BALL, SLEEVE, GRAVITY = 0.3, 0.04, 5.0, 21.0, 9.81
@@ -39,7 +38,7 @@ def lift_at(angle):
 def engine_torque(angle):
     """Return the mean torque, N m, of the throttle that the sleeve closes from 80 mm to 120 mm by a fifth."""
     opening = 1 - 0.2 * np.clip((lift_at(angle) - 0.08) / 0.04, 0.0, 1.0)
-    return throttle.full_throttle_torque(ENGINE) - (1 - opening) * throttle.throttle_torque(ENGINE)
+    return governed_engine.full_throttle_torque(ENGINE) - (1 - opening) * governed_engine.throttle_torque(ENGINE)
 
 
 def speed_at(angle):

@@ -11,10 +11,10 @@ from scipy.optimize import brentq
 
 import governor_mechanism as gm
 from governor_mechanism.cli import main as command_line
+from governor_mechanism.closed_form import governed_engine
 from governor_mechanism.closed_form import governed_engine as closed
-from governor_mechanism.closed_form.flywheel import throttle
-from governor_mechanism.closed_form.flywheel.engine import AirEngine
-from governor_mechanism.closed_form.pendulum.kinematics import PendulumGovernor
+from governor_mechanism.closed_form.flywheel_engine import AirEngine
+from governor_mechanism.closed_form.pendulum import PendulumGovernor
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.scenes.changed_document import parse_scene_with
 from governor_mechanism.studies.regulation.periodic_motion import find_periodic_motion
@@ -29,9 +29,9 @@ def coefficients(dashpot):
     """Return the characteristic polynomial of the shipped loop under half the load, by hand."""
     engine, governor = AirEngine(**printed.ENGINE), PendulumGovernor(arm=0.3, offset=0.04, ball_mass=5.0, sleeve_mass=21.0)
     closing = -0.2 / 0.04  # of the throttle, 1/m
-    opening = 1 - (throttle.full_throttle_torque(engine) - LOAD) / throttle.throttle_torque(engine)
+    opening = 1 - (governed_engine.full_throttle_torque(engine) - LOAD) / governed_engine.throttle_torque(engine)
     angle = math.acos(1 - (0.08 + (opening - 1) / closing) / 0.6)  # z = 2 l (1 - cos a)
-    slope = closing * throttle.throttle_torque(engine)
+    slope = closing * governed_engine.throttle_torque(engine)
     return closed.pendulum_coefficients(governor, arm_angle=angle, flywheel_inertia=800.0, torque_slope=slope, sleeve_damping=dashpot)
 
 

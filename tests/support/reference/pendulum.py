@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from governor_mechanism.closed_form.pendulum.kinematics import LinkagePosition, PendulumGovernor
+from governor_mechanism.closed_form.pendulum import LinkagePosition, PendulumGovernor
 
 
 def potential_derivative(governor: PendulumGovernor, *, arm_angle: Any) -> Any:

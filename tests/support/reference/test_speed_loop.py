@@ -10,7 +10,7 @@ import pytest
 from numpy.testing import assert_allclose
 from scipy.integrate import solve_ivp
 
-from governor_mechanism.closed_form.pendulum import dynamics as pendulum
+from governor_mechanism.closed_form import pendulum
 from reference import haug_governor as haug
 from reference import pendulum as linkage
 from reference.speed_loop import (

@@ -9,7 +9,7 @@ from typing import Any, Final, NamedTuple, TypedDict, TypeVar, Unpack
 
 from governor_mechanism.errors import MechanismError, did_you_mean
 from governor_mechanism.model.results.pictures import Theme
-from governor_mechanism.units.arguments import FLAG, NUMBER, QUANTITY, TEXT, Requirement
+from governor_mechanism.units.problems import FLAG, NUMBER, QUANTITY, TEXT, Requirement
 from governor_mechanism.units.quantities import convert_texts, format_value
 
 MIN_FRAME_SIZE, MAX_FRAME_SIZE = 320, 4320

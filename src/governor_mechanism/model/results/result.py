@@ -9,8 +9,7 @@ from typing import Any, ClassVar
 
 from governor_mechanism.model.results.pictures import Figure
 from governor_mechanism.types import DataFrame
-from governor_mechanism.units.places import fill_places, format_in_unit
-from governor_mechanism.units.text_table import format_table
+from governor_mechanism.units.text_table import fill_places, format_in_unit, format_table
 
 
 @dataclass(frozen=True)

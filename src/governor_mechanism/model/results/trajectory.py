@@ -240,7 +240,7 @@ class Trajectory:
 
         `gm.film` documents the parameters and errors.
         """
-        from governor_mechanism.notebook.film import film_run
+        from governor_mechanism.notebook.result_table import film_run
 
         return film_run(self, path, progress=progress, **options)
 
@@ -305,6 +305,6 @@ class Trajectory:
 
     def _repr_html_(self) -> str:
         """Return what a notebook shows: outcome, accuracy, and a row for each reading."""
-        from governor_mechanism.notebook.run_table import run_html
+        from governor_mechanism.notebook.result_table import run_html
 
         return run_html(self)

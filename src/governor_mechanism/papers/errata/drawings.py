@@ -8,8 +8,8 @@ import numpy as np
 from matplotlib.patches import Arc, Circle
 
 from governor_mechanism.closed_form import parabolic
-from governor_mechanism.closed_form.flywheel.equilibrium import shaft_speed
-from governor_mechanism.closed_form.flywheel.wheel import speed_limits
+from governor_mechanism.closed_form.flywheel import speed_limits
+from governor_mechanism.closed_form.flywheel_equilibrium import shaft_speed
 from governor_mechanism.closed_form.slide_valve import event_angle
 from governor_mechanism.papers.errata.dubois import USED_ANGLE_DEG
 from governor_mechanism.papers.errata.erratum import Paper
@@ -18,7 +18,7 @@ from governor_mechanism.papers.errata.results import Errata
 from governor_mechanism.papers.errata.zehnder import LONGER, SHORTER
 from governor_mechanism.render.figures.page import CHAIN_DOTTED, DASHED, MM_PER_M, Page, Panel, PanelRect, add_legend
 from governor_mechanism.render.style import BLUE, GREEN, INK, LIGHT_STEEL, MUTED, PAPER, SERIF_FONT, SKY, VERMILLION
-from governor_mechanism.studies.design import flywheel_paper, hartung, hartung_paper
+from governor_mechanism.studies.design import flywheel, hartung
 from governor_mechanism.studies.design.flywheel import DEFAULT_ENERGY_RATIO, PAPER_INPUTS, closed_cycle
 from governor_mechanism.studies.design.hartung import HartungLayout
 from governor_mechanism.studies.design.pendulum import design_pendulum
@@ -53,9 +53,9 @@ _CRANK_DEGREES: FloatArray = np.linspace(0.0, 360.0, 721)
 
 def draw_flywheel() -> Page:
     """Draw the speed of the shaft over a turn."""
-    comparison = flywheel_paper.compare_with_paper()
+    comparison = flywheel.compare_with_paper()
     light, right, closed = comparison.wheels
-    engine, mean = closed_cycle(flywheel_paper.PAPER_ENGINE), PAPER_INPUTS.speed
+    engine, mean = closed_cycle(flywheel.PAPER_ENGINE), PAPER_INPUTS.speed
     total = next(term for term in comparison.terms if term.quantity == "sum of the bracket")
     page = _new_page(
         f"Redtenbacher’s flywheel is {100 * (1 - total.printed / total.recomputed):.0f} % too light",
@@ -180,7 +180,7 @@ def draw_bell_crank() -> Page:
 
     The paper prints 133 degrees for its formula, takes 132 degrees as the even number next to it, and makes all that follows with these.
     """
-    number = next(one for one in hartung_paper.compare_with_paper().numbers if one.quantity == "angle of the bell crank")
+    number = next(one for one in hartung.compare_with_paper().numbers if one.quantity == "angle of the bell crank")
     layouts = [hartung.build_hartung_layout(hartung.PAPER_INPUTS, math.radians(angle)) for angle in (USED_ANGLE_DEG, number.recomputed)]
     page = _new_page(
         "Dubois’ bell crank: 137.33°, not 133°",

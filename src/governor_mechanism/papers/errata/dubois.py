@@ -10,8 +10,7 @@ from collections.abc import Iterator
 from functools import partial
 
 from governor_mechanism.papers.errata.erratum import Erratum, Paper, make_number_erratum
-from governor_mechanism.studies.design.hartung import PAPER_INPUTS, build_hartung_layout
-from governor_mechanism.studies.design.hartung_paper import compare_with_paper
+from governor_mechanism.studies.design.hartung import PAPER_INPUTS, build_hartung_layout, compare_with_paper
 from governor_mechanism.studies.printed_numbers import Cause, PrintedNumber
 
 COMMAND = "governor-mechanism design hartung"

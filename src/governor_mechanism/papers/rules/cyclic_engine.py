@@ -22,7 +22,7 @@ from governor_mechanism.papers.rules.steady_engine import (
     friction_on_sleeve,
     with_values,
 )
-from governor_mechanism.studies.regression import run_uncertified
+from governor_mechanism.studies.plain_runs import run_uncertified
 from governor_mechanism.types import FloatArray
 
 SAMPLES_PER_TURN = 400
@@ -88,8 +88,10 @@ class CyclicEngine:
         run = self.run(TURNS_TO_MOVE, {**friction_on_sleeve(self.find_friction(ratio)), **values})
         return any(event.kind is EventKind.SLIP and event.subject == SLEEVE for event in run.events)
 
-    def find_threshold(self, values: Values, low: float = 0.9, high: float = 1.1) -> float:
-        """Return the ratio of insensitivity to fluctuation from which on the sleeve rests; nan if it is not between the ends."""
+    def find_threshold(self, values: Values) -> float:
+        """Return the ratio of insensitivity to fluctuation from which on the sleeve rests; nan if it is not between 0.9 and 1.1."""
+        low = 0.9
+        high = 1.1
         if not self.does_sleeve_move(low, values) or self.does_sleeve_move(high, values):
             return math.nan
         while high - low > THRESHOLD_STEP:

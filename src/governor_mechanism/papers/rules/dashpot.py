@@ -20,8 +20,8 @@ from governor_mechanism.papers.rules.steady_engine import (
     with_values,
 )
 from governor_mechanism.statics.linearisation import Linearisation
-from governor_mechanism.statics.stability_limit import StabilityLimit, find_stability_limit
-from governor_mechanism.studies.regression import run_uncertified
+from governor_mechanism.statics.scene_linearisation import StabilityLimit, find_stability_limit
+from governor_mechanism.studies.plain_runs import run_uncertified
 from governor_mechanism.types import FloatArray
 
 DAMPINGS = (12.0, 18.0, 22.0, 26.0, 32.0, 40.0, 60.0, 100.0, 150.0, 200.0, 250.0, 300.0, 400.0, 600.0, 1000.0, 1700.0, 3000.0)

@@ -22,7 +22,7 @@ from governor_mechanism.papers.rules.steady_engine import (
     with_values,
 )
 from governor_mechanism.scenes.parser import parse_scene_document
-from governor_mechanism.studies.regression import run_uncertified
+from governor_mechanism.studies.plain_runs import run_uncertified
 from governor_mechanism.types import FloatArray
 
 FRICTIONS = (2.0, 5.0, 10.0, 20.0)

@@ -23,7 +23,7 @@ from governor_mechanism.papers.rules.steady_engine import (
     load_step,
     with_values,
 )
-from governor_mechanism.studies.regression import run_uncertified
+from governor_mechanism.studies.plain_runs import run_uncertified
 from governor_mechanism.types import FloatArray
 
 OFFSET = "part.governor.dimensions.offset"

@@ -20,7 +20,7 @@ from governor_mechanism.papers.rules.steady_engine import (
     start_at_rest,
     with_values,
 )
-from governor_mechanism.studies.regression import run_uncertified
+from governor_mechanism.studies.plain_runs import run_uncertified
 from governor_mechanism.types import FloatArray
 
 FRICTION = 0.5

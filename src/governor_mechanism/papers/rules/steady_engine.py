@@ -16,7 +16,7 @@ from governor_mechanism.scenes.parser import parse_scene_document
 from governor_mechanism.statics.linearisation import Linearisation
 from governor_mechanism.statics.scene_linearisation import linearise_from_start
 from governor_mechanism.statics.speed_curve import InsensitivityBand, compute_insensitivity_band, compute_speed_curve
-from governor_mechanism.studies.regression import SLEEVE_READING
+from governor_mechanism.studies.plain_runs import SLEEVE_READING
 
 Values = Mapping[str, Any]
 """Values of a scene file by their keys."""

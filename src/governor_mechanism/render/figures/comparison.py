@@ -8,14 +8,22 @@ from typing import Any
 import numpy as np
 
 from governor_mechanism.model.results.trajectory import Trajectory
-from governor_mechanism.render.figures.band_plot import draw_range_band
-from governor_mechanism.render.figures.page import CHAIN_DOTTED, DASHED, DOTTED, MM_PER_M, Page, Panel, PanelRect, add_legend
+from governor_mechanism.render.figures.page import (
+    CHAIN_DOTTED,
+    DASHED,
+    DOTTED,
+    MM_PER_M,
+    Page,
+    Panel,
+    PanelRect,
+    add_legend,
+    draw_range_band,
+)
 from governor_mechanism.render.number_format import display_unit_of, format_label
 from governor_mechanism.render.range_bands import PlotSize, count_turns, find_range_band, name_cycles
 from governor_mechanism.render.style import BLUE, GREEN, INK, MUTED, PAPER, SERIES_COLOURS, SKY, VERMILLION
-from governor_mechanism.studies.comparison.comparison import Comparison
-from governor_mechanism.studies.comparison.motion import leading_reading
-from governor_mechanism.studies.comparison.statics import GovernorStatics
+from governor_mechanism.studies.compared_quantities import GovernorStatics, leading_reading
+from governor_mechanism.studies.comparison import Comparison
 from governor_mechanism.types import FloatArray
 from governor_mechanism.units.constants import RPM
 

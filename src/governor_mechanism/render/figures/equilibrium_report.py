@@ -3,8 +3,7 @@
 from collections.abc import Mapping
 
 from governor_mechanism.model.results.pictures import Figure
-from governor_mechanism.render.figures.parabolic.isochronous_data import has_isochronous_parabolas
-from governor_mechanism.render.figures.parabolic.isochronous_plate import isochronous_figure
+from governor_mechanism.render.figures.plates.isochronous import has_isochronous_parabolas, isochronous_figure
 from governor_mechanism.studies.equilibrium_report import EquilibriumReport, GovernorForces
 
 

@@ -4,18 +4,20 @@ import io
 import math
 import os
 import textwrap
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
 from matplotlib import rc_context
+from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.axis import Axis
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.gridspec import SubplotSpec
-from matplotlib.patches import Rectangle
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch, Rectangle
 from matplotlib.patheffects import withStroke
 from matplotlib.text import Annotation, Text
 from matplotlib.ticker import FormatStrFormatter, FuncFormatter, NullFormatter, ScalarFormatter
@@ -25,11 +27,12 @@ from governor_mechanism.errors import MechanismError
 from governor_mechanism.files.atomic_write import atomic_write
 from governor_mechanism.model.results.pictures import Theme
 from governor_mechanism.render.figure_files import FigureFormat
-from governor_mechanism.render.style import INK, MUTED, PAPER, RULE, SANS_FONT, SERIF_FONT
+from governor_mechanism.render.range_bands import RangeBand, name_cycles
+from governor_mechanism.render.style import BLUE, INK, MUTED, PAPER, RULE, SANS_FONT, SERIF_FONT
 from governor_mechanism.render.theme import themed
 from governor_mechanism.types import FloatArray
-from governor_mechanism.units.arguments import PATH, TEXT, check_arguments
 from governor_mechanism.units.constants import INCH
+from governor_mechanism.units.problems import PATH, TEXT, check_arguments
 
 _METADATA_WITHOUT_DATE: Mapping[str, Mapping[str, None]] = {
     FigureFormat.PNG: {"Software": None},
@@ -261,3 +264,34 @@ def _format_decade(value: float) -> str:
         return f"{value:g}"
     exponent = round(math.log10(value))
     return f"$10^{{{exponent}}}$" if math.isclose(value, 10.0**exponent) else f"{value:g}"
+
+
+BAND_OPACITY = 0.3
+"""Opacity of a band: the grid stays visible through it, and the mean stands out from it."""
+
+
+LINE_WIDTH = 1.3
+"""Width of a curve over time, points."""
+
+
+def draw_range_band(
+    panel: Panel,
+    band: RangeBand,
+    colour: str,  # colour of the mean, and with BAND_OPACITY that of the band
+    line_style: Any = "-",
+    line_width: float = LINE_WIDTH,
+) -> None:
+    """Draw a band and its mean."""
+    panel.fill_between(band.times, band.low, band.high, color=colour, alpha=BAND_OPACITY, linewidth=0)
+    panel.plot(band.mean_times, band.means, color=colour, linestyle=line_style, linewidth=line_width)
+
+
+def band_handles(bands: Sequence[RangeBand]) -> list[Artist]:
+    """Return the entries of a legend of bands and means; none without a band."""
+    if not bands:
+        return []
+    cycle = name_cycles(bands)
+    return [
+        Patch(facecolor=BLUE, alpha=BAND_OPACITY, linewidth=0, label=f"range within {cycle}"),
+        Line2D([], [], color=BLUE, linewidth=LINE_WIDTH, label=f"mean over {cycle}"),
+    ]

@@ -14,14 +14,16 @@ from matplotlib.ticker import MaxNLocator
 
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.render.figures.page import Page, Panel, PanelRect, add_legend, axis_limits_for, format_plain_ticks
-from governor_mechanism.render.figures.sweep_axis import ROUND_STEPS, SweepAxisScale, label_with_unit
-from governor_mechanism.render.figures.sweep_key import (
+from governor_mechanism.render.figures.sweep_axis import (
     KEY_LINE_HEIGHT,
+    ROUND_STEPS,
     SCENE_LINE,
     SCENE_MARKER,
+    SweepAxisScale,
     draw_key,
     draw_missing_cells,
     ending_handles,
+    label_with_unit,
     number_endings,
     scene_handle,
     wrap_handles,

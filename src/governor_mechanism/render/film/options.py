@@ -8,7 +8,7 @@ from governor_mechanism.errors import MechanismError
 from governor_mechanism.model.results.film_options import DEFAULT_OPTIONS, FilmOptionError, FilmOptions, FilmView, list_options
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.render.machines.engine_room.arrangement import EngineRoomParts, find_governed_engine
-from governor_mechanism.render.magnified_motion import require_one_coordinate
+from governor_mechanism.render.part_run import require_one_coordinate
 
 PAGE_SUFFIX, DRAWING_SUFFIX = ".html", ".svg"
 """Endings of the names of an interactive page and of an animated drawing, which show one run."""

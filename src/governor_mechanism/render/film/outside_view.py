@@ -12,12 +12,64 @@ from itertools import accumulate
 import numpy as np
 
 from governor_mechanism.render.frame_data import FrameData
-from governor_mechanism.render.geometry.points import arc_points
+from governor_mechanism.render.geometry.points import arc_points, convex_hull
 from governor_mechanism.render.geometry.primitives import BoundingBox, Circle, DrawnShape, Lines, Polygon, TextShape, Vec2
-from governor_mechanism.render.geometry.projection import EYE_DISTANCE_RATIO, TurnedPlane, area_of, hull_of
-from governor_mechanism.render.geometry.recording import RecordedShape, record_parts
-from governor_mechanism.render.geometry.thickness import SEEN_AS, SPHERE_ROLE, find_half_thickness
+from governor_mechanism.render.geometry.recording import SEEN_AS, SPHERE_ROLE, RecordedShape, find_half_thickness, record_parts
 from governor_mechanism.types import BoolArray, FloatArray
+
+EYE_DISTANCE_RATIO = 12.0
+"""Distance of the eye from the axis, relative to the reach of the machine: far, for a slight perspective."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class TurnedPlane:
+    """A plane through the axis x = 0, turned by an angle and seen by an eye in front of the axis.
+
+    Attributes
+    ----------
+    angle
+        Rotation of the plane, anticlockwise seen from above, rad: what was at the right passes behind the axis first.
+    reach
+        Largest distance of the machine from the axis, m.
+    middle
+        Height of the eye, m.
+    """
+
+    angle: float
+    reach: float
+    middle: float
+
+    def depths(self, points: FloatArray, offset: float = 0.0) -> FloatArray:
+        """Return how far points (n, 2) are in front of the axis (n,), m; they are `offset` (m) before the plane."""
+        depths: FloatArray = -points[:, 0] * math.sin(self.angle) + offset * math.cos(self.angle)
+        return depths
+
+    def sizes(self, depths: FloatArray) -> FloatArray:
+        """Return how much larger than at the axis things at depths (n,) m appear."""
+        sizes: FloatArray = 1.0 / (1.0 - depths / (EYE_DISTANCE_RATIO * self.reach))
+        return sizes
+
+    def project(self, points: FloatArray, offset: float = 0.0) -> FloatArray:
+        """Return where points (n, 2) at an offset (m) from the plane are seen; shape (n, 2)."""
+        size = self.sizes(self.depths(points, offset))
+        across = points[:, 0] * math.cos(self.angle) + offset * math.sin(self.angle)
+        return np.column_stack([across * size, self.middle + (points[:, 1] - self.middle) * size])
+
+    def project_plate(self, outline: FloatArray, half_thickness: float) -> FloatArray:
+        """Return the seen outline (m, 2) of a plate without dents, from its outline (n, 2) and half its thickness."""
+        return hull_of(np.concatenate([self.project(outline, -half_thickness), self.project(outline, half_thickness)]))
+
+
+def hull_of(points: FloatArray) -> FloatArray:
+    """Return the corners (m, 2) of the convex hull of points (n, 2), anticlockwise."""
+    return np.array(convex_hull([(x, y) for x, y in points.tolist()])).reshape(-1, 2)
+
+
+def area_of(outline: FloatArray) -> float:
+    """Return the area within a closed outline (n, 2), m2."""
+    following = np.roll(outline, -1, axis=0)
+    return 0.5 * abs(float(np.sum(outline[:, 0] * following[:, 1] - following[:, 0] * outline[:, 1])))
+
 
 _PIN_CORNERS = 16
 """Number of corners that stand for the rim of a pin."""

@@ -1,25 +1,242 @@
-"""Painters of all films: one run, several side by side, or the engine room of a governed engine."""
+"""Painters of all films: one run, several side by side, or the engine room of a governed engine; and a frame of each as a picture."""
 
+import os
 from collections.abc import Sequence
+from dataclasses import dataclass
 from itertools import accumulate
+from pathlib import Path
 from typing import Protocol
 
 import numpy as np
+from PIL import Image
 
-from governor_mechanism.model.results.film_options import DEFAULT_OPTIONS, FilmOptions
+from governor_mechanism.errors import MechanismError
+from governor_mechanism.files.atomic_write import atomic_write
+from governor_mechanism.model.results.film_options import DEFAULT_OPTIONS, FilmLayout, FilmOptions
 from governor_mechanism.model.results.trajectory import Trajectory
-from governor_mechanism.render.film.engine_room_painter import EngineRoomPainter
-from governor_mechanism.render.film.frame_canvas import FrameCanvas
+from governor_mechanism.render.figures.page import READING_NOISE_RATIO, axis_limits_for
+from governor_mechanism.render.film import layout
+from governor_mechanism.render.film.frame_canvas import LINE_PITCH, FrameCanvas, PlotHeading
 from governor_mechanism.render.film.frame_painter import FramePainter
 from governor_mechanism.render.film.gif_encoder import RgbaPixels
-from governor_mechanism.render.film.layout import HEADER_RULE_Y, REFERENCE_SIZE
+from governor_mechanism.render.film.layout import HEADER_RULE_Y, REFERENCE_SIZE, shift_rect
+from governor_mechanism.render.film.moving_parts import Curve, CurvePanel, Panel, plot_curves
 from governor_mechanism.render.film.options import find_engine_room
 from governor_mechanism.render.frame_data import FrameData, ShownParts, find_parts
-from governor_mechanism.render.geometry.pixel_view import ELEVATION_RECT
-from governor_mechanism.render.geometry.primitives import Vec2
-from governor_mechanism.render.style import RULE
+from governor_mechanism.render.geometry.attached import at_own_moments
+from governor_mechanism.render.geometry.pixel_view import ELEVATION_RECT, PixelRect, PixelView
+from governor_mechanism.render.geometry.primitives import Vec2, round_step
+from governor_mechanism.render.machines.engine_room import proportions as room
+from governor_mechanism.render.machines.engine_room.arrangement import CUT_OFF, EngineRoomParts, engine_torque, load_steps, mean_speed
+from governor_mechanism.render.machines.engine_room.drawing import EngineRoomDrawing
+from governor_mechanism.render.machines.flywheel_engine import BAR
+from governor_mechanism.render.number_format import display_unit_of, format_film_speed, format_name, format_numbers
+from governor_mechanism.render.range_bands import RangeBand, name_cycles
+from governor_mechanism.render.shown_readings import chosen_readings
+from governor_mechanism.render.style import BLUE, GREEN, INK, MUTED, RULE, SERIES_COLOURS, SERIF_FONT, VERMILLION
 from governor_mechanism.render.theme import themed_colour
 from governor_mechanism.types import FloatArray
+from governor_mechanism.units.constants import RPM
+
+ROOM_RECT: PixelRect = (8.0, 42.0, 8.0 + room.WIDTH, 42.0 + room.HEIGHT)
+"""Place of the elevation in a frame of two parts."""
+FRAME_WIDTHS = {
+    FilmLayout.MACHINE: (room.WIDTH + 16.0, 0.0),
+    FilmLayout.MACHINE_AND_PLOTS: (layout.REFERENCE_SIZE, layout.PART_PITCH),
+    FilmLayout.WIDE: (layout.WIDE_WIDTH - layout.PART_PITCH, layout.PART_PITCH),
+}
+"""Width of the frame without what lies at negative positions, and the width of that, pixels."""
+_BROWN, _LIGHT_BLUE = "#7a3600", "#9fcbe6"
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Plot:
+    """One plot: its curves in a display unit with their names."""
+
+    names: tuple[str, ...]
+    unit: str
+    curves: tuple[Curve, ...]
+    noise: float = 0.0
+
+
+class EngineRoomPainter(FrameCanvas):
+    """Frames of a governed engine.
+
+    Parameters
+    ----------
+    run
+        The run.
+    governed
+        Its governed engine.
+    engine
+        The engine at the frame times.
+    governor
+        The governor at the frame times.
+    size
+        Height of the frame, pixels.
+    title
+        Title; None takes that of the scene.
+    options
+        What is shown.
+    animated
+        Whether moving artists are left out of the static background.
+    """
+
+    def __init__(
+        self,
+        run: Trajectory,
+        governed: EngineRoomParts,
+        engine: FrameData,
+        governor: FrameData,
+        size: int = 480,
+        *,
+        title: str | None = None,
+        options: FilmOptions = DEFAULT_OPTIONS,
+        animated: bool = True,
+    ) -> None:
+        width, shift = FRAME_WIDTHS[options.layout]
+        super().__init__(size, shift, options, width)
+        self._run, self._governed, self._data = run, governed, governor
+        self.room = EngineRoomDrawing(run, governed, engine.drawing, governor.drawing)
+        self._add_title_and_footer(run, run.scene.title if title is None else title, governor)
+        plots = self._make_plots()
+        self._add_caption([band for panel in plots for band in panel.bands])
+        self._finish([self._make_elevation(), *plots], animated)
+
+    @property
+    def canvases(self) -> Sequence[FrameCanvas]:
+        """The canvas itself."""
+        return (self,)
+
+    def paint(self, k: int) -> RgbaPixels:
+        """Return frame k as opaque RGBA pixels (size, width, 4)."""
+        return self.draw(k).copy()
+
+    def _make_elevation(self) -> Panel:
+        """Return the panel of the engine room, and write the names of load and supply, and when a belt breaks."""
+        view = PixelView(rect=ROOM_RECT, scale=1.0, x=0.5 * room.WIDTH, y=0.5 * room.HEIGHT)
+        state_at = self.room.states(self._data.times, self._data.poses)
+        states = [state_at(k) for k in range(len(self._data.times))]
+        if self.room.has_load:
+            loads = np.interp(self._data.times, self._run.times, self.room.load_values)
+            x, y = self._place((room.LINE_SHAFT[0] + room.BRAKE_ARM + 18.0, room.LINE_SHAFT[1] + 34.0))
+            left = self.add_number(format_numbers(loads), "N m", (x, y), 11, color=VERMILLION, fontweight="bold")
+            self.add_text("load", (left - 6.0, y), 11.5, fontfamily=SERIF_FONT, ha="right")
+        if "supply_pressure" in self._governed.engine.dimensions:
+            pressure = self._governed.engine.dimensions["supply_pressure"] / BAR
+            position = self._place((room.PIPE_AXIS - room.PIPE_HALF_WIDTH - 8.0, room.HEIGHT - 12.0))
+            self.add_text(f"supply {pressure:.4g} bar", position, 9.5, color=MUTED, ha="right")
+        if self._governed.break_time is not None:
+            text = f"belt breaks at {self._governed.break_time:.4g} s"
+            self.add_text(text, self._place((room.GOVERNOR_AXIS + 92.0, room.GOVERNOR_BASE + 12.0)), 9.5, color=MUTED)
+        parts = [at_own_moments(part, states.__getitem__) for part in self.room.moving]
+        return self._make_shape_panel(view, tuple(self.room.background_shapes()), parts)
+
+    def _place(self, point: Vec2) -> Vec2:
+        """Return the place in the frame of a point of the room."""
+        return ROOM_RECT[0] + point[0] - self._shift, ROOM_RECT[3] - point[1]
+
+    def _add_caption(self, bands: Sequence[RangeBand]) -> None:
+        """Write scale bars of engine and governor, how time and rotation are shown, and what the bands of plots are."""
+        x, y = 14.0 - self._shift, 447.0
+        engine, governor = self.room.engine, self.room.governor
+        for name, scale in ((engine.scaled, engine.pixels_per_metre), ("governor", governor.pixels_per_metre)):
+            length = round_step(110.0 / scale, 4)
+            right = x + length * scale
+            self._add_line((x, y), (right, y), MUTED)
+            for end in (x, right):
+                self._add_line((end, y - 3), (end, y + 3), MUTED)
+            text = self.add_text(f"{name} {length * 1e3:g} mm", (right + 5.0, y), 9.5, color=MUTED)
+            x = right + 5.0 + self._width_of(text) + 16.0
+        slow_down = self._data.slow_down
+        texts = [f"time lapse {1 / slow_down:.4g}x" if slow_down < 1.0 else format_film_speed(slow_down)]
+        (start, stop), duration = self._data.time_span, float(np.ptp(self._run.times))
+        if stop - start < duration:
+            texts.insert(0, f"{stop - start:.4g} of {duration:.4g} s")
+        if (slowing := self.room.rotation_slowing(self._data.times)) > 1:
+            texts.append(f"one turn drawn for {slowing}")
+        right = ROOM_RECT[2] - self._shift
+        self.add_text(", ".join(text for text in texts if text), (right, y), 9.5, color=MUTED, ha="right", max_width=right - x)
+        if bands:
+            position, width = (self._right - 12.0, y + 3.5), self._right - 16.0 - right  # below the times of the plots
+            self.add_text(f"band: range within {name_cycles(bands)}", position, 9.0, color=MUTED, ha="right", max_width=width)
+
+    def _make_plots(self) -> list[CurvePanel]:
+        """Return the plots, stacked over a common time axis, and write their names and numbers."""
+        if self._options.layout is FilmLayout.MACHINE:
+            return []
+        plots = self._chosen_plots() or self._plots()
+        left, top, _, bottom = layout.READINGS_RECT
+        right = self._right - 10.0
+        height = (bottom - layout.TIME_LABEL_HEIGHT - top) / len(plots)
+        marks = load_steps(self._run, self._governed)
+        if self._governed.break_time is not None:
+            marks.append(self._governed.break_time)
+        panels = []
+        for k, plot in enumerate(plots):
+            y = top + k * height
+            is_last = k == len(plots) - 1
+            heading = self._heading_of(plot)
+            in_two_lines = heading.needs_two_lines(self, right - left)
+            plot_top = y + layout.HEADING_HEIGHT - 2.0 + (LINE_PITCH if in_two_lines else 0.0)
+            rect = (left + layout.LABEL_WIDTH, plot_top, right - 3.0, y + height - 6.0)
+            axes = self._add_axes(shift_rect(rect, self._shift))
+            values = np.concatenate([curve.values for curve in plot.curves])
+            limits = axis_limits_for(values, plot.noise)
+            settings = {"has_time_labels": is_last, "has_bands": True}
+            panels.append(plot_curves(axes, plot.curves, self._data, limits, marks, self._points_per_pixel, **settings))
+            heading.write(self, (left, right), y, in_two_lines=in_two_lines)
+        return panels
+
+    def _heading_of(self, plot: _Plot) -> PlotHeading:
+        """Return the heading of a plot: the names of its curves, in their colours if there are several, and the number of the first one."""
+        first = plot.curves[0]
+        colours = [curve.colour for curve in plot.curves] if len(plot.names) > 1 else [INK]
+        numbers = format_numbers(np.interp(self._data.times, first.times, first.values))
+        return PlotHeading(names=plot.names, numbers=numbers, unit=plot.unit, colour=first.colour, name_colours=colours)
+
+    def _chosen_plots(self) -> list[_Plot]:
+        """Return the plots of the chosen readings."""
+        plots = []
+        for (name, reading), colour in zip(chosen_readings(self._run, self._options.readings).items(), SERIES_COLOURS, strict=False):
+            unit, factor = display_unit_of(reading.unit)
+            curve = self._curve(colour, reading.values * factor)
+            noise = READING_NOISE_RATIO * reading.scale * factor
+            plots.append(_Plot(names=(format_name(name),), unit=unit, noise=noise, curves=(curve,)))
+        return plots
+
+    def _plots(self) -> list[_Plot]:
+        """Return the plots from the top: speed, the governor's reading, what it controls, and torque with load."""
+        run, governed = self._run, self._governed
+        reading = governed.governor_reading
+        name = format_name(reading.rpartition(".")[2])
+        unit, factor = display_unit_of(run.units.get(reading, ""))
+        noise = READING_NOISE_RATIO * run.scales.get(reading, 0.0) * factor
+        speeds = self._speed_curves()
+        plots = [
+            _Plot(names=("mean speed" if len(speeds) > 1 else "speed",), unit="rpm", curves=speeds),
+            _Plot(names=(name,), unit=unit, noise=noise, curves=(self._curve(GREEN, run.readings[reading] * factor),)),
+        ]
+        if governed.opening_reading is not None:
+            name = "cut-off" if governed.controlled == CUT_OFF else "throttle"
+            plots.append(_Plot(names=(name,), unit="%", curves=(self._curve(_BROWN, 100 * self.room.control_values),)))
+        torque = Curve(BLUE, *engine_torque(run, governed))
+        load = (self._curve(VERMILLION, self.room.load_values),) if self.room.has_load else ()
+        names = ("torque", "load") if load else ("torque",)
+        return [*plots, _Plot(names=names, unit="N m", curves=(torque, *load))]
+
+    def _speed_curves(self) -> tuple[Curve, ...]:
+        """Return the mean speed of each turn and the speed in it, rpm; only the speed if the run has too few turns."""
+        factor = 1 / RPM
+        speed = self._run.rates[self._governed.crank_angle]
+        mean = mean_speed(self._run, self._governed)
+        if mean is None:
+            return (self._curve(BLUE, speed * factor),)
+        return Curve(BLUE, mean[0], mean[1] * factor), Curve(_LIGHT_BLUE, self._run.times, speed * factor, has_own_mean=True)
+
+    def _curve(self, colour: str, values: FloatArray) -> Curve:
+        """Return the curve of values (n,) at the reported times."""
+        return Curve(colour, self._run.times, values)
 
 
 class Painter(Protocol):
@@ -93,3 +310,32 @@ def make_painter(
     looks = options.readings, options.exaggerate
     frame_data = [[FrameData(one, shown, time_span, times, slow_down, *looks) for shown in find_parts(one, options.part)] for one in runs]
     return SideBySidePainter(runs, titles, frame_data, options)
+
+
+def write_still(
+    run: Trajectory,
+    path: str | os.PathLike[str],
+    *,
+    # time of the frame, s. None is the last reported time, at which the plots show the whole run
+    time: float | None = None,
+    size: int = 720,
+    part: str | None = None,  # name of the part to show. None shows all parts, as in a film
+) -> Path:
+    """Write one frame of the film of a run as a picture.
+
+    Result: path of the picture. No file is left behind if an exception is raised. Raises MechanismError if
+    the name of the file, the time or the size is not valid, or nothing was reported.
+    """
+    target = Path(path)
+    if target.suffix.lower() != ".png":
+        raise MechanismError(f"a picture's name must end in .png; got {target.name!r}")
+    if not len(run.times):
+        raise MechanismError(f"the run has no reported time, so there is nothing to show; its message: {run.message}")
+    first, last = float(run.times[0]), float(run.times[-1])
+    moment = last if time is None else time
+    if not first <= moment <= last:
+        raise MechanismError(f"time of a picture must lie within the run, {first:g}..{last:g} s; got {moment:g} s")
+    painter = make_painter((run,), (first, last), np.array([moment]), 1.0, FilmOptions(size=size, part=part))
+    with atomic_write(target) as temporary:
+        Image.fromarray(painter.paint(0)[..., :3].copy()).save(temporary, format="png")
+    return target

@@ -39,12 +39,12 @@ from governor_mechanism.render.film.painters import Painter, make_painter
 from governor_mechanism.render.film.svg_animation import write_animation
 from governor_mechanism.render.film.timing import Timing, select_room_timing, select_slow_down, select_time_span, select_timing
 from governor_mechanism.render.frame_data import find_parts
-from governor_mechanism.render.machines.engine_room.settling import settled_time
+from governor_mechanism.render.machines.engine_room.arrangement import settled_time
 from governor_mechanism.render.shown_readings import chosen_readings
 from governor_mechanism.render.style import FILM_COLOURS, parse_rgb
 from governor_mechanism.render.theme import themed_colour
 from governor_mechanism.types import FloatArray
-from governor_mechanism.units.arguments import PATH, check_arguments
+from governor_mechanism.units.problems import PATH, check_arguments
 from governor_mechanism.units.quantities import format_value
 
 AddFrame = Callable[[int, int], None]
@@ -142,8 +142,6 @@ _N_PROBES = 12
 """Number of frames whose changes are measured."""
 _SAFETY = 1.04
 """Factor of the estimated size: with 12 frames it is within 4 % of that of the films of the shipped scenes."""
-_ROUNDING = 0.999
-"""Factor of a lowest rate: a measured turn of 1 s allows 10 frames a second."""
 
 
 def choose_gif_settings(

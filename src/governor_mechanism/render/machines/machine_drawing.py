@@ -2,13 +2,12 @@
 
 import math
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from functools import cached_property
 from typing import ClassVar
 
 from governor_mechanism.render.geometry.attached import Attached, BodyAxes, DrawnPart, Frame, Moment, fixed_axes, into_axes, shapes_of
-from governor_mechanism.render.geometry.free_space import select_extreme_rows
-from governor_mechanism.render.geometry.outlines import make_bar
+from governor_mechanism.render.geometry.outlines import make_bar, select_extreme_rows
 from governor_mechanism.render.geometry.points import arc_points, drawn_point_paths
 from governor_mechanism.render.geometry.primitives import (
     BoundingBox,
@@ -22,8 +21,6 @@ from governor_mechanism.render.geometry.primitives import (
 from governor_mechanism.render.part_run import PartRun
 from governor_mechanism.types import FloatArray
 
-SWEEP_ARC_CAPTION = ("arc: turned", "since the", "last frame")
-"""Caption of the arc on the ring of the plan view, line by line."""
 _MARGIN_RATIO = 0.02
 """Free border around the shapes, as a fraction of the larger side."""
 
@@ -84,18 +81,10 @@ class MachineDrawing(PartRun, ABC):
         index = self.part.mechanism.body_index(name)
         return BodyAxes(index) if index >= 0 else fixed_axes
 
-    def attach(
-        self,
-        frame: Frame,
-        shapes: Iterable[DrawnShape],
-        *,
-        turns: bool = True,
-        section_only: bool = False,
-        shown: Callable[[Moment], bool] | None = None,
-    ) -> Attached:
+    def attach(self, frame: Frame, shapes: Iterable[DrawnShape], *, turns: bool = True) -> Attached:
         """Return shapes, drawn in the plane where they stand at the first moment, attached to axes."""
         local = into_axes(frame(self.first_moment), shapes)
-        return Attached(frame=frame, shapes=local, turns=turns, section_only=section_only, shown=shown)
+        return Attached(frame=frame, shapes=local, turns=turns)
 
     def plan_shapes(self, pose: FloatArray, angle: float) -> Iterable[DrawnShape]:
         """Yield the rotating plane from above, at a spindle angle (rad): every body at its distance from the axis."""

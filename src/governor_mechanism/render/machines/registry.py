@@ -2,19 +2,19 @@
 
 from governor_mechanism.model.part import Part
 from governor_mechanism.model.results.trajectory import Trajectory
-from governor_mechanism.render.machines.flywheel_engine.drawing import FlywheelEngineDrawing
+from governor_mechanism.render.machines.flywheel_engine import FlywheelEngineDrawing
 from governor_mechanism.render.machines.generic.drawing import GenericDrawing
-from governor_mechanism.render.machines.hartnell.drawing import HartnellDrawing
-from governor_mechanism.render.machines.hartung.drawing import HartungDrawing
+from governor_mechanism.render.machines.hartnell import HartnellDrawing
+from governor_mechanism.render.machines.hartung import HartungDrawing
 from governor_mechanism.render.machines.machine_drawing import MachineDrawing
-from governor_mechanism.render.machines.parabolic.drawing import ParabolicDrawing
-from governor_mechanism.render.machines.pendulum.drawing import PendulumDrawing
-from governor_mechanism.render.machines.proell.drawing import ProellDrawing
-from governor_mechanism.render.machines.slide_valve.drawing import SlideValveDrawing
-from governor_mechanism.render.machines.slider_crank.drawing import SliderCrankDrawing
-from governor_mechanism.render.machines.stephenson.drawing import StephensonDrawing
-from governor_mechanism.render.machines.valve_gear.drawing import ValveGearDrawing
-from governor_mechanism.render.machines.valve_gear.proportions import is_valve_gear, may_be_valve_gear
+from governor_mechanism.render.machines.parabolic import ParabolicDrawing
+from governor_mechanism.render.machines.pendulum import PendulumDrawing
+from governor_mechanism.render.machines.proell import ProellDrawing
+from governor_mechanism.render.machines.slide_valve import SlideValveDrawing
+from governor_mechanism.render.machines.slider_crank import SliderCrankDrawing
+from governor_mechanism.render.machines.stephenson import StephensonDrawing
+from governor_mechanism.render.machines.valve_gear import ValveGearDrawing
+from governor_mechanism.render.machines.valve_gear_proportions import is_valve_gear, may_be_valve_gear
 
 MACHINE_DRAWINGS: dict[str, type[MachineDrawing]] = {
     "pendulum_governor": PendulumDrawing,

@@ -11,13 +11,13 @@ import numpy as np
 
 from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.model.scene import Scene
+from governor_mechanism.render import theme
 from governor_mechanism.render.geometry.primitives import Circle, DrawnShape, Lines, Polygon, TextShape, Vec2
 from governor_mechanism.render.machines.engine_room.arrangement import ENGINE_MACHINE, find_governed_engine
-from governor_mechanism.render.page import colours, facts
-from governor_mechanism.render.page.colours import class_of
-from governor_mechanism.render.page.page_files import read_page_file
-from governor_mechanism.render.page.picture import Picture
-from governor_mechanism.render.page.views import PageView, show_run
+from governor_mechanism.render.page import writer
+from governor_mechanism.render.page.views import PageView, Picture, show_run
+from governor_mechanism.render.page.writer import read_page_file
+from governor_mechanism.render.theme import class_of
 
 
 def draw_poster(view: PageView) -> str:
@@ -95,7 +95,7 @@ def make_gallery(
     roles = set(chain.from_iterable(card.roles for card in cards))
     return Template(read_page_file("gallery.html")).substitute(
         heading=escape(heading),
-        style="\n".join([colours.colour_rules(), colours.role_rules(roles), read_page_file("page.css"), read_page_file("gallery.css")]),
+        style="\n".join([theme.colour_rules(), theme.role_rules(roles), read_page_file("page.css"), read_page_file("gallery.css")]),
         sections="\n".join(sections),
     )
 
@@ -108,7 +108,7 @@ def _make_card(name: str, run: Trajectory) -> _Card:
     roles = frozenset(shape.role for view in views for shape in (*view.static_shapes, *view.shapes_at(0)))
     content = (
         f'<li><a href="{escape(name)}.html">{"".join(map(draw_poster, views))}<h3>{escape(run.scene.title)}</h3></a>'
-        f"<p>{escape(facts.read_caption(run.scene))}</p>"
+        f"<p>{escape(writer.read_caption(run.scene))}</p>"
         f"<code>governor-mechanism run {escape(name)} <span>--film html</span></code></li>"
     )
     return _Card(group=find_group(run.scene), content=content, roles=roles)

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from governor_mechanism.render.geometry.recording import RecordedShape, move_points
-from governor_mechanism.render.page.picture import Picture
+from governor_mechanism.render.page.views import Picture
 from governor_mechanism.types import FloatArray
 
 TOLERANCE = 0.6

@@ -2,7 +2,9 @@
 
 import json
 import math
+from collections.abc import Iterator
 from html import escape
+from importlib import resources
 from pathlib import Path
 from string import Template
 from typing import Any
@@ -11,12 +13,97 @@ import numpy as np
 
 from governor_mechanism.files.atomic_write import atomic_write
 from governor_mechanism.model.results.trajectory import Trajectory
+from governor_mechanism.model.scene import Scene
+from governor_mechanism.render import theme
 from governor_mechanism.render.geometry.primitives import Vec2
-from governor_mechanism.render.page import colours, facts
+from governor_mechanism.render.number_format import format_closing_lines, format_name
 from governor_mechanism.render.page.page_data import collect_data, roles_of
-from governor_mechanism.render.page.page_files import read_page_file
-from governor_mechanism.render.page.views import show_run
+from governor_mechanism.render.page.views import PICTURE_SIZE, show_run
+from governor_mechanism.scenes.description import describe_scene
 from governor_mechanism.types import FloatArray
+
+
+def read_page_file(name: str) -> str:
+    """Return the text of a file of this folder."""
+    return resources.files("governor_mechanism.render.page").joinpath(name).read_text(encoding="utf-8")
+
+
+_SCHEMA_MARK = "#:"
+"""Start of a comment for editors, which is no text."""
+_CLOSING_LINE_LENGTH = 400
+MAX_NAMED_EVENTS = 6
+"""Largest number of events that are listed one by one."""
+
+
+def read_caption(scene: Scene) -> str:
+    """Return the comment at the head of the scene file: what the mechanism is, and where it is from. Empty without a file or a comment."""
+    path = Path(scene.source)
+    if not scene.source or not path.is_file():
+        return ""
+    lines = []
+    for line in path.read_text(encoding="utf-8").splitlines():
+        if not line.startswith("#"):
+            break
+        if not line.startswith(_SCHEMA_MARK):
+            lines.append(line.lstrip("# ").rstrip())
+    return " ".join(filter(None, lines))
+
+
+def list_effects(scene: Scene) -> Iterator[tuple[str, str]]:
+    """Yield name and parameters of each effect, force element, coupling and load of a scene."""
+    description = describe_scene(scene)
+    for part in description.parts:
+        prefix = f"{format_name(part.name)}: " if len(description.parts) > 1 else ""
+        if part.spindle:
+            yield f"{prefix}spindle", part.spindle.removeprefix("spindle ")
+        for effect in part.effects:
+            yield f"{prefix}{format_name(effect.name)}", effect.text or "acts on all bodies"
+    names = {coupling.name for coupling in description.couplings}
+    elements = [element for element in description.force_elements if element.name not in names]
+    for element in (*elements, *description.couplings):
+        yield format_name(element.name), f"{element.kind}, {element.text}" if element.text else element.kind
+
+
+def list_dimensions(scene: Scene) -> Iterator[tuple[str, str]]:
+    """Yield name and value of each dimension that is given."""
+    description = describe_scene(scene)
+    for part in description.parts:
+        prefix = f"{format_name(part.name)}: " if len(description.parts) > 1 else ""
+        for dimension in part.dimensions:
+            if dimension.value is not None:
+                yield f"{prefix}{format_name(dimension.name)}", dimension.text
+
+
+def describe_accuracy(run: Trajectory, times: FloatArray) -> list[tuple[str, str]]:
+    """Return what is known of the accuracy of a run and of its drawing at sample times (n,) s, and what it cost."""
+    cost = run.cost
+    lines, _ = format_closing_lines(run, _CLOSING_LINE_LENGTH)
+    runs = f"{cost.runs} runs, " if cost.runs > 1 else ""
+    rows = [
+        ("engine", f"{cost.engine}{f': {cost.reason}' if cost.reason else ''}"),
+        ("accuracy", "; ".join(lines) + ", relative to the scale of each reading" * (run.error_estimate is not None)),
+        ("cost", f"{runs}{cost.steps} steps, {1e3 * cost.wall_time:.3g} ms"),
+        ("outcome", run.message),
+        ("drawing", _describe_drawing(times)),
+    ]
+    if run.events:
+        rows.append(("events", "; ".join(map(str, run.events[:MAX_NAMED_EVENTS])) + _rest(len(run.events) - MAX_NAMED_EVENTS)))
+    return rows
+
+
+def _describe_drawing(times: FloatArray) -> str:
+    """Return how the drawing follows the run."""
+    rounding = f"positions rounded to 1/{PICTURE_SIZE} of the picture"
+    if len(times) < 2:
+        return f"one moment; {rounding}"
+    step = 1e3 * float(times[1] - times[0])
+    return f"{len(times)} moments, {step:.3g} ms apart, with a cubic between them; {rounding}"
+
+
+def _rest(count: int) -> str:
+    """Return how many more there are."""
+    return f"; and {count} more" if count > 0 else ""
+
 
 SAMPLE_RATE = 30.0
 """Samples per second of the film in which the page plays at first."""
@@ -69,15 +156,15 @@ def make_page(run: Trajectory, *, part: str | None, time_span: Vec2, slow_down: 
     """Return a run as one interactive HTML document; the arguments are those of `write_page`."""
     times = choose_sample_times(run, time_span, slow_down)
     data = collect_data(show_run(run, part, time_span, times, slow_down), slow_down)
-    dimensions = _format_list(facts.list_dimensions(run.scene))
+    dimensions = _format_list(list_dimensions(run.scene))
     return Template(read_page_file("page.html")).substitute(
         title=escape(run.scene.title),
-        caption=escape(facts.read_caption(run.scene)),
-        style="\n".join([colours.colour_rules(), colours.role_rules(roles_of(data)), colours.series_rules(), read_page_file("page.css")]),
-        effects=_format_list(facts.list_effects(run.scene)) or "<p>The scene lists no effect: the motion is prescribed.</p>",
+        caption=escape(read_caption(run.scene)),
+        style="\n".join([theme.colour_rules(), theme.role_rules(roles_of(data)), theme.series_rules(), read_page_file("page.css")]),
+        effects=_format_list(list_effects(run.scene)) or "<p>The scene lists no effect: the motion is prescribed.</p>",
         dimensions=dimensions,
         no_dimensions="" if dimensions else " hidden",
-        accuracy=_format_list(facts.describe_accuracy(run, times)),
+        accuracy=_format_list(describe_accuracy(run, times)),
         data=_embed_json(data),
         script="\n".join(read_page_file(f"script/{name}.js") for name in SCRIPTS),
     )

@@ -9,8 +9,8 @@ from typing import Any, Final
 import numpy as np
 
 from governor_mechanism.errors import MechanismError
+from governor_mechanism.machines.base import MassElement
 from governor_mechanism.machines.custom import BodyShape, InitialConfiguration, SketchedBody
-from governor_mechanism.machines.mass_elements import MassElement
 from governor_mechanism.mechanics.kinematics.time_functions import CubicTimeFunction
 from governor_mechanism.model.curves import Curve, PolynomialCurve, SplineCurve
 from governor_mechanism.model.joints import GROUND, Joint, Point, TranslationalDriver

@@ -14,13 +14,21 @@ from governor_mechanism.model.output_variables import Reading
 from governor_mechanism.model.part import FIXED_PLANE, TURNING_PLANE, Part, Start
 from governor_mechanism.model.valve import Valve
 from governor_mechanism.scenes.custom.assembly import ASSEMBLY_TYPE, take_assembly
-from governor_mechanism.scenes.custom.bodies import BODY
 from governor_mechanism.scenes.custom.dimensions import Dimension, DimensionTable
-from governor_mechanism.scenes.custom.elements import FORCE_TABLES, JOINT_TABLES, LINK, UNTYPED_FORCE, UNTYPED_JOINT
 from governor_mechanism.scenes.custom.field_types import PointRegistry, is_moving, parse_moving_point, parse_named_points
 from governor_mechanism.scenes.custom.law import parse_law
-from governor_mechanism.scenes.custom.readings import READING_TABLES, find_reading_kind, make_default_readings
-from governor_mechanism.scenes.custom.valve import parse_valve
+from governor_mechanism.scenes.custom.parts import (
+    BODY,
+    FORCE_TABLES,
+    JOINT_TABLES,
+    LINK,
+    READING_TABLES,
+    UNTYPED_FORCE,
+    UNTYPED_JOINT,
+    find_reading_kind,
+    make_default_readings,
+    parse_valve,
+)
 from governor_mechanism.scenes.quantities import parse_name
 from governor_mechanism.scenes.schema import COMMON_FIELDS, TOP_LEVEL_TYPES, parse_start, rate_key, unknown_top_level_key
 from governor_mechanism.scenes.table import Table, nearest_type

@@ -19,17 +19,16 @@ from typing import Any
 import numpy as np
 from scipy.optimize import minimize_scalar
 
-from governor_mechanism.closed_form.flywheel.engine import AirEngine
+from governor_mechanism.closed_form import pendulum, pendulum_sizing
+from governor_mechanism.closed_form.flywheel_engine import AirEngine
 from governor_mechanism.closed_form.governed_engine import CharacteristicCoefficients, pendulum_coefficients, vyshnegradskii_parameters
-from governor_mechanism.closed_form.pendulum import dynamics, sizing
-from governor_mechanism.closed_form.pendulum.kinematics import LinkagePosition, PendulumGovernor
+from governor_mechanism.closed_form.pendulum import LinkagePosition, PendulumGovernor
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.model.results.result import Recorded
 from governor_mechanism.numerics.roots import find_root
-from governor_mechanism.studies.design.inputs import GOVERNED, Bounds, design_input, require_valid
-from governor_mechanism.studies.design.skeleton import relative_range
+from governor_mechanism.studies.design.skeleton import GOVERNED, Bounds, design_input, relative_range, require_valid
 from governor_mechanism.units.constants import HORSEPOWER_1901, RPM
-from governor_mechanism.units.places import fill_places
+from governor_mechanism.units.text_table import fill_places
 
 DEFAULT_MASS_RATIO = 4.0
 """Mass of the sleeve over that of one ball if neither it nor the gear ratio is given; Zehnder's rule allows 1 to 9 at 120 rpm."""
@@ -217,11 +216,11 @@ class GovernorDesign(Recorded):
 
     def arm_angle(self, fraction: float) -> float:
         """Return the arm angle (rad) at a fraction of the rated torque."""
-        return float(sizing.angle_of_lift(arm=self.governor.arm, lift=self.lift(fraction)))
+        return float(pendulum_sizing.angle_of_lift(arm=self.governor.arm, lift=self.lift(fraction)))
 
     def shaft_speed(self, fraction: float) -> float:
         """Return the equilibrium speed of the shaft (rad/s) at a fraction of the rated torque."""
-        return float(dynamics.equilibrium_speed(self.governor, arm_angle=self.arm_angle(fraction))) / self.gear_ratio
+        return float(pendulum.equilibrium_speed(self.governor, arm_angle=self.arm_angle(fraction))) / self.gear_ratio
 
 
 def design_governor(inputs: GovernedEngineInputs) -> GovernorDesign:
@@ -235,12 +234,12 @@ def design_governor(inputs: GovernedEngineInputs) -> GovernorDesign:
     ball_mass = inputs.ball_mass
     if ball_mass is None:
         force = {"resistance": inputs.resistance, "mass_ratio": mass_ratio, "insensitivity": wanted}
-        ball_mass = float(sizing.ball_mass_for_insensitivity(**force, gravity=inputs.gravity))
+        ball_mass = float(pendulum_sizing.ball_mass_for_insensitivity(**force, gravity=inputs.gravity))
     masses = {"ball_mass": ball_mass, "sleeve_mass": mass_ratio * ball_mass, "gravity": inputs.gravity}
     governor = PendulumGovernor(arm=inputs.arm, offset=offset, **masses)
     lifts = [_lift(inputs, angle) for angle in (inputs.arm_angle, no_load_angle)]
-    low, high = (float(dynamics.equilibrium_speed(governor, arm_angle=angle)) / gear_ratio for angle in (inputs.arm_angle, no_load_angle))
-    sleeve_force = float(sizing.sleeve_force(**masses))
+    low, high = (float(pendulum.equilibrium_speed(governor, arm_angle=angle)) / gear_ratio for angle in (inputs.arm_angle, no_load_angle))
+    sleeve_force = float(pendulum_sizing.sleeve_force(**masses))
     insensitivity = inputs.resistance / sleeve_force
     effort = 0.5 * sleeve_force * ((high / low) ** 2 - 1)
     # A resistance that the fluctuation overcomes in every turn does not hold the sleeve.
@@ -269,7 +268,7 @@ def _geometry(inputs: GovernedEngineInputs) -> tuple[float, float]:
     if inputs.sleeve_travel is not None:
         return _geometry_for_travel(inputs, inputs.sleeve_travel, ratio)
     offset = DEFAULT_OFFSET_RATIO * inputs.arm if inputs.offset is None else inputs.offset
-    at_full_load = float(sizing.smallest_stable_offset(arm=inputs.arm, arm_angle=inputs.arm_angle))
+    at_full_load = float(pendulum_sizing.smallest_stable_offset(arm=inputs.arm, arm_angle=inputs.arm_angle))
     _require_stable(offset, at_full_load, "at full load is unstable")
     outer = _angle_for_ratio(inputs, offset, ratio)
     _require_stable(offset, _smallest_offset(inputs, _lift(inputs, outer) - _lift(inputs)), "is unstable where the throttle is open")
@@ -285,7 +284,7 @@ def _require_stable(offset: float, smallest: float, problem: str) -> None:
 
 def _lift(inputs: GovernedEngineInputs, arm_angle: float | None = None) -> float:
     """Return the lift of the sleeve (m) at an arm angle (rad), by default at full load."""
-    return float(sizing.lift_of_angle(arm=inputs.arm, arm_angle=inputs.arm_angle if arm_angle is None else arm_angle))
+    return float(pendulum_sizing.lift_of_angle(arm=inputs.arm, arm_angle=inputs.arm_angle if arm_angle is None else arm_angle))
 
 
 def _smallest_offset(inputs: GovernedEngineInputs, travel: float) -> float:
@@ -298,8 +297,8 @@ def _smallest_offset(inputs: GovernedEngineInputs, travel: float) -> float:
             "are vertical; reduce torque_reserve or the travel of the sleeve, or increase arm_angle"
         )
         raise MechanismError(fill_places(text, inputs, fall=fall, lift=full_load_lift))
-    lowest_angle = float(sizing.angle_of_lift(arm=inputs.arm, lift=full_load_lift - fall))
-    return float(sizing.smallest_stable_offset(arm=inputs.arm, arm_angle=lowest_angle))
+    lowest_angle = float(pendulum_sizing.angle_of_lift(arm=inputs.arm, lift=full_load_lift - fall))
+    return float(pendulum_sizing.smallest_stable_offset(arm=inputs.arm, arm_angle=lowest_angle))
 
 
 def _geometry_for_travel(inputs: GovernedEngineInputs, travel: float, ratio: float) -> tuple[float, float]:
@@ -311,10 +310,10 @@ def _geometry_for_travel(inputs: GovernedEngineInputs, travel: float, ratio: flo
             "reduce it or arm_angle, or lengthen the arm"
         )
         raise MechanismError(fill_places(text, inputs, largest=largest_travel, angle=MAX_ARM_ANGLE, travel=travel))
-    outer = float(sizing.angle_of_lift(arm=inputs.arm, lift=_lift(inputs) + travel))
+    outer = float(pendulum_sizing.angle_of_lift(arm=inputs.arm, lift=_lift(inputs) + travel))
     angles = {"arm": inputs.arm, "inner_angle": inputs.arm_angle, "outer_angle": outer}
     limits = _smallest_offset(inputs, travel), MAX_OFFSET_RATIO * inputs.arm
-    smallest, largest = (relative_range((1.0, float(sizing.speed_ratio(**angles, offset=offset)))) for offset in limits)
+    smallest, largest = (relative_range((1.0, float(pendulum_sizing.speed_ratio(**angles, offset=offset)))) for offset in limits)
     if not smallest < inputs.droop <= largest:
         cure = "reduce sleeve_travel or increase arm_angle" if inputs.droop <= smallest else "increase sleeve_travel or reduce arm_angle"
         text = (
@@ -323,14 +322,14 @@ def _geometry_for_travel(inputs: GovernedEngineInputs, travel: float, ratio: flo
             "offset as long as the arms; {cure}"
         )
         raise MechanismError(fill_places(text, inputs, smallest=smallest, largest=largest, cure=cure))
-    return float(sizing.offset_for_speed_ratio(**angles, ratio=ratio)), outer
+    return float(pendulum_sizing.offset_for_speed_ratio(**angles, ratio=ratio)), outer
 
 
 def _angle_for_ratio(inputs: GovernedEngineInputs, offset: float, ratio: float) -> float:
     """Return the arm angle without load (rad) with which a given offset gives a ratio of the speeds."""
 
     def excess(angle: float) -> float:
-        found = sizing.speed_ratio(arm=inputs.arm, offset=offset, inner_angle=inputs.arm_angle, outer_angle=angle)
+        found = pendulum_sizing.speed_ratio(arm=inputs.arm, offset=offset, inner_angle=inputs.arm_angle, outer_angle=angle)
         return float(found) - ratio
 
     if excess(MAX_ARM_ANGLE) < 0:
@@ -347,7 +346,7 @@ def _gear_and_mass_ratio(inputs: GovernedEngineInputs, offset: float) -> tuple[f
     """Return the gear ratio and the mass ratio with which the full-load speed is the wanted one."""
     unloaded = PendulumGovernor(arm=inputs.arm, offset=offset, ball_mass=1.0, gravity=inputs.gravity)
     # Without a sleeve; its mass multiplies the square of the speed by 1 + m.
-    slowest = float(dynamics.equilibrium_speed(unloaded, arm_angle=inputs.arm_angle)) / inputs.full_load_speed
+    slowest = float(pendulum.equilibrium_speed(unloaded, arm_angle=inputs.arm_angle)) / inputs.full_load_speed
     if inputs.gear_ratio is None:
         mass_ratio = DEFAULT_MASS_RATIO if inputs.mass_ratio is None else inputs.mass_ratio
         return slowest * math.sqrt(1 + mass_ratio), mass_ratio
@@ -472,7 +471,7 @@ def _best_damping(governor: GovernorDesign, shaft: Mapping[str, Any]) -> float:
     angle = governor.arm_angle(LOAD_FRACTIONS[1])
     position = LinkagePosition(governor.governor, angle)
     inertia = float(position.in_plane_inertia_and_derivative()[0])
-    stiffness = float(dynamics.stiffness(governor.governor, arm_angle=angle))
+    stiffness = float(pendulum.stiffness(governor.governor, arm_angle=angle))
     aperiodic = 2 * np.sqrt(inertia * stiffness) / float(position.sleeve_derivative) ** 2
 
     def growth_rate(exponent: float) -> float:

@@ -15,11 +15,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from governor_mechanism.closed_form.flywheel import throttle as throttling
-from governor_mechanism.closed_form.flywheel import wheel
-from governor_mechanism.closed_form.flywheel.engine import AirEngine, gas_work
+from governor_mechanism.closed_form import flywheel as wheel
+from governor_mechanism.closed_form import governed_engine as throttling
+from governor_mechanism.closed_form.flywheel_engine import AirEngine, gas_work
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.machines.flywheel_engine.dimensions import MEAN
+from governor_mechanism.machines.flywheel_engine import MEAN
 from governor_mechanism.studies.design.engine_governor import (
     DEFAULT_INPUTS,
     DashpotDesign,
@@ -29,8 +29,7 @@ from governor_mechanism.studies.design.engine_governor import (
     design_governor,
     validate_inputs,
 )
-from governor_mechanism.studies.design.skeleton import Check, CheckedDesign, mass_ratio_limits, relative_range
-from governor_mechanism.studies.design.templates import gravity_value
+from governor_mechanism.studies.design.skeleton import Check, CheckedDesign, gravity_value, mass_ratio_limits, relative_range
 from governor_mechanism.units.constants import HORSEPOWER_1901, RPM
 from governor_mechanism.units.text_table import format_table
 

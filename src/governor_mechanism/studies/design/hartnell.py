@@ -15,12 +15,19 @@ from dataclasses import dataclass, replace
 from governor_mechanism.closed_form import hartnell as closed
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.model.results.result import Recorded
-from governor_mechanism.studies.design.inputs import design_input, require_valid
-from governor_mechanism.studies.design.skeleton import SPEED_CHANGE, Design, relative_range
-from governor_mechanism.studies.design.templates import gravity_value, limit, run_up_steps, sleeve_damping
+from governor_mechanism.studies.design.skeleton import (
+    SPEED_CHANGE,
+    Design,
+    design_input,
+    gravity_value,
+    limit,
+    relative_range,
+    require_valid,
+    run_up_steps,
+    sleeve_damping,
+)
 from governor_mechanism.units.constants import RPM
-from governor_mechanism.units.places import fill_places
-from governor_mechanism.units.text_table import format_table
+from governor_mechanism.units.text_table import fill_places, format_table
 
 DEFAULT_LIFT = 0.015
 """Lift of the sleeve without lift and outer_radius, m: as in the textbook's example."""

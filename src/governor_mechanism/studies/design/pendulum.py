@@ -19,17 +19,29 @@ from typing import Any
 
 import numpy as np
 
-from governor_mechanism.closed_form import parabolic
-from governor_mechanism.closed_form.pendulum import dynamics, sizing
-from governor_mechanism.closed_form.pendulum.kinematics import PendulumGovernor
+from governor_mechanism.closed_form import parabolic, pendulum, pendulum_sizing
+from governor_mechanism.closed_form.pendulum import PendulumGovernor
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.model.results.result import Column, format_columns
 from governor_mechanism.numerics.roots import find_root
-from governor_mechanism.studies.design.inputs import GOVERNED, Bounds, design_input, design_word, require_valid
-from governor_mechanism.studies.design.skeleton import SPEED_CHANGE, Check, CheckedDesign, mass_ratio_limits, relative_range
-from governor_mechanism.studies.design.templates import gravity_value, limit, sleeve_damping, speed_steps
+from governor_mechanism.studies.design.skeleton import (
+    GOVERNED,
+    SPEED_CHANGE,
+    Bounds,
+    Check,
+    CheckedDesign,
+    design_input,
+    design_word,
+    gravity_value,
+    limit,
+    mass_ratio_limits,
+    relative_range,
+    require_valid,
+    sleeve_damping,
+    speed_steps,
+)
 from governor_mechanism.units.constants import KILOGRAM_FORCE_1853, RPM
-from governor_mechanism.units.places import fill_places, in_unit, read_place
+from governor_mechanism.units.text_table import fill_places, in_unit, read_place
 
 START_RADIUS_CONSTANTS = (1000.0, 1.0)
 """Zehnder's start radius in cm, 1000 sqrt(1 + m) / n - 1 with the lowest speed n in rpm."""
@@ -288,7 +300,7 @@ class PendulumDesign(CheckedDesign):
 
     def equilibrium_speed(self, arm_angle: float) -> float:
         """Return the speed of rest (rad/s) at an arm angle (rad)."""
-        return float(dynamics.equilibrium_speed(self.governor, arm_angle=arm_angle))
+        return float(pendulum.equilibrium_speed(self.governor, arm_angle=arm_angle))
 
     @property
     def weights(self) -> tuple[float, float | None, float]:
@@ -353,8 +365,8 @@ class PendulumDesign(CheckedDesign):
         middle = self.middle_angle
         governor = self.governor
         # Stable half way up even with too long an arm: its speed falls faster below the minimum than it rises above.
-        frequency = math.sqrt(float(dynamics.squared_oscillation_frequency(governor, arm_angle=middle)))
-        inertia = float(dynamics.stiffness(governor, arm_angle=middle)) / frequency**2
+        frequency = math.sqrt(float(pendulum.squared_oscillation_frequency(governor, arm_angle=middle)))
+        inertia = float(pendulum.stiffness(governor, arm_angle=middle)) / frequency**2
         rise, settling = (limit(periods * math.tau / frequency, DURATION_LIMITS) for periods in (RISE_PERIODS, SETTLING_PERIODS))
         times = (0.0, HOLD_TIME, HOLD_TIME + rise, HOLD_TIME + rise + settling)
         first = self.equilibrium_speed(middle)
@@ -394,7 +406,7 @@ def design_pendulum(
         governor=governor,
         start=start,
         arm_angles=angles,
-        ball_radii=(start.abscissa, float(dynamics.ball_radius(governor, arm_angle=high_angle))),
+        ball_radii=(start.abscissa, float(pendulum.ball_radius(governor, arm_angle=high_angle))),
         trials=tuple(_trials(governor, angles)),
         sleeve_lift=2 * governor.joint_length * (math.cos(angles[0]) - math.cos(angles[1])),
         sleeve_force=resolved.gravity * (governor.ball_mass / resolved.joint_ratio + governor.sleeve_mass),
@@ -485,7 +497,7 @@ def _choose_arm(inputs: PendulumInputs, requirement: Requirement, start: Parabol
 def _build_governor(inputs: PendulumInputs, requirement: Requirement, arm: float, offset: float) -> PendulumGovernor:
     """Return the governor with its masses: steps I, Ia and II."""
     force = {"resistance": requirement.resistance, "mass_ratio": requirement.mass_ratio, "insensitivity": inputs.insensitivity}
-    mass_at_joint = float(sizing.ball_mass_for_insensitivity(**force, gravity=inputs.gravity))
+    mass_at_joint = float(pendulum_sizing.ball_mass_for_insensitivity(**force, gravity=inputs.gravity))
     return PendulumGovernor(
         arm=arm,
         offset=offset,
@@ -500,7 +512,7 @@ def _find_high_angle(governor: PendulumGovernor, requirement: Requirement, start
     """Return the arm angle (rad) at the highest speed: step VI, solved instead of tried."""
 
     def excess(angle: float) -> float:
-        return float(dynamics.equilibrium_speed(governor, arm_angle=angle)) - requirement.highest_speed
+        return float(pendulum.equilibrium_speed(governor, arm_angle=angle)) - requirement.highest_speed
 
     low = start.arm_angle
     if governor.offset < 0:  # crossed arms longer than the radius of curvature are slowest above the start
@@ -520,7 +532,7 @@ def _trials(governor: PendulumGovernor, angles: tuple[float, float]) -> Iterator
     step = max((step for step in TRIAL_STEPS.tolist() if swing / step >= MIN_TRIALS), default=swing / MIN_TRIALS)
     for change in (*(step * k for k in range(math.ceil(swing / step - ARM_TOLERANCE))), swing):
         angle = angles[0] + change
-        radius, speed = (float(of(governor, arm_angle=angle)) for of in (dynamics.ball_radius, dynamics.equilibrium_speed))
+        radius, speed = (float(of(governor, arm_angle=angle)) for of in (pendulum.ball_radius, pendulum.equilibrium_speed))
         yield TrialPosition(angle_change=change, arm_angle=angle, ball_radius=radius, speed=speed)
 
 

@@ -5,10 +5,9 @@ from dataclasses import dataclass
 from typing import Any
 
 from governor_mechanism.model.results.result import Result
-from governor_mechanism.studies.design import flywheel, flywheel_paper, governed_engine, hartnell, hartung, hartung_paper, pendulum
+from governor_mechanism.studies.design import flywheel, governed_engine, hartnell, hartung, pendulum
 from governor_mechanism.studies.design.engine_governor import DEFAULT_INPUTS as ENGINE_INPUTS
-from governor_mechanism.studies.design.simulated_engines import simulate_governed_engine, simulate_wheels
-from governor_mechanism.studies.design.simulated_governors import simulate_hartnell, simulate_pendulum
+from governor_mechanism.studies.design.simulated import simulate_governed_engine, simulate_hartnell, simulate_pendulum, simulate_wheels
 from governor_mechanism.studies.design.skeleton import Design
 
 
@@ -74,8 +73,8 @@ class DesignReport(Result):
 
 
 PROCEDURES: Mapping[str, Procedure] = {
-    "hartung": Procedure(hartung.PAPER_INPUTS, hartung.design_hartung, compare=hartung_paper.compare_with_paper),
-    "flywheel": Procedure(flywheel.PAPER_INPUTS, flywheel.design_flywheel, simulate_wheels, flywheel_paper.compare_with_paper),
+    "hartung": Procedure(hartung.PAPER_INPUTS, hartung.design_hartung, compare=hartung.compare_with_paper),
+    "flywheel": Procedure(flywheel.PAPER_INPUTS, flywheel.design_flywheel, simulate_wheels, flywheel.compare_with_paper),
     "governed-engine": Procedure(ENGINE_INPUTS, governed_engine.design_governed_engine, lambda design, _: simulate_governed_engine(design)),
     "pendulum": Procedure(pendulum.DEFAULT_INPUTS, pendulum.design_pendulum, lambda design, _: simulate_pendulum(design)),
     "hartnell": Procedure(hartnell.DEFAULT_INPUTS, hartnell.design_hartnell, lambda design, _: simulate_hartnell(design)),

@@ -6,9 +6,19 @@ from functools import partial
 import numpy as np
 
 from governor_mechanism.model.results.outcome import Outcome
-from governor_mechanism.studies.hard_cases.case import Document, HardCase, Solution
-from governor_mechanism.studies.hard_cases.documents import GRAVITY, pin, rod, run_table
-from governor_mechanism.studies.hard_cases.solutions import force_free_rotation, integrate, pendulum_period, pendulum_swing
+from governor_mechanism.studies.hard_cases.case import (
+    GRAVITY,
+    Document,
+    HardCase,
+    Solution,
+    force_free_rotation,
+    integrate,
+    pendulum_period,
+    pendulum_swing,
+    pin,
+    rod,
+    run_table,
+)
 from governor_mechanism.types import FloatArray
 
 BUDGET_END = "so long a run needs more steps than the engine allows"

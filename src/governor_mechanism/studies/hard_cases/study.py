@@ -4,9 +4,11 @@ A row passes if the true error is within the stated estimate, or if the run ends
 The true error is measured against a solution that is independent of the engines, or else against another engine at a tight tolerance.
 """
 
+import math
 import time
-from collections.abc import Callable, Iterable, Mapping
-from dataclasses import replace
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import dataclass, replace
+from enum import Enum
 
 import numpy as np
 
@@ -15,14 +17,165 @@ from governor_mechanism.errors import GovernorMechanismError, MechanismError, di
 from governor_mechanism.mechanics.contact.event_log import compare_event_logs
 from governor_mechanism.mechanics.dynamics.characteristic_scales import time_scale
 from governor_mechanism.model.results.outcome import Outcome
+from governor_mechanism.model.results.pictures import Figure
+from governor_mechanism.model.results.result import Column, Result, format_columns
 from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.scenes.parser import parse_scene_document
 from governor_mechanism.studies.hard_cases import governor_cases, linkage_cases, weight_cases
 from governor_mechanism.studies.hard_cases.case import HardCase
-from governor_mechanism.studies.hard_cases.results import HardCaseRow, HardCasesReport, Verdict
-from governor_mechanism.studies.run_comparison import compare_motions, compare_runs
+from governor_mechanism.studies.plain_runs import compare_motions, compare_runs
 from governor_mechanism.units.quantities import format_value
+from governor_mechanism.units.short_repr import short_repr
+
+
+class Verdict(Enum):
+    """What a row of a hard case shows. Each value is a phrase for the user."""
+
+    WITHIN_ESTIMATE = "within its estimate"
+    NAMED_END = "named end"
+    REFUSED = "refused"
+    NO_DIGITS = "claims no digit"
+    NOT_SUPPORTED = "not supported"
+    NO_REFERENCE = "no reference"
+    ERROR_EXCEEDS_ESTIMATE = "ERROR EXCEEDS ITS ESTIMATE"
+    UNEXPECTED_END = "UNEXPECTED END"
+    NOT_REFUSED = "NOT REFUSED"
+    NOT_FINITE = "NOT FINITE"
+    TOO_SLOW = "TOO SLOW"
+    CRASHED = "CRASHED"
+
+    @property
+    def passed(self) -> bool:
+        """Whether the row keeps the promise: true within the stated error, or a named end, in bounded time."""
+        return self.value.islower()
+
+
+@dataclass(frozen=True, kw_only=True)
+class HardCaseRow:
+    """One run of a hard case.
+
+    Attributes
+    ----------
+    case
+        Name of the case.
+    value
+        Value of the hard parameter.
+    engine
+        Name of the engine.
+    verdict
+        What the run shows.
+    outcome
+        Name of the outcome; empty without a run.
+    reference
+        What the error is measured against.
+    error
+        Largest true error of a reading or rate, in units of its scale; None without a reference.
+    estimate
+        Error estimate of the run; None if it has none.
+    reached
+        Fraction of the duration that the run reached.
+    wall_time
+        Time of the run, s.
+    message
+        Cause of an end, refusal or failure.
+    """
+
+    case: str
+    value: float
+    engine: str
+    verdict: Verdict
+    outcome: str = ""
+    reference: str = ""
+    error: float | None = None
+    estimate: float | None = None
+    reached: float = 0.0
+    wall_time: float = 0.0
+    message: str = ""
+
+
+@dataclass(frozen=True, kw_only=True)
+class HardCasesReport(Result):
+    """Rows of all studied cases.
+
+    Attributes
+    ----------
+    cases
+        The studied cases.
+    rows
+        Their rows.
+    """
+
+    cases: tuple[HardCase, ...]
+    rows: tuple[HardCaseRow, ...]
+
+    __repr__ = short_repr
+
+    figure = "render.figures.hard_cases.hard_case_figure"
+    figure_set = "render.figures.hard_cases.hard_case_figures"
+    record = ("ok", "cases=described_cases", "rows")
+    columns = (
+        Column("case"),
+        Column("value"),
+        Column("engine", "engine"),
+        Column("error", "error", lambda row: _format_error(row.error), side="r"),
+        Column("estimate", "estimate", lambda row: _format_error(row.estimate), side="r"),
+        Column("reference", "against"),
+        Column("outcome", "outcome"),
+        Column("reached", "reached", lambda row: f"{row.reached:.0%}" if row.outcome else "", side="r"),
+        Column("wall_time", "time", lambda row: f"{row.wall_time:.2g} s" if row.outcome else "", side="r"),
+        Column("verdict", "verdict", value="verdict.value"),
+        Column("message"),
+        Column("passed", value="verdict.passed", in_table=False),
+    )
+
+    @property
+    def described_cases(self) -> list[dict[str, str]]:
+        """Name, title and hard parameter of each case."""
+        return [{"name": case.name, "title": case.title, "parameter": case.parameter} for case in self.cases]
+
+    @property
+    def ok(self) -> bool:
+        """Whether every row passed."""
+        return all(row.verdict.passed for row in self.rows)
+
+    def rows_of(self, case: HardCase) -> tuple[HardCaseRow, ...]:
+        """Return the rows of a case."""
+        return tuple(row for row in self.rows if row.case == case.name)
+
+    def __str__(self) -> str:
+        """Return a table per case, and what failed."""
+        failed = [row for row in self.rows if not row.verdict.passed]
+        summary = f"{len(self.rows)} rows, {len(failed)} failed" + (":" if failed else "")
+        failures = [f"  {row.case} at {row.value:g}, {row.engine}: {row.verdict.value}; {row.message}" for row in failed]
+        return "\n".join([*(text for case in self.cases for text in self._case_lines(case)), summary, *failures])
+
+    def _case_lines(self, case: HardCase) -> Iterator[str]:
+        yield f"{case.name}: {case.title}"
+        yield format_columns((Column("", f"  {case.parameter}", "  {value:.12g}"), *self.columns), self.rows_of(case))
+        ends = {name for row in self.rows_of(case) if row.verdict is Verdict.NAMED_END and (name := row.outcome)}
+        yield from (f"  {outcome.name}: {why}" for outcome, why in case.named_ends.items() if outcome.name in ends)
+        yield ""
+
+    def plot(self, case: HardCase | None = None) -> Figure:
+        """Draw the rows of a case, by default the first; `figures` has those of all.
+
+        Parameters
+        ----------
+        case
+            The case.
+
+        Returns
+        -------
+        Figure
+            The figure.
+        """
+        return self._draw(case or self.cases[0])
+
+
+def _format_error(value: float | None) -> str:
+    return "" if value is None or math.isnan(value) else f"{value:.1e}"
+
 
 HARD_CASES: dict[str, HardCase] = {case.name: case for case in (*weight_cases.CASES, *linkage_cases.CASES, *governor_cases.CASES)}
 """The hard cases, in the order of the study."""

@@ -6,9 +6,17 @@ import numpy as np
 from scipy.linalg import eigh
 
 from governor_mechanism.model.results.outcome import Outcome
-from governor_mechanism.studies.hard_cases.case import Document, HardCase, Solution
-from governor_mechanism.studies.hard_cases.documents import GRAVITY, run_table, slider_document
-from governor_mechanism.studies.hard_cases.solutions import bouncing_fall, linear_oscillation, rebounds_between_stops
+from governor_mechanism.studies.hard_cases.case import (
+    GRAVITY,
+    Document,
+    HardCase,
+    Solution,
+    bouncing_fall,
+    linear_oscillation,
+    rebounds_between_stops,
+    run_table,
+    slider_document,
+)
 from governor_mechanism.types import FloatArray
 
 SPINDLE_SPEED = 20.0

@@ -20,7 +20,7 @@ from governor_mechanism.model.results.result import Result
 from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.statics.speed_curve import compute_insensitivity_band
-from governor_mechanism.studies.regression import SLEEVE_READING, FittedParameter, fit_slope, run_uncertified
+from governor_mechanism.studies.plain_runs import SLEEVE_READING, FittedParameter, fit_slope, run_uncertified
 from governor_mechanism.types import FloatArray
 
 FLUCTUATION_RATIOS = np.concatenate([np.linspace(0.0, 0.95, 12), 1 + np.geomspace(1e-4, 1.0, 29)])

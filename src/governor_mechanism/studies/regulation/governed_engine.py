@@ -28,7 +28,7 @@ from governor_mechanism.model.scene import Scene
 from governor_mechanism.model.time_functions import InputFunction
 from governor_mechanism.numerics.roots import find_root
 from governor_mechanism.statics.equilibrium_speed import equilibrium_speed_squared, evaluate_readings
-from governor_mechanism.studies.regression import SLEEVE_READING
+from governor_mechanism.studies.plain_runs import SLEEVE_READING
 from governor_mechanism.types import FloatArray
 
 N_CURVE_POINTS = 2001

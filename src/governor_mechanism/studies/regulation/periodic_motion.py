@@ -66,22 +66,20 @@ class PeriodicMotion:
 def find_periodic_motion(
     scene: Scene,  # scene of a governed engine without contacts on its governor
     torque: float,  # load, N m
-    *,
-    engine: str = "auto",
 ) -> PeriodicMotion:
     """Return the periodic motion of a governed engine under a constant load.
 
     Raises MechanismError if the load has no equilibrium, or no periodic motion is found near it.
     """
     governed = GovernedEngine(GovernedEngine(scene).with_constant_load(torque))
-    return _TurnMap(governed, governed.operating_point(torque), engine).solve()
+    return _TurnMap(governed, governed.operating_point(torque)).solve()
 
 
 class _TurnMap:
     """The state of a governed engine after a time, as a function of that before."""
 
-    def __init__(self, governed: GovernedEngine, point: OperatingPoint, engine: str) -> None:
-        self._governed, self._engine = governed, engine
+    def __init__(self, governed: GovernedEngine, point: OperatingPoint) -> None:
+        self._governed = governed
         self._started = governed.started_at(point)
         start = self._started.system.start
         angle = start.values.get(governed.shaft_angle, 0.0)
@@ -135,7 +133,7 @@ class _TurnMap:
         """Return the state after a time, s."""
         governed = self._governed
         scene = _with_start(self._started, governed, state, duration)
-        engine, reason = select_engine(self._engine, scene)
+        engine, reason = select_engine("auto", scene)
         run = engine.run(scene, accuracy=RUN_ACCURACY, certify=False, reason=reason)
         run.raise_if_failed()
         shaft, coordinate = governed.shaft_angle, governed.coordinate

@@ -7,16 +7,15 @@ from typing import Any
 import numpy as np
 
 from governor_mechanism.closed_form.governed_engine import CharacteristicCoefficients, pendulum_coefficients, vyshnegradskii_parameters
-from governor_mechanism.closed_form.pendulum.kinematics import PendulumGovernor
+from governor_mechanism.closed_form.pendulum import PendulumGovernor
 from governor_mechanism.effects.centrifugal import Centrifugal
 from governor_mechanism.effects.dashpot import Dashpot
 from governor_mechanism.effects.gravity import Gravity
 from governor_mechanism.effects.stops import Stops
 from governor_mechanism.engines.initial_state import initial_state
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.machines.flywheel_engine.dimensions import MEAN
-from governor_mechanism.machines.flywheel_engine.machine import FlywheelEngine
-from governor_mechanism.machines.pendulum import machine as pendulum
+from governor_mechanism.machines import pendulum
+from governor_mechanism.machines.flywheel_engine import MEAN, FlywheelEngine
 from governor_mechanism.model.coupling.couplings import ControlCoupling, FollowCoupling
 from governor_mechanism.model.part import FreeSpindle
 from governor_mechanism.model.results.result import Column, Result
@@ -25,7 +24,7 @@ from governor_mechanism.scenes.changed_document import parse_scene_with, replace
 from governor_mechanism.scenes.schema import rate_key
 from governor_mechanism.statics.linearisation import Linearisation
 from governor_mechanism.statics.scene_linearisation import linearise_scene
-from governor_mechanism.studies.regression import SLEEVE_READING
+from governor_mechanism.studies.plain_runs import SLEEVE_READING
 from governor_mechanism.studies.regulation.governed_engine import GovernedEngine, OperatingPoint
 from governor_mechanism.studies.regulation.periodic_motion import find_periodic_motion
 from governor_mechanism.studies.sweep.parameters import SweepAxis, parse_axes
@@ -71,9 +70,6 @@ N_BORDER_COLUMNS = 8
 
 FIRST_WIDTH = 0.01
 """Distance from the border with mean torque at which that under the cyclic torque is first looked for, relative to the range."""
-
-MEAN_BORDER_TOLERANCE = 1e-12
-"""Tolerance of the border with mean torque, relative to the parameter: some ten times that of the eigenvalues."""
 
 BORDER_TOLERANCE = 1e-5
 """Tolerance of the border, relative to the range of the parameter: the multipliers are as accurate, see `periodic_motion`."""

@@ -14,8 +14,7 @@ from governor_mechanism.errors import MechanismError, did_you_mean
 from governor_mechanism.model.results.result import Column, Result, format_columns
 from governor_mechanism.studies.sweep.parameters import AxisGrid, SweepAxis
 from governor_mechanism.studies.sweep.quantities import RunQuantity
-from governor_mechanism.studies.sweep.row_endings import RowEnding, find_endings
-from governor_mechanism.studies.sweep.rows import RESULT_ROW_OUTCOMES, SweepRow, SweepRows
+from governor_mechanism.studies.sweep.rows import RESULT_ROW_OUTCOMES, RowEnding, SweepRow, SweepRows, find_endings
 from governor_mechanism.units.quantities import format_value
 from governor_mechanism.units.short_repr import short_repr
 

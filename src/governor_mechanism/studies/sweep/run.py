@@ -28,13 +28,12 @@ from governor_mechanism.scenes.changed_document import parse_scene_with
 from governor_mechanism.scenes.parser import parse_scene_document
 from governor_mechanism.statics.equilibria import has_damping
 from governor_mechanism.studies.sweep.checkpoint import RowWriter, SweepFiles
-from governor_mechanism.studies.sweep.cluster import find_computer_problems
 from governor_mechanism.studies.sweep.parameters import AxisGrid, SweepAxis, parse_axes
 from governor_mechanism.studies.sweep.quantities import QuantityRequest, RunQuantity, find_reading_units, parse_quantities
 from governor_mechanism.studies.sweep.results import Sweep
 from governor_mechanism.studies.sweep.rows import ROW_FAILED, ROW_OK, ROW_REFUSED, SweepRow, SweepRows
 from governor_mechanism.studies.sweep.rules import DURATION_RULE, SETTLING_FRACTION, VALVE_RULES, MissingNumberError, RunNumbers
-from governor_mechanism.studies.sweep.workers import RowComputer
+from governor_mechanism.studies.sweep.workers import RowComputer, find_computer_problems
 from governor_mechanism.units.problems import ProblemCollector
 from governor_mechanism.units.quantities import format_value
 

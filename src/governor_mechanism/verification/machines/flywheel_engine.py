@@ -6,9 +6,9 @@ from dataclasses import fields
 
 import numpy as np
 
-from governor_mechanism.closed_form.flywheel import engine as closed
-from governor_mechanism.closed_form.flywheel.equilibrium import find_equilibria
-from governor_mechanism.closed_form.flywheel.wheel import speed_after_work
+from governor_mechanism.closed_form import flywheel_engine as closed
+from governor_mechanism.closed_form.flywheel import speed_after_work
+from governor_mechanism.closed_form.flywheel_equilibrium import find_equilibria
 from governor_mechanism.effects.gas_pressure import gas_work
 from governor_mechanism.model.force_elements import CylinderGas
 from governor_mechanism.model.results.trajectory import Trajectory

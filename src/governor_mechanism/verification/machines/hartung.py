@@ -8,7 +8,7 @@ from itertools import pairwise
 import numpy as np
 from scipy.optimize import brentq
 
-from governor_mechanism.closed_form.hartung import governor as closed
+from governor_mechanism.closed_form import hartung as closed
 from governor_mechanism.effects.bell_crank_masses import BellCrankMasses
 from governor_mechanism.effects.stops import Stops
 from governor_mechanism.mechanics.kinematics.time_functions import SpindleSpeedFunction
@@ -17,7 +17,7 @@ from governor_mechanism.model.events import EventKind
 from governor_mechanism.model.part import FreeSpindle, Spindle
 from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.model.scene import Scene
-from governor_mechanism.observables.static_forces import compute_static_force
+from governor_mechanism.observables.derived_readings import compute_static_force
 from governor_mechanism.statics.speed_curve import equilibrium_speed_at
 from governor_mechanism.types import FloatArray, FloatOrArray
 from governor_mechanism.verification.machines import comparisons

@@ -5,8 +5,8 @@ from functools import partial
 
 import numpy as np
 
-from governor_mechanism.closed_form.pendulum import dynamics as closed
-from governor_mechanism.closed_form.pendulum.kinematics import PendulumGovernor
+from governor_mechanism.closed_form import pendulum as closed
+from governor_mechanism.closed_form.pendulum import PendulumGovernor
 from governor_mechanism.effects.clearance import Clearance
 from governor_mechanism.effects.rod_masses import RodMasses
 from governor_mechanism.mechanics.kinematics.time_functions import SpindleSpeedFunction

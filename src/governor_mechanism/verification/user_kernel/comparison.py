@@ -11,14 +11,28 @@ from governor_mechanism.engines.rotating_part import rotating_part_alone
 from governor_mechanism.errors import MechanismError, did_you_mean
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.types import FloatArray
-from governor_mechanism.verification.user_kernel.function import Kernel, KernelResults, call_kernel, match_arguments, name_of_kernel
-from governor_mechanism.verification.user_kernel.position_quantities import position_quantities, valve_quantities
+from governor_mechanism.verification.user_kernel.function import (
+    Kernel,
+    KernelResults,
+    SampleGroup,
+    VariedKey,
+    call_kernel,
+    grid_groups,
+    match_arguments,
+    name_of_kernel,
+    parse_inputs,
+    random_groups,
+)
+from governor_mechanism.verification.user_kernel.quantities import (
+    TIME,
+    engine_quantities,
+    position_quantities,
+    run_quantities,
+    static_quantities,
+    valve_quantities,
+)
 from governor_mechanism.verification.user_kernel.report import KernelReport, KernelRow
-from governor_mechanism.verification.user_kernel.run_quantities import TIME, engine_quantities, run_quantities
-from governor_mechanism.verification.user_kernel.samples import SampleGroup, VariedKey, grid_groups, parse_inputs, random_groups
-from governor_mechanism.verification.user_kernel.simulated import Column, Quantity, Simulated
-from governor_mechanism.verification.user_kernel.static_quantities import static_quantities
-from governor_mechanism.verification.user_kernel.units import constant_units, constant_values, unit_factor
+from governor_mechanism.verification.user_kernel.simulated import Column, Quantity, Simulated, constant_units, constant_values, unit_factor
 
 KERNEL_RELATIVE_TOLERANCE = 1e-6
 """Relative tolerance of a kernel: far above the error of the simulation (1e-11), far below that of a wrong formula."""

@@ -7,8 +7,7 @@ from types import SimpleNamespace
 from governor_mechanism.model.results.result import Column, Result, format_columns
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.verification.user_kernel.comparison import kernel_quantities
-from governor_mechanism.verification.user_kernel.simulated import Quantity
-from governor_mechanism.verification.user_kernel.units import constant_units
+from governor_mechanism.verification.user_kernel.simulated import Quantity, constant_units
 
 _DERIVATIVES = SimpleNamespace(
     name="rate_of_READING, acceleration_of_READING",

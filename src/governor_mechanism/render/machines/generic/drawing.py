@@ -7,7 +7,7 @@ from governor_mechanism.model.joints import GROUND, Glyph, Joint
 from governor_mechanism.render.geometry.attached import Attached, DrawnPart, Moment, axes_along, fixed, shapes_of
 from governor_mechanism.render.geometry.outlines import make_bar
 from governor_mechanism.render.geometry.primitives import DrawnShape, Lines, Vec2, bounding_box
-from governor_mechanism.render.machines.generic import bodies, cranks, force_elements, joints, rams, reading_marks
+from governor_mechanism.render.machines.generic import bodies, force_elements, joints, reading_marks
 from governor_mechanism.render.machines.generic.placed_mechanism import MechanismExtents
 from governor_mechanism.types import FloatArray
 
@@ -24,12 +24,12 @@ class GenericDrawing(MechanismExtents):
         """Yield the axis of a rotating plane, discs and circles of cranks, the guides on the ground, feet, walls and captions."""
         placed = self.placed_at(Moment(self.poses[len(self.poses) // 2], 0.0))
         yield fixed(self._axis_shapes())
-        yield fixed(cranks.crank_shapes(self))
+        yield fixed(bodies.crank_shapes(self))
         yield from joints.guide_parts(placed, fixed=True)
         yield fixed(joints.rack_bed_shapes(placed))
         yield from joints.foot_parts(placed)
         yield fixed(force_elements.wall_shapes(placed))
-        yield fixed(rams.drag_caption_shapes(self))
+        yield fixed(joints.drag_caption_shapes(self))
 
     def _axis_shapes(self) -> Iterator[DrawnShape]:
         """Yield the axis of a plane that turns."""
@@ -68,7 +68,7 @@ class GenericDrawing(MechanismExtents):
         yield from force_elements.output_effect_parts(self)
         yield from bodies.tracer_parts(placed)
         yield from force_elements.force_arrow_parts(self)
-        yield self.flex(rams.drag_arrow_shapes, section_only=True)
+        yield self.flex(joints.drag_arrow_shapes, section_only=True)
         yield from reading_marks.reading_mark_parts(self)
 
     def _link_part(self, joint: Joint) -> Attached:

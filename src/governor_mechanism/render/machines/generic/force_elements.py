@@ -19,8 +19,8 @@ from governor_mechanism.render.geometry.attached import Attached, DrawnPart, Fra
 from governor_mechanism.render.geometry.outlines import make_arrow, make_burst, make_rectangle, make_wall
 from governor_mechanism.render.geometry.points import arc_points, axes_to_plane, place_points
 from governor_mechanism.render.geometry.primitives import Circle, DrawnShape, Lines, PoseTuple, Vec2
+from governor_mechanism.render.machines.generic.joints import ram_drags
 from governor_mechanism.render.machines.generic.placed_mechanism import MechanismExtents, PlacedMechanism
-from governor_mechanism.render.machines.generic.rams import ram_drags
 from governor_mechanism.render.machines.governor_parts import friction_shoe_parts
 
 _N_COILS = 6

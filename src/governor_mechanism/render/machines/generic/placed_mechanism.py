@@ -20,7 +20,7 @@ from governor_mechanism.render.geometry.pixel_view import ELEVATION_RECT
 from governor_mechanism.render.geometry.points import axes_to_plane, drawn_point_paths, point_path
 from governor_mechanism.render.geometry.primitives import DrawnShape, PoseTuple, Vec2
 from governor_mechanism.render.machines.machine_drawing import MachineDrawing
-from governor_mechanism.render.sampled_inputs import sample_input
+from governor_mechanism.render.part_run import sample_input
 from governor_mechanism.types import FloatArray
 
 ELEVATION_ASPECT_RATIO = (ELEVATION_RECT[2] - ELEVATION_RECT[0]) / (ELEVATION_RECT[3] - ELEVATION_RECT[1])

@@ -1,1 +1,0 @@
-"""Engine with expansion cylinder, pump and flywheel."""

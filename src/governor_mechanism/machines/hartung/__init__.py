@@ -1,1 +1,0 @@
-"""Hartung's spring governor."""

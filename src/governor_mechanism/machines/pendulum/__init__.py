@@ -1,1 +1,0 @@
-"""The pendulum governors of Watt and Porter."""

@@ -1,1 +1,0 @@
-"""Stephenson's link motion."""

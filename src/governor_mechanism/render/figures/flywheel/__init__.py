@@ -1,1 +1,0 @@
-"""Figures of the flywheel of the air-expansion engine."""

@@ -1,1 +1,0 @@
-"""Zehnder's plate of isochronous parabolas."""

@@ -1,0 +1,1 @@
+"""Plates of a run, by machine, in the style of old engravings."""

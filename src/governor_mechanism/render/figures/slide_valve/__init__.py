@@ -1,1 +1,0 @@
-"""Plate of slide valves by Marks."""

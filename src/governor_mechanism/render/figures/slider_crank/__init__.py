@@ -1,1 +1,0 @@
-"""Plate of the bearing loads of a slider crank."""

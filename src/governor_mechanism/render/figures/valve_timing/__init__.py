@@ -1,1 +1,0 @@
-"""Plates of any valve whose displacement follows from a crank."""

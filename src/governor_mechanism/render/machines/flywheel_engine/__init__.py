@@ -1,1 +1,0 @@
-"""Drawing of an engine with a flywheel."""

@@ -1,1 +1,0 @@
-"""Drawing of the slider crank with the loads of its joints."""

@@ -1,1 +1,0 @@
-"""Drawing of Stephenson's link motion."""

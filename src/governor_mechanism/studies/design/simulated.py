@@ -1,0 +1,441 @@
+"""Designed engines put to the test: a change of the load under the governor, and the engine with each of some flywheels."""
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from governor_mechanism.effects.spring import OutputSpring
+from governor_mechanism.engines import select_engine
+from governor_mechanism.errors import MechanismError
+from governor_mechanism.mechanics.kinematics.time_functions import SpindleSpeedFunction
+from governor_mechanism.model.events import EventKind
+from governor_mechanism.model.results.result import Column, Recorded, format_columns
+from governor_mechanism.model.results.trajectory import Trajectory
+from governor_mechanism.model.scene import Scene
+from governor_mechanism.scenes.parser import parse_scene_document
+from governor_mechanism.statics.controlling_force import ControllingForce, compute_controlling_force
+from governor_mechanism.statics.equilibria import find_equilibria
+from governor_mechanism.statics.equilibrium_speed import WorkingRange
+from governor_mechanism.statics.speed_curve import compute_insensitivity_band, equilibrium_speed_at
+from governor_mechanism.studies.design.flywheel import FlywheelDesign, PaperComparison
+from governor_mechanism.studies.design.governed_engine import LOAD_CHANGE, GovernedEngineDesign, change_times
+from governor_mechanism.studies.design.hartnell import HartnellDesign
+from governor_mechanism.studies.design.pendulum import START_FRACTION, TARGET_FRACTION, PendulumDesign
+from governor_mechanism.studies.design.skeleton import SPEED_CHANGE, relative_range
+from governor_mechanism.studies.plain_runs import run_uncertified
+from governor_mechanism.studies.regulation.governed_engine import GovernedEngine
+from governor_mechanism.studies.regulation.load_change import LoadChangeStudy, study_load_change
+from governor_mechanism.types import FloatArray
+from governor_mechanism.units.constants import RPM
+from governor_mechanism.units.text_table import format_table, in_unit
+
+STATICS_TOLERANCE = 1e-8
+"""Largest relative difference of a wanted number and the statics of the machine: statics are exact to about 1e-12, and the numbers of the
+scene file have 15 digits; a lift, or a range of speed, of some per cent loses two."""
+
+BREAKAWAY_TOLERANCE = 1e-5
+"""Largest relative difference of the speed at which the sleeve breaks away: the time of the event is accurate to 1e-6 time scales, and the
+speed rises by some per cent within a few of them."""
+
+HARTNELL_REST_TOLERANCE = 1e-3
+"""Largest distance of the sleeve at the end of the run from its equilibrium, in lifts: it settles within a second by exp(-D w t), with
+D = 0.7 and w of 20 rad/s and more by 1e-6."""
+
+PENDULUM_REST_TOLERANCE = 0.02
+"""Largest distance of the sleeve at the end from where it should come to rest, in lifts: it approaches that place as fast as the dashpot
+lets it, exp(-D w t) with D = 0.7 over 2.5 periods is 1e-5, and an overshoot against the resistance leaves some thousandths."""
+
+
+@dataclass(frozen=True)
+class ComparedNumber(Recorded):
+    """A number that the design wants, and what statics or the run of the simulated machine give; tolerance relative to `scale`."""
+
+    quantity: str
+    unit: str
+    wanted: float
+    found: float
+    by: str
+    tolerance: float
+    scale: float
+
+    derived = ("ok",)
+
+    @property
+    def ok(self) -> bool:
+        """Whether the simulated machine gives the wanted number."""
+        return abs(self.found - self.wanted) <= self.tolerance * self.scale
+
+    @property
+    def difference(self) -> float:
+        """Difference over the scale."""
+        return abs(self.found - self.wanted) / self.scale
+
+    @property
+    def verdict(self) -> str:
+        """A word where the simulated machine does not give the wanted number."""
+        return "" if self.ok else "DIFFERS"
+
+
+COMPARED_COLUMNS = (
+    Column("", "the simulated machine", "{quantity}, {unit}"),
+    Column("wanted", "wanted", ".8g"),
+    Column("found", "found", ".8g"),
+    Column("by", "by"),
+    Column("difference", "difference", ".1e"),
+    Column("verdict", ""),
+)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class SimulatedMachine(Recorded):
+    """What a designed machine does, and what was wanted: the numbers, and the run of its scene."""
+
+    numbers: tuple[ComparedNumber, ...]
+    run: Trajectory
+
+    hidden = ("run",)
+    derived = ("ok",)
+
+    @property
+    def ok(self) -> bool:
+        """Whether all numbers are the wanted ones."""
+        return all(number.ok for number in self.numbers)
+
+    def __str__(self) -> str:
+        """Return a table of the numbers."""
+        return format_columns(COMPARED_COLUMNS, self.numbers)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class SimulatedPendulum(SimulatedMachine):
+    """What the simulated governor does, held by the resistance and then moved by the rise of the speed.
+
+    Attributes
+    ----------
+    breakaway
+        Time (s) and arm angle (rad) at which the sleeve breaks away.
+    """
+
+    breakaway: tuple[float, float]
+
+
+def compare_statics(quantity: str, unit: str, wanted: float, found: float, by: str = "statics") -> ComparedNumber:
+    """Return a number by statics beside the wanted one, with the tolerance of statics relative to the wanted number."""
+    return ComparedNumber(quantity, unit, wanted, found, by, STATICS_TOLERANCE, abs(wanted))
+
+
+def simulate_hartnell(design: HartnellDesign) -> SimulatedMachine:
+    """Evaluate the statics of the designed machine, and run its scene.
+
+    Result: the numbers beside the wanted ones, and the run. Raises MechanismError if the simulated machine
+    has no working range between its stops.
+    """
+    scene = design.scene
+    run = run_uncertified(scene)
+    return SimulatedMachine(numbers=(*_hartnell_statics(design, scene), _hartnell_rest(design, scene, run)), run=run)
+
+
+def _working_range(curve: ControllingForce) -> WorkingRange:
+    if curve.working_range is None:
+        raise MechanismError("the simulated machine has no working range between its stops; change the inputs of the design")
+    return curve.working_range
+
+
+def _hartnell_statics(design: HartnellDesign, scene: Scene) -> Iterator[ComparedNumber]:
+    """Yield what statics give at the ends of the lift, with the exact spring, and with that of the textbooks."""
+    middle = compute_controlling_force(scene, [design.travel.middle_angle], speed_change=SPEED_CHANGE)
+    working = _working_range(middle)
+    speeds = design.inputs.lowest_speed, design.inputs.highest_speed
+    places = ("lowest position", "highest position")
+    for place, speed, found in zip(places, speeds, working.speed.tolist(), strict=True):
+        yield compare_statics(f"speed, {place}", "rpm", speed / RPM, found / RPM)
+    yield compare_statics("lift of the sleeve", "mm", 1e3 * design.travel.lift, 1e3 * working.lift)
+    yield replace(compare_statics("sensitiveness", "%", 100 * design.exact.sensitiveness, 100 * working.sensitiveness), scale=100.0)
+    yield compare_statics("effort for 1 % of speed, half way up", "N", design.effort, float(middle.effort.effort[0]))
+    others = tuple(effect for effect in scene.effects if not isinstance(effect, OutputSpring))
+    spring = OutputSpring(reading="sleeve_lift", rate=design.textbook.rate, preload=design.textbook.forces[0])
+    textbook_speeds = equilibrium_speed_at(scene.with_changes(effects=(*others, spring)), design.travel.arm_angles).tolist()
+    for place, speed, found in zip(places, design.textbook.speeds, textbook_speeds, strict=True):
+        yield compare_statics(f"textbook spring: speed, {place}", "rpm", speed / RPM, found / RPM)
+
+
+def _hartnell_rest(design: HartnellDesign, scene: Scene, run: Trajectory) -> ComparedNumber:
+    """Return where the sleeve comes to rest in the run, beside the equilibrium at its last speed."""
+    speed = float(run.readings["spindle_speed"][-1])
+    low, high = design.travel.arm_angles
+    lifts = [one.readings["sleeve_lift"] for one in find_equilibria(scene, speed) if low <= one.coordinate <= high]
+    wanted = lifts[-1] if lifts else design.travel.lift
+    found = float(run.readings["sleeve_lift"][-1])
+    name = f"lift at {speed / RPM:.6g} rpm"
+    scale = 1e3 * design.travel.lift
+    return ComparedNumber(name, "mm", 1e3 * wanted, 1e3 * found, "run", HARTNELL_REST_TOLERANCE, scale)
+
+
+def simulate_pendulum(design: PendulumDesign) -> SimulatedPendulum:
+    """Evaluate the statics of the designed machine, and run its scene.
+
+    Result: the numbers beside the wanted ones, and the run. Raises MechanismError if the run does not reach
+    its end, or the sleeve never moves.
+    """
+    scene = design.scene
+    run = run_uncertified(scene)
+    time = next((event.time for event in run.events if event.kind is EventKind.SLIP), None)
+    if time is None:
+        raise MechanismError(
+            "in the simulation of the design the resistance holds the sleeve to the end; reduce resistance or insensitivity"
+        )
+    numbers = (*_pendulum_statics(design, scene), *_pendulum_run(design, run, time))
+    return SimulatedPendulum(numbers=numbers, run=run, breakaway=(time, design.middle_angle))
+
+
+def _pendulum_statics(design: PendulumDesign, scene: Scene) -> Iterator[ComparedNumber]:
+    """Yield what statics give at the ends of the travel."""
+    low = design.requirement.lowest_speed
+    high = design.requirement.highest_speed
+    resistance = design.requirement.resistance
+    middle = [design.middle_angle]
+    curve = compute_controlling_force(scene, middle, resistance=resistance)
+    ends = _working_range(curve)
+    yield compare_statics("speed of rest, lowest position", "rpm", low / RPM, float(ends.speed[0]) / RPM)
+    yield compare_statics("speed of rest, highest position", "rpm", high / RPM, float(ends.speed[1]) / RPM)
+    angles = [equilibrium.coordinate for equilibrium in find_equilibria(scene, high)]
+    highest = min(angles, key=lambda angle: abs(angle - design.arm_angles[1]), default=math.inf)
+    name = f"arm angle in equilibrium at {high / RPM:.6g} rpm"
+    yield compare_statics(name, "deg", math.degrees(design.arm_angles[1]), math.degrees(highest), "equilibria")
+    yield compare_statics("sensitiveness", "%", 100 * design.sensitiveness, 100 * ends.sensitiveness)
+    yield compare_statics("lift of the sleeve", "mm", 1e3 * design.sleeve_lift, 1e3 * ends.lift)
+    yield compare_statics("effort for 1 % of speed", "N", design.effort, float(curve.effort.effort[0]))
+    yield compare_statics("work capacity", "J", design.work_capacity, ends.work_capacity)
+    rising, falling = (math.sqrt(1 + sign * design.inputs.insensitivity) for sign in (1, -1))
+    band = compute_insensitivity_band(scene, middle, resistance)
+    yield compare_statics("insensitivity, by (1) and (2)", "%", 100 * (rising - falling), 100 * float(band.insensitivity[0]))
+    yield compare_statics("(1) begins to rise, highest position", "rpm", high * rising / RPM, float(ends.rising_speed[1]) / RPM)
+    yield compare_statics("(2) begins to fall, lowest position", "rpm", low * falling / RPM, float(ends.falling_speed[0]) / RPM)
+
+
+def _pendulum_run(design: PendulumDesign, run: Trajectory, breakaway_time: float) -> Iterator[ComparedNumber]:
+    """Yield what the run gives: the speed at which the sleeve breaks away, and where it comes to rest."""
+    speed = float(SpindleSpeedFunction(run.scene.spindle)(np.array([breakaway_time]))[0]) / RPM
+    wanted = design.equilibrium_speed(design.middle_angle) * math.sqrt(1 + design.inputs.insensitivity) / RPM
+    yield ComparedNumber("(1) breaks away half way up", "rpm", wanted, speed, "run", BREAKAWAY_TOLERANCE, wanted)
+    lift = run.readings["sleeve_lift"]
+    risen = float(lift[-1] - lift[0]) / design.sleeve_lift
+    name = "rises by the rest of the speed, of the lift"
+    yield ComparedNumber(name, "%", 100 * (TARGET_FRACTION - START_FRACTION), 100 * risen, "run", PENDULUM_REST_TOLERANCE, 100.0)
+
+
+END_RATIO = 1 - 1e-9
+"""Last reported time over the duration above which a run has reached its end: rounding of the times."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class SimulatedEngine(Recorded):
+    """What the simulated engine does when its load falls to the half, and what was wanted; speeds rad/s.
+
+    Attributes
+    ----------
+    wanted_speeds
+        Speeds of the shaft by design at full load, half load and no load.
+    static_speeds
+        The same by the statics of the simulated machine.
+    wanted_fluctuation
+        Coefficient of speed fluctuation by design, at full load.
+    mean_torque
+        Response with the torque of the air averaged over a turn, as the theory takes it.
+    cyclic
+        Response with the torque that follows the crank.
+    resisted
+        The same with the resistance as dry friction at the sleeve.
+    """
+
+    wanted_speeds: tuple[float, float, float]
+    static_speeds: tuple[float, float, float]
+    wanted_fluctuation: float
+    mean_torque: LoadChangeStudy
+    cyclic: LoadChangeStudy
+    resisted: LoadChangeStudy
+
+    derived = ("wanted_droop", "static_droop", "fluctuation", "sleeve_motions")
+
+    @property
+    def studies(self) -> tuple[LoadChangeStudy, LoadChangeStudy, LoadChangeStudy]:
+        """The three responses."""
+        return self.mean_torque, self.cyclic, self.resisted
+
+    @property
+    def sleeve_motions(self) -> tuple[float, ...]:
+        """Travel of the sleeve within the last turn before the change, in each of the responses, m."""
+        return tuple(map(_sleeve_motion, self.studies))
+
+    @property
+    def wanted_droop(self) -> float:
+        """Droop by design, from full load to no load."""
+        return relative_range((self.wanted_speeds[0], self.wanted_speeds[-1]))
+
+    @property
+    def static_droop(self) -> float:
+        """Droop by the statics of the simulated machine, from full load to no load."""
+        return relative_range((self.static_speeds[0], self.static_speeds[-1]))
+
+    @property
+    def fluctuation(self) -> float:
+        """Coefficient of speed fluctuation that the simulation shows at full load."""
+        return self.cyclic.fluctuations[0]
+
+    @property
+    def ok(self) -> bool:
+        """Whether the speed settles in all responses."""
+        return all(study.ok for study in self.studies)
+
+    def __str__(self) -> str:
+        """Return a table of the wanted and the simulated numbers."""
+        header = ("load falls from the whole to the half", "wanted", "mean torque", "cyclic torque", "with resistance")
+        lines = [format_table(header, list(self._rows()), "lrrrr")]
+        lines += [f"{name}: {study.conclusion}" for name, study in zip(header[2:], self.studies, strict=True) if not study.ok]
+        return "\n".join(lines)
+
+    def _rows(self) -> Iterator[Sequence[str]]:
+        """Yield the rows of the table: label, wanted, and what each run shows."""
+        studies = self.studies
+        full, half, _ = self.wanted_speeds
+        for label, wanted, k in (("full", full, 0), ("half", half, 2)):
+            speeds = (wanted, *(study.mean_speeds[k] for study in studies))
+            yield f"mean speed at {label} load, rpm", *(f"{in_unit(speed, 'rpm'):.4f}" for speed in speeds)
+        yield "droop from full to no load, by statics", f"{self.wanted_droop:.6%}", f"{self.static_droop:.6%}", "", ""
+        yield "change of speed", f"{half / full - 1:.4%}", *(f"{study.droop:.4%}" for study in studies)
+        yield "overshoot, of the change", "", *(f"{study.overshoot:.2%}" for study in studies)
+        yield "settling time (5 %), s", "", *(f"{study.settling_time:.4g}" if study.ok else "none" for study in studies)
+        yield "speed fluctuation at full load", f"{self.wanted_fluctuation:.4%}", "", *(f"{one.fluctuations[0]:.4%}" for one in studies[1:])
+        yield "sleeve motion in a turn at full load, mm", "", *(f"{1e3 * motion:.3f}" for motion in self.sleeve_motions)
+
+
+def _sleeve_motion(study: LoadChangeStudy) -> float:
+    """Return the travel of the sleeve within the last turn before the change, m."""
+    times = study.run.times
+    begin = study.change_times[0]
+    is_last_turn = (times >= begin - math.tau / study.mean_speeds[0]) & (times <= begin)
+    return float(np.ptp(study.run.readings["governor.sleeve_lift"][is_last_turn]))
+
+
+def simulate_governed_engine(design: GovernedEngineDesign) -> SimulatedEngine:
+    """Simulate a fall of the load from the rated torque to the half.
+
+    Result: the responses with the mean torque of the air, with its cyclic torque, and with the resistance at
+    the sleeve too. Raises MechanismError if a run does not reach its end, or the machine has no equilibrium.
+    """
+    begin, end = change_times(design)
+    options: tuple[dict[str, bool], ...] = {"mean_torque": True}, {}, {"with_resistance": True}
+    parsed = [parse_scene_document(design.fill_scene(design.scene_values(**one))) for one in options]
+    scenes = [replace(scene, run=replace(scene.run, duration=end), document={}) for scene in parsed]
+    statics = GovernedEngine(scenes[0])
+    fractions = (*LOAD_CHANGE, 0.0)
+    static_full, static_half, static_none = (statics.operating_point(one * design.rated_torque).shaft_speed for one in fractions)
+    full, half, none = (design.governor.shaft_speed(fraction) for fraction in fractions)
+    mean_torque, cyclic, resisted = (study_load_change(scene, LOAD_CHANGE, at=begin) for scene in scenes)
+    for study in (mean_torque, cyclic, resisted):
+        if study.run.times[-1] < END_RATIO * study.run.scene.run.duration:
+            raise MechanismError(f"the simulation of the design ends at {study.run.times[-1]:.4g} s: {study.run.message}")
+    return SimulatedEngine(
+        wanted_speeds=(full, half, none),
+        static_speeds=(static_full, static_half, static_none),
+        wanted_fluctuation=design.inputs.speed_fluctuation,
+        mean_torque=mean_torque,
+        cyclic=cyclic,
+        resisted=resisted,
+    )
+
+
+@dataclass(frozen=True, kw_only=True)
+class SimulatedWheel(Recorded):
+    """A flywheel as it ran.
+
+    Attributes
+    ----------
+    sized_by
+        How it was sized.
+    inertia
+        Its moment of inertia, kg m2.
+    lowest, highest
+        Lowest and highest speed in the last turn, rad/s.
+    coefficient
+        Coefficient of speed fluctuation, (highest - lowest) / mean speed of the design.
+    allowed
+        The coefficient that the design allows.
+    crank_angles, speeds
+        Crank angle (rad) and speed (rad/s) of the shaft at the reported times; shape (n,).
+    """
+
+    sized_by: str
+    inertia: float
+    lowest: float
+    highest: float
+    coefficient: float
+    allowed: float
+    crank_angles: FloatArray
+    speeds: FloatArray
+
+    derived = ("excess",)
+
+    @property
+    def excess(self) -> float:
+        """Coefficient relative to the allowed one."""
+        return self.coefficient / self.allowed
+
+
+WHEEL_COLUMNS = (
+    Column("sized_by", "simulated over two turns"),
+    Column("inertia", "kg m2", ".6g"),
+    Column("lowest", "lowest, rad/s", ".6g"),
+    Column("highest", "highest, rad/s", ".6g"),
+    Column("coefficient", "fluctuation", ".6g"),
+    Column("excess", "times the allowed", ".5g"),
+)
+
+
+class SimulatedWheels(tuple[SimulatedWheel, ...]):
+    """Flywheels as they ran."""
+
+    ok = True
+
+    def as_json(self) -> list[Mapping[str, Any]]:
+        """Return the wheels as plain values."""
+        return [wheel.as_json() for wheel in self]
+
+    def __str__(self) -> str:
+        """Return a table of the wheels."""
+        return format_columns(WHEEL_COLUMNS, self)
+
+
+def simulate_wheels(
+    design: FlywheelDesign,
+    comparison: PaperComparison | None = None,  # the paper's numbers, if the design is that of the paper
+) -> SimulatedWheels:
+    """Simulate the engine over two turns with the flywheel of a design, or with those by each of the paper's sums.
+
+    Result: how the flywheels ran. Raises MechanismError if a run does not reach its end, or the shaft makes
+    no complete turn.
+    """
+    wheels = [(wheel.sized_by, wheel.inertia) for wheel in comparison.wheels] if comparison else [("design", design.inertia)]
+    return SimulatedWheels(_simulate_wheel(design, sized_by, inertia) for sized_by, inertia in wheels)
+
+
+def _simulate_wheel(design: FlywheelDesign, sized_by: str, inertia: float) -> SimulatedWheel:
+    scene = parse_scene_document(design.fill_scene(design.scene_values(inertia)))
+    engine, reason = select_engine(scene.run.engine, scene)
+    run = engine.run(scene, reason=reason)
+    extremes = run.speed_fluctuations.get("crank_angle")
+    if not run.outcome.ok or extremes is None:
+        raise MechanismError(f"the simulation of the flywheel of {inertia:.6g} kg m2 failed: {run.message}")
+    return SimulatedWheel(
+        sized_by=sized_by,
+        inertia=inertia,
+        lowest=extremes.lowest,
+        highest=extremes.highest,
+        coefficient=(extremes.highest - extremes.lowest) / design.inputs.speed,
+        allowed=design.coefficient,
+        crank_angles=np.asarray(run.readings["crank_angle"]),
+        speeds=np.asarray(run.readings["shaft_speed"]),
+    )

@@ -1,1 +1,0 @@
-"""Work-precision study: error and time of every engine over its settings."""
