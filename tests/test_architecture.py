@@ -125,7 +125,6 @@ DELEGATIONS = {
     "statics.speed_curve": {"SpeedCurve._repr_html_"},
     "scenes.described_scene": {"SceneDescription._repr_html_"},
     "building.mechanism_builder": {"MechanismBuilder.assemblies"},
-    "studies.assemblies": {"Assemblies.plot"},
 }
 """Methods that hand on to a function of a later folder, by module. They alone import upwards, and do nothing else."""
 
