@@ -1,17 +1,21 @@
 """Formats of figures, and the files of a figure in the chosen ones. Nothing heavy is imported here."""
 
+from __future__ import annotations
+
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 from importlib import import_module
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.model.later_module import PACKAGE
 from governor_mechanism.model.results.pictures import Figure, Theme
-from governor_mechanism.model.results.result import Result
 from governor_mechanism.units.quantities import format_value
+
+if TYPE_CHECKING:  # numpy is slow to import
+    from governor_mechanism.model.results.result import Result
 
 
 class FigureFormat(StrEnum):
