@@ -121,7 +121,7 @@ class SpeedCurve(Result):
     def __post_init__(self) -> None:
         object.__setattr__(self, "readings", name_values("reading", self.readings))
 
-    figure = "render.figures.speed_curve.speed_curve_figure"
+    figure = "render.figures.controlling_force.speed_curve_figure"
     attributes = ("folds", "poles")
 
     @property

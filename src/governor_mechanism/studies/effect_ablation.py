@@ -103,7 +103,7 @@ class EffectsStudy(Result):
 
     __repr__ = short_repr
 
-    figure = "render.figures.effect_ablation.effect_ablation_figure"
+    figure = "render.figures.work_precision.effect_ablation_figure"
     record = ("title=scene.title", "accuracy", "engine", "untried", "base=base_cost", "effects=rows", "leave_out=negligible", "missing")
     index = "effect"
 

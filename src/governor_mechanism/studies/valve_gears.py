@@ -113,7 +113,7 @@ class ValveGears(Result):
 
     __repr__ = short_repr
 
-    figure = "render.figures.valve_timing.valve_gears.valve_gears_figure"
+    figure = "render.figures.plates.reversed_gear.valve_gears_figure"
     columns = (
         Column("gear", value=lambda study: [gear.name for gear in study.gears for _ in gear.positions]),
         _curve("position", "positions"),

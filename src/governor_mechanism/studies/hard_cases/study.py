@@ -111,8 +111,8 @@ class HardCasesReport(Result):
 
     __repr__ = short_repr
 
-    figure = "render.figures.hard_cases.hard_case_figure"
-    figure_set = "render.figures.hard_cases.hard_case_figures"
+    figure = "render.figures.errors.hard_case_figure"
+    figure_set = "render.figures.errors.hard_case_figures"
     record = ("ok", "cases=described_cases", "rows")
     columns = (
         Column("case"),

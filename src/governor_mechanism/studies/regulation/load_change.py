@@ -231,7 +231,7 @@ class LoadChangeStudy(Result):
 
     __repr__ = short_repr
 
-    figure = "render.figures.load_change.load_change_figure"
+    figure = "render.figures.regulation.load_change_figure"
     hidden = ("average", "run")
     derived = ("static_droop", "droop", "largest_deviation", "run=engine_record")
     index = "time"

@@ -133,7 +133,7 @@ class StabilityMap(Result):
 
     __repr__ = short_repr
 
-    figure = "render.figures.stability_map.stability_map_figure"
+    figure = "render.figures.regulation.stability_map_figure"
     record = ("title", "x", "y", "growth_rates", "frequencies", "border", "load_fraction", "stable_share")
 
     @property

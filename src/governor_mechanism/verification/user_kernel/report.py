@@ -78,7 +78,7 @@ class KernelReport(CheckReport):
     defects: tuple[str, ...] = ()
     is_vectorised: bool = False
 
-    figure = "render.figures.kernel_errors.kernel_errors_figure"
+    figure = "render.figures.errors.kernel_errors_figure"
     record = (
         *("title", "against", "quantity", "unit", "description", "tolerance", "passed", "is_vectorised"),
         *("largest_error_estimate", "units_of_arguments", "worst=worst_record", "rows", "notes", "defects"),
