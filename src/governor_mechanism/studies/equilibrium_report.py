@@ -94,7 +94,7 @@ class EquilibriumReport(Result):
 
     __repr__ = short_repr
 
-    figure_set = "render.figures.equilibrium_report.equilibrium_figures"
+    figure_set = "render.figures.controlling_force.equilibrium_figures"
 
     @property
     def columns(self) -> tuple[Column, ...]:

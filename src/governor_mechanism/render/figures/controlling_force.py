@@ -2,20 +2,23 @@
 
 import math
 import textwrap
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from governor_mechanism.model.results.pictures import Figure
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.render.figures.page import DASHED, DOTTED, MM_PER_M, Page, Panel, add_legend
+from governor_mechanism.render.figures.plates.isochronous import has_isochronous_parabolas, isochronous_figure
 from governor_mechanism.render.number_format import display_unit_of, format_label, format_name
 from governor_mechanism.render.style import BLUE, GREEN, INK, MUTED, PAPER, SERIF_FONT, SKY, VERMILLION
 from governor_mechanism.statics.controlling_force import ControllingForce
 from governor_mechanism.statics.equilibria import Equilibrium
 from governor_mechanism.statics.equilibrium_speed import WorkingRange
 from governor_mechanism.statics.speed_curve import InsensitivityBand, SpeedCurve
+from governor_mechanism.studies.equilibrium_report import EquilibriumReport, GovernorForces
 from governor_mechanism.types import BoolArray, FloatArray
 from governor_mechanism.units.constants import RPM
 
@@ -300,3 +303,18 @@ def _mark_equilibrium_forces(panel: Panel, curve: ControllingForce, shown: BoolA
             panel.plot([radius * MM_PER_M], [force], "o", color=INK, markerfacecolor=fill, markersize=7, zorder=6)
             speed = float(np.interp(equilibrium.coordinate, curve.coordinate, curve.speed)) / RPM
             panel.annotate_point((radius * MM_PER_M, force), f"{speed:.4g} rpm", (7, -11), fontsize=9)
+
+
+def equilibrium_figures(report: EquilibriumReport) -> Mapping[str, Figure]:
+    """Draw speed curve, controlling force if there are balls, and Zehnder's plate for the governors that it covers.
+
+    Result: the figures by the ends of the names of their files; none without a speed curve.
+    """
+    if report.curve is None:
+        return {}
+    figures = {"_characteristic": report.curve.plot(report.equilibria)}
+    if isinstance(report.forces, GovernorForces):
+        figures["_controlling_force"] = report.forces.curve.plot(report.equilibria)
+    if has_isochronous_parabolas(report.scene):
+        figures["_parabolas"] = isochronous_figure(report.scene)
+    return figures
