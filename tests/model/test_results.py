@@ -89,7 +89,7 @@ def result_classes() -> list[type[Result]]:
 
 def test_every_figure_that_a_result_declares_is_a_function_of_it():
     names = {name for one in result_classes() for name in (one.figure, one.figure_set) if name}
-    assert {f"render.figures.{name}_figure" for name in ("sweep.sweep", "comparison.comparison", "speed_curve.speed_curve")} <= names
+    assert {f"render.figures.{name}_figure" for name in ("sweep.sweep", "comparison.comparison", "controlling_force.speed_curve")} <= names
     for name in names:
         module, _, function = name.rpartition(".")
         assert len(inspect.signature(getattr(import_module(f"{PACKAGE}.{module}"), function)).parameters) >= 1
