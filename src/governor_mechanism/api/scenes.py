@@ -81,7 +81,8 @@ def load(scene: str | Path) -> gm.Scene:
     >>> gm.load("porter").run.duration
     10.0
     """
-    from governor_mechanism.scenes.library import check_start, load_scene
+    from governor_mechanism.scenes.changed_document import check_start
+    from governor_mechanism.scenes.library import load_scene
 
     return check_start(load_scene(scene))
 

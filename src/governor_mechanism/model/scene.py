@@ -127,7 +127,7 @@ class Scene:
         >>> gm.Scene.from_dict({**document, "title": "Mine"}).title
         'Mine'
         """
-        from governor_mechanism.scenes.library import make_scene
+        from governor_mechanism.scenes.changed_document import make_scene
 
         return make_scene(document)
 
@@ -156,7 +156,7 @@ class Scene:
         >>> gm.load("porter").replace({"dimensions.arm": "320 mm"}).part.dimensions["arm"]
         0.32
         """
-        from governor_mechanism.scenes.library import replace_values
+        from governor_mechanism.scenes.changed_document import replace_values
 
         return replace_values(self, values)
 
@@ -173,7 +173,7 @@ class Scene:
         MechanismError
             If this scene was composed of objects and has no document.
         """
-        from governor_mechanism.scenes.library import scene_to_toml
+        from governor_mechanism.scenes.changed_document import scene_to_toml
 
         return scene_to_toml(self)
 

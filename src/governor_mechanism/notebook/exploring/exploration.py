@@ -14,8 +14,7 @@ from governor_mechanism.notebook.exploring.view_state import View
 from governor_mechanism.notebook.exploring.widgets import Panel, require_widgets
 from governor_mechanism.render.geometry.primitives import enclose_boxes
 from governor_mechanism.render.style import VERMILLION
-from governor_mechanism.scenes.changed_document import parse_scene_with
-from governor_mechanism.scenes.library import document_of
+from governor_mechanism.scenes.changed_document import document_of, parse_scene_with
 from governor_mechanism.statics.equilibria import Equilibrium
 from governor_mechanism.statics.equilibrium_speed import has_equilibrium_speed
 from governor_mechanism.statics.speed_curve import SpeedCurve
