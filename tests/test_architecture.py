@@ -112,7 +112,7 @@ ONLY = {
 
 DELEGATIONS = {
     "model.results.trajectory": {
-        f"Trajectory.{name}" for name in ("to_xarray", "to_dataframe", "plot", "plot_diagnostics", "film", "save", "_repr_html_")
+        f"Trajectory.{name}" for name in ("to_xarray", "to_dataframe", "plot", "plot_diagnostics", "plot_reactions", "film", "save", "_repr_html_")
     },
     "model.results.energy": {"Energy._repr_html_"},
     "model.results.reaction": {"Reaction._repr_html_"},

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from governor_mechanism.engines import ImpulseEngine, MultibodyEngine, ReducedEngine
+from governor_mechanism.errors import MechanismError
 from governor_mechanism.model.force_elements import Force
 from governor_mechanism.model.joints import GROUND, Distance, Pin, Point, Slider
 from governor_mechanism.model.results.trajectory import Trajectory
@@ -346,3 +347,41 @@ def test_reaction_on_the_ground_as_second_body(engine, accuracy):
     run = engine.run(scene, accuracy=accuracy)
     # At rest the lamp pulls the ground, the second body, down by its weight.
     np.testing.assert_allclose(run.reactions["cord"].force, np.tile([0.0, -2.0 * GRAVITY], (len(run.times), 1)), atol=1e-12)
+
+
+# --- forces as readings -----------------------------------------------------------------------------------------------
+
+
+def with_reactions(scene: Scene, *joints: str) -> Scene:
+    """Return a scene whose run reports the forces of joints."""
+    return scene.with_changes(run=replace(scene.run, reactions=joints))
+
+
+@ENGINES
+def test_the_error_of_a_joint_force_lies_within_its_estimate(engine, accuracy):
+    run = engine.run(with_reactions(link_pendulum(by_pin=True), "rod"), accuracy=accuracy)
+    angle, rate = released_pendulum(run.times, GRAVITY / 0.7, 1.9)
+    exact = 1.3 * (GRAVITY * np.cos(angle) + 0.7 * rate**2) * 1j * np.exp(1j * angle)
+    readings = {"x": exact.real, "y": exact.imag, "magnitude": np.abs(exact)}
+    for component, values in readings.items():
+        name = f"reaction.rod.{component}"
+        assert run.units[name] == "N"
+        assert np.max(np.abs(run.readings[name] - values)) <= run.reading_errors[name] + 1e-13 * run.scales[name]
+        assert run.reading_errors[name] <= run.error_estimate * run.scales[name] * (1 + 1e-12)
+
+
+@ENGINES
+def test_a_weld_reports_its_moment_and_a_pin_none(engine, accuracy):
+    run = engine.run(with_reactions(bent_pendulum().scene, "weld", "hinge"), accuracy=accuracy)
+    weld = [name.removeprefix("reaction.weld.") for name in run.readings if name.startswith("reaction.weld.")]
+    pin = [name.removeprefix("reaction.hinge.") for name in run.readings if name.startswith("reaction.hinge.")]
+    assert (weld, pin) == (["x", "y", "magnitude", "moment"], ["x", "y", "magnitude"])
+    np.testing.assert_array_equal(run.readings["reaction.weld.moment"], run.reactions["weld"].moment)
+
+
+def test_joint_forces_that_are_not_determined_or_not_there_are_refused():
+    scene = door(2)
+    with pytest.raises(MechanismError, match="'hinge 0', whose force rigid-body mechanics does not determine"):
+        MultibodyEngine().run(with_reactions(scene, "hinge 0", "knee"), accuracy=1e-8)
+    with pytest.raises(MechanismError, match=r"run\.reactions: no joint 'kne'; .*Did you mean 'knee'"):
+        with_reactions(scene, "kne")

@@ -21,7 +21,7 @@ from governor_mechanism.numerics.once_per_object import once_per_object
 from governor_mechanism.observables.branch_choice import find_unresolved_branch, may_branch
 from governor_mechanism.observables.error_scales import EVENT_TIMES, JOINT_GAP
 from governor_mechanism.observables.evaluation import ReadingEvaluator
-from governor_mechanism.observables.run_result import DeferredMotionAnalysis, RunResult, StateHistory
+from governor_mechanism.observables.run_result import DeferredMotionAnalysis, RunResult, StateHistory, modes_at
 from governor_mechanism.types import BoolArray, FloatArray
 from governor_mechanism.units.quantities import format_value
 
@@ -230,7 +230,8 @@ class Runner(ABC):
         """Return a result with its errors: a ratio times its difference from another one, at shared times not near an event."""
         indices, observables = np.flatnonzero(~is_near_event), [result.observables, other.observables]
         if len(indices) < max(result.n_reached, other.n_reached):
-            observables = [self.evaluator.evaluate(one.reported_states.at(indices)) for one in (result, other)]
+            runs = (result, other)
+            observables = [self.evaluator.evaluate(one.reported_states.at(indices), modes_at(one.reported_modes, indices)) for one in runs]
         differences = self.evaluator.compare_observables(*observables)
         if has_contacts(self.scene):
             differences[EVENT_TIMES] = event_time_difference
@@ -290,12 +291,13 @@ class Runner(ABC):
         reported, n_kept = result.reported_states, int(np.searchsorted(states.times, last_time, side="right"))
         kept_states = reported.at(slice(int(np.searchsorted(reported.times, last_time, side="right"))))
         indices = np.arange(len(states.times))[result.reported_indices][: len(kept_states.times)]
+        modes = result.contact_modes[:n_kept]
         return replace(
             result,
             reported_states=kept_states,
             monitor_states=states.at(slice(n_kept)),
-            observables=self.evaluator.evaluate(kept_states),
-            contact_modes=result.contact_modes[:n_kept],
+            observables=self.evaluator.evaluate(kept_states, modes_at(modes, indices)),
+            contact_modes=modes,
             contact_events=tuple(event for event in result.contact_events if event.time <= last_time),
             reported_indices=indices,
             outcome=Outcome.BRANCH_UNRESOLVED,

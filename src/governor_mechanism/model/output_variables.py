@@ -3,7 +3,7 @@
 from dataclasses import dataclass, field
 from typing import ClassVar
 
-from governor_mechanism.model.joints import GROUND, Point
+from governor_mechanism.model.joints import GROUND, Distance, Joint, Pin, Point
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -277,6 +277,44 @@ class StoredWork(DerivedReading):
     """Kinetic energy of the mechanism less that at the start, J."""
 
     unit: ClassVar[str] = "J"
+
+
+@dataclass(frozen=True, kw_only=True)
+class JointForce(DerivedReading):
+    """Force of a joint on its second body, N: a component along an axis of the plane of its part, or the magnitude.
+
+    Attributes
+    ----------
+    joint
+        Name of the joint.
+    component
+        'x', 'y' or 'magnitude'.
+    """
+
+    joint: str
+    component: str
+
+
+@dataclass(frozen=True, kw_only=True)
+class JointMoment(DerivedReading):
+    """Moment of a joint on its second body about the point of the joint on that body, N m, anticlockwise.
+
+    Attributes
+    ----------
+    joint
+        Name of the joint.
+    """
+
+    unit: ClassVar[str] = "N m"
+
+    joint: str
+
+
+def readings_of_reaction(joint: Joint) -> tuple[DerivedReading, ...]:
+    """Return the readings of the force of a joint, and of its moment if it is of a kind that may have one."""
+    start = f"reaction.{joint.name}"
+    forces = [JointForce(name=f"{start}.{part}", joint=joint.name, component=part) for part in ("x", "y", "magnitude")]
+    return (*forces, *([] if isinstance(joint, Pin | Distance) else [JointMoment(name=f"{start}.moment", joint=joint.name)]))
 
 
 @dataclass(frozen=True, kw_only=True)

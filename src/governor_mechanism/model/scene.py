@@ -44,6 +44,8 @@ class RunSettings:
         Largest error, relative to the scale of each reading; below 1.
     engine
         Name of the engine, or "auto".
+    reactions
+        Names of the joints whose forces are readings: "reaction.NAME.x", ".y", ".magnitude"; and ".moment" unless it is a pin or a link.
     """
 
     duration: float = quantity("time", default=10.0, meaning="the simulated time")
@@ -58,6 +60,9 @@ class RunSettings:
     )
     engine: str = entry(
         "choice", words=ENGINE_CHOICES, default="auto", meaning="the engine; auto takes the cheapest that can model the scene"
+    )
+    reactions: tuple[str, ...] = entry(
+        "names", default=(), meaning="joints whose forces on their second bodies are readings, as reaction.NAME.x, .y and .magnitude"
     )
 
     def __post_init__(self) -> None:
@@ -247,7 +252,8 @@ class Scene:
     @cached_property
     def system(self) -> CoupledSystem:
         """The coupled mechanism of all parts and free spindles, with the effects along its readings."""
-        return couple_parts(self.parts, self.couplings)
+        system = couple_parts(self.parts, self.couplings)
+        return replace(system, mechanism=system.mechanism.with_reactions(self.run.reactions)) if self.run.reactions else system
 
     @property
     def mechanism(self) -> Mechanism:

@@ -28,6 +28,8 @@ from governor_mechanism.model.output_variables import (
     AppliedTorque,
     ControlledValue,
     CylinderPressure,
+    JointForce,
+    JointMoment,
     Reading,
     ShaftSpeed,
     SpringForce,
@@ -136,7 +138,7 @@ def evaluate_derived_readings(
                 readings[output.name] = _controlled_value(scene, output, history)
             case AppliedTorque():
                 readings[output.name] = _applied_torque(scene, output, history)
-            case SpringForce() | StaticForce():
+            case SpringForce() | StaticForce() | JointForce() | JointMoment():  # these have functions of their own
                 continue
             case _:
                 raise TypeError(f"no equation is known for derived readings of type {type(output).__name__}")

@@ -40,6 +40,7 @@ from governor_mechanism.numerics.hermite import cubic_hermite, cubic_hermite_der
 from governor_mechanism.numerics.once_per_object import once_per_object
 from governor_mechanism.observables.derived_readings import evaluate_derived_readings
 from governor_mechanism.observables.error_scales import JOINT_GAP, MotionScales, name_of_rate
+from governor_mechanism.observables.joint_forces import evaluate_joint_forces
 from governor_mechanism.observables.run_result import DeferredMotionAnalysis, Observables, RunResult, StateHistory
 from governor_mechanism.types import FloatArray
 
@@ -230,14 +231,14 @@ class ReadingEvaluator:
             elif not plane.given_speed and not plane.has_reaction:
                 yield f"{plane.prefix}{SPINDLE_ANGLE}", "rad", rotation.of_shaft(history.poses)
 
-    def evaluate(self, history: StateHistory) -> Observables:
-        """Return all observables at the states of a history."""
+    def evaluate(self, history: StateHistory, modes: Sequence[ContactMode] = ()) -> Observables:
+        """Return all observables at the states of a history, in their contact modes if there are contacts."""
         mechanism = self.mechanism
         values, rates_of_values = evaluate_readings(mechanism, history.poses, history.velocities)
         names = [reading.name for reading in mechanism.readings]
         readings = {one.name: unwrap_output(one, value) for one, value in zip(mechanism.readings, values, strict=True)}
         units = {reading.name: READING_UNITS[reading.quantity] for reading in mechanism.readings}
-        readings |= evaluate_derived_readings(self.scene, history)
+        readings |= evaluate_derived_readings(self.scene, history) | evaluate_joint_forces(self.scene, history, modes)
         units |= {output.name: output.unit for output in mechanism.derived_readings}
         for name, unit, spindle_values in self._evaluate_spindles(history):
             readings[name], units[name] = spindle_values, unit

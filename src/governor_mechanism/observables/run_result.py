@@ -256,6 +256,16 @@ class RunResult:
         """Number of reported times that the run reached."""
         return len(self.reported_states.times)
 
+    @property
+    def reported_modes(self) -> tuple[ContactMode, ...]:
+        """Contact mode at each reported time; empty without contacts."""
+        return modes_at(self.contact_modes, slice(None) if self.reported_indices is None else self.reported_indices)
+
+
+def modes_at(modes: tuple[ContactMode, ...], indices: slice | IntArray) -> tuple[ContactMode, ...]:
+    """Return the contact modes at some of the times of a motion; none of a motion without contacts."""
+    return tuple(np.array(modes, dtype=object)[indices]) if modes else ()
+
 
 @dataclass(frozen=True)
 class DeferredMotionAnalysis:
@@ -267,9 +277,7 @@ class DeferredMotionAnalysis:
 
     def reactions(self) -> dict[str, Reaction]:
         """Return the reaction of every joint, by name, at the reported times."""
-        states, modes = self.result.reported_states, self.result.contact_modes
-        reported_modes = tuple(np.array(modes, dtype=object)[self.result.reported_indices]) if modes else ()
-        return _compute_reactions(self.scene.mechanism, states.poses, self._evaluate_dynamics(states, reported_modes))
+        return compute_reactions(self.scene, self.result.reported_states, self.result.reported_modes)
 
     def events(self) -> tuple[Event, ...]:
         """Return all events in the order of time."""
@@ -351,10 +359,12 @@ class DeferredMotionAnalysis:
         return compute_inverse_dynamics(self.scene, states.times, states.poses, states.velocities, states.lags, contact_modes)
 
 
-def _compute_reactions(mechanism: Mechanism, poses: FloatArray, motion_dynamics: InverseDynamics) -> dict[str, Reaction]:
-    """Return the reaction of every joint, by name, from poses (n, bodies, 3) and the inverse dynamics of their motion."""
+def compute_reactions(scene: Scene, states: StateHistory, modes: Sequence[ContactMode]) -> dict[str, Reaction]:
+    """Return the reaction of every joint, by name, at the states of a motion and in their contact modes."""
+    mechanism = scene.mechanism
+    motion_dynamics = compute_inverse_dynamics(scene, states.times, states.poses, states.velocities, states.lags, modes)
     owner = make_constraint_table(mechanism).joint_indices
-    undetermined = _find_undetermined(mechanism, poses, motion_dynamics.pivot_ratios)
+    undetermined = _find_undetermined(mechanism, states.poses, motion_dynamics.pivot_ratios)
     result = {}
     for index, joint in enumerate(mechanism.joints):
         own_rows = owner == index

@@ -5,7 +5,8 @@ from pathlib import Path
 from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.observables.valve_motion import has_valve_events
 from governor_mechanism.render.figure_files import FigureFiles
-from governor_mechanism.render.figures.page import Plate
+from governor_mechanism.render.figures.joint_forces import joint_force_figure
+from governor_mechanism.render.figures.page import Page, Plate
 from governor_mechanism.render.machines.engine_room.arrangement import find_governed_engine
 
 
@@ -15,9 +16,9 @@ def write_machine_figures(run: Trajectory, figure_files: FigureFiles, stem: str)
     A mechanism with a valve has Zeuner's diagram, and one that is reversed the diagrams of all its gears. A slide valve with a finite
     eccentric rod has Marks' construction, too, and a link motion the paths of the die in the link. A slider crank with masses and no
     other loads has the bearing loads, and an engine with a flywheel forces, indicator diagrams and speed, if the run covers a whole turn.
-    A governed engine has its engine room at the end of the run. Other machines have none.
+    A governed engine has its engine room at the end of the run. A run that reports reactions has their polar plots.
     """
-    plates: dict[str, Plate] = {}
+    plates: dict[str, Page] = {}
     part = run.scene.parts[0] if len(run.scene.parts) == 1 else None
     machine = part.machine if part else ""
     if machine == "slide_valve":
@@ -45,6 +46,8 @@ def write_machine_figures(run: Trajectory, figure_files: FigureFiles, stem: str)
 
         if not flywheel.engine_plate_refusal(run):
             plates["engine"] = flywheel.draw_engine_plate(run)
+    if run.scene.run.reactions and len(run.times):
+        plates["reactions"] = joint_force_figure(run, run.scene.run.reactions)
     files = [path for name, plate in plates.items() for path in figure_files.save(plate, f"{stem}_{name}")]
     if part is None and len(run.times) > 1 and find_governed_engine(run.scene):
         from governor_mechanism.render.film.painters import write_still

@@ -1,6 +1,7 @@
 """Values of a scene file: quantities in SI, words, positions and functions of time, and their JSON Schemas."""
 
 import math
+from collections import Counter
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from itertools import count
@@ -102,6 +103,16 @@ def check_label(value: object, hint: str = "") -> str:
     if not _is_label(value):
         raise wrong_value(value, f"must be one line of text, at most {MAX_LABEL_LENGTH} characters", hint)
     return value
+
+
+def read_names(value: object) -> tuple[str, ...]:
+    """Return a list of names, each of which stands there once."""
+    if not isinstance(value, list | tuple) or not all(map(_is_label, value)):
+        raise wrong_value(value, 'must be a list of names, as ["crank pin", "slider"]')
+    repeated = next((name for name, count in Counter(value).items() if count > 1), None)
+    if repeated is not None:
+        raise mistake(ProblemCode.DUPLICATE, f"{KEY} names {repeated!r} twice; name it once")
+    return tuple(value)
 
 
 def parse_name(value: object, key: str = KEY) -> str:
@@ -271,6 +282,7 @@ VALUE_TYPES: Final[Mapping[str, ValueType]] = {
     "restitution": without_context(read_restitution, quantity_schema("ratio")),
     "flag": without_context(check_bool, {"type": "boolean"}),
     "label": without_context(check_label, TEXT),
+    "names": without_context(read_names, {"type": "array", "items": TEXT, "uniqueItems": True}),
     "position": without_context(parse_position, pair_of(quantity_schema("length"))),
     "any": without_context(lambda value: value, {}),
 }

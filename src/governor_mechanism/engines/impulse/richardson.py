@@ -29,7 +29,7 @@ from governor_mechanism.model.scene import Scene
 from governor_mechanism.numerics.hermite import quintic_hermite
 from governor_mechanism.observables.error_scales import EVENT_TIMES, JOINT_GAP
 from governor_mechanism.observables.evaluation import ReadingEvaluator
-from governor_mechanism.observables.run_result import RunResult, StateHistory
+from governor_mechanism.observables.run_result import RunResult, StateHistory, modes_at
 from governor_mechanism.types import BoolArray, FloatArray
 
 MIN_EVENT_TIME_ERROR_RATIO = 0.05
@@ -294,14 +294,15 @@ class RichardsonRefinement(Runner):
         reported = [states.at(reported_indices) for states in extrapolated]
         is_certified = self.settings.levels == 3 and (self.request.certify or self.settings.step is None)
         best_states = reported[-1] if is_certified or len(reported) == 1 else _extrapolate(reported[0], reported[1], 8)
+        modes = solutions[-1].contact_modes[:count]
         result = RunResult(
             reported_states=best_states,
             monitor_states=extrapolated[-1].at(slice(count)),
-            observables=self.evaluator.evaluate(best_states),
+            observables=self.evaluator.evaluate(best_states, modes_at(modes, reported_indices)),
             outcome=end.outcome,
             detail=end.detail,
             step=float(np.max(np.diff(self.grid.monitor_times) / (self.grid.min_steps << levels[-1]), initial=0.0)),
-            contact_modes=solutions[-1].contact_modes[:count],
+            contact_modes=modes,
             reported_indices=reported_indices,
             contact_events=tuple(event for event in events.events if event.time <= self.grid.monitor_times[max(count - 1, 0)]),
         )
@@ -358,7 +359,7 @@ class RichardsonRefinement(Runner):
 
     def _bound_by_last_runs(self, result: RunResult, last_runs: Sequence[StateHistory]) -> RunResult:
         """Return a result with errors of readings that are no less than a part of the difference of the last two runs."""
-        difference = self.evaluator.compare_observables(*(self.evaluator.evaluate(states) for states in last_runs))
+        difference = self.evaluator.compare_observables(*(self.evaluator.evaluate(states, result.reported_modes) for states in last_runs))
         return self.with_least_errors(result, _scale_reading_errors(difference, MIN_READING_ERROR_RATIO))
 
     def _certify(self, result: RunResult, coarse: StateHistory, events: ExtrapolatedEvents, level: int, error_ratio: float) -> RunResult:
@@ -367,7 +368,8 @@ class RichardsonRefinement(Runner):
         is_near_event = are_in_intervals(times, [(event.time - tolerance, event.time + tolerance) for event in events.events])
         difference = max(events.time_error, events.wrong_side_error(times[~is_near_event]))
         time_error = self._trust_event_times(level, difference)
-        coarse_result = replace(result, reported_states=coarse, observables=self.evaluator.evaluate(coarse))
+        observables = self.evaluator.evaluate(coarse, result.reported_modes)
+        coarse_result = replace(result, reported_states=coarse, observables=observables)
         result = self.with_error_estimate(result, coarse_result, is_near_event, time_error, error_ratio)
         if (result.error_estimate or 0.0) > USELESS_ERROR:
             return self.with_least_errors(result, _scale_reading_errors(result.reading_errors, USELESS_DIFFERENCE_RATIO))
@@ -389,7 +391,8 @@ class RichardsonRefinement(Runner):
         work = states.work + states.dissipated_energy
         states = replace(states, work=work if uncounted_work is None else work + uncounted_work)
         reported_states = replace(best.reported_states, work=states.work[best.reported_indices])
-        return replace(best, monitor_states=states, reported_states=reported_states, observables=self.evaluator.evaluate(reported_states))
+        observables = self.evaluator.evaluate(reported_states, best.reported_modes)
+        return replace(best, monitor_states=states, reported_states=reported_states, observables=observables)
 
     def count_work(self) -> tuple[int, int, Mapping[str, int]]:
         """Return the steps, no rejected steps, and the evaluations by force law."""

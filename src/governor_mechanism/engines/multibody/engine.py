@@ -21,7 +21,7 @@ from governor_mechanism.model.results.outcome import Outcome
 from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.observables.evaluation import ReadingEvaluator
-from governor_mechanism.observables.run_result import RunResult
+from governor_mechanism.observables.run_result import RunResult, modes_at
 
 
 @final
@@ -91,16 +91,16 @@ class MultibodyRunner(CertifiedRunner):
         if motion_exit is not None:
             n_kept, outcome, detail = count_before(history.times, motion_exit.time), motion_exit.outcome, motion_exit.detail
         reported_indices = time_grid.truncate(n_kept).reported_indices
-        reported_states = history.at(reported_indices)
+        reported_states, modes = history.at(reported_indices), integration.contact_modes[:n_kept]
         return RunResult(
             reported_states=reported_states,
             monitor_states=history.at(slice(n_kept)),
-            observables=self.evaluator.evaluate(reported_states),
+            observables=self.evaluator.evaluate(reported_states, modes_at(modes, reported_indices)),
             outcome=outcome,
             detail=detail,
             step=integration.last_step,
             dense_output=partial(integrator.integrate_between, integration, tolerance),
-            contact_modes=integration.contact_modes[:n_kept],
+            contact_modes=modes,
             reported_indices=reported_indices,
             contact_events=integration.events,
         )

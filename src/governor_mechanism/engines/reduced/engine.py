@@ -122,14 +122,15 @@ class ReducedRunner(CertifiedRunner):
             is_kept = is_kept & (history.times < motion_exit.time)
         reported = np.flatnonzero(is_kept)
         reported_states, solution = history.at(reported), solution.at(reported)
+        modes = reduced_run.contact_modes(solution, reported_states.poses)
         return RunResult(
             reported_states=reported_states,
             monitor_states=partial(self._make_monitor_states, reduced_run, tolerance, plan.without_record(), reported_states.times[-1:]),
-            observables=self.evaluator.evaluate(reported_states),
+            observables=self.evaluator.evaluate(reported_states, modes),
             outcome=outcome,
             detail=detail,
             step=solution.last_step,
-            contact_modes=reduced_run.contact_modes(solution, reported_states.poses),
+            contact_modes=modes,
             reported_indices=slice(None),
             contact_events=solution.events,
         )

@@ -232,6 +232,30 @@ class Trajectory:
 
         return diagnostics_figure(self)
 
+    def plot_reactions(self, *joints: str, axes: str = "plane") -> Figure:
+        """Draw the forces of joints as polar plots: the curve of the tip of the force on the second body, to one scale on both axes.
+
+        Parameters
+        ----------
+        *joints
+            Names of joints; without any, all whose force a rigid model determines, of which six are drawn.
+        axes
+            "plane" for components along the axes of the plane, "body" for those along the axes of the second body of the joint.
+
+        Returns
+        -------
+        Figure
+            The figure.
+
+        Raises
+        ------
+        MechanismError
+            If there is no such joint, a rigid model does not determine its force, or the run has no reported time.
+        """
+        from governor_mechanism.render.figures.joint_forces import joint_force_figure
+
+        return joint_force_figure(self, joints, axes)
+
     @show_film_options
     def film(
         self, path: str | os.PathLike[str], *, progress: Callable[[int, int], None] | None = None, **options: Unpack[FilmKeywords]
