@@ -112,7 +112,19 @@ ONLY = {
 
 DELEGATIONS = {
     "model.results.trajectory": {
-        f"Trajectory.{name}" for name in ("to_xarray", "to_dataframe", "plot", "plot_diagnostics", "plot_reactions", "film", "save", "_repr_html_")
+        f"Trajectory.{name}"
+        for name in (
+            "paths",
+            "to_xarray",
+            "to_dataframe",
+            "plot",
+            "plot_diagnostics",
+            "plot_paths",
+            "plot_reactions",
+            "film",
+            "save",
+            "_repr_html_",
+        )
     },
     "model.results.energy": {"Energy._repr_html_"},
     "model.results.reaction": {"Reaction._repr_html_"},
@@ -122,6 +134,7 @@ DELEGATIONS = {
     },
     "model.scene": {f"Scene.{name}" for name in ("from_dict", "replace", "to_toml", "describe", "_repr_html_")},
     "model.mechanism": {"Mechanism.build", "Mechanism._repr_html_"},
+    "mechanics.kinematics.kinematic_analysis": {"Kinematics.plot_paths"},
     "statics.speed_curve": {"SpeedCurve._repr_html_"},
     "scenes.described_scene": {"SceneDescription._repr_html_"},
     "building.mechanism_builder": {"MechanismBuilder.assemblies"},

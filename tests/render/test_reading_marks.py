@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import governor_mechanism as gm
-from governor_mechanism.render.geometry.points import point_path
+from governor_mechanism.mechanics.kinematics.point_paths import point_path
 from governor_mechanism.render.geometry.primitives import Circle, Polygon, TextShape, bounding_box
 from governor_mechanism.render.machines.generic.reading_marks import make_letters
 from governor_mechanism.render.machines.registry import drawing_of

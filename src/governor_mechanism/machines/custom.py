@@ -1,7 +1,8 @@
 """User-defined mechanisms: bodies with named points in an initial configuration. SI units."""
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections import Counter
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import combinations
 from typing import Final
@@ -10,7 +11,7 @@ from governor_mechanism.machines.base import MIN_DIMENSION, MassElement, join_el
 from governor_mechanism.model.curves import SplineCurve
 from governor_mechanism.model.force_elements import Damper, ForceElement, Spring, TorsionDamper, TorsionSpring
 from governor_mechanism.model.joints import GROUND, CurveSlot, Distance, Joint, Point, RotationalDriver, TranslationalDriver
-from governor_mechanism.model.mechanism import Body, Mechanism, SecondMoments
+from governor_mechanism.model.mechanism import Body, Mechanism, NamedPoint, SecondMoments
 from governor_mechanism.model.output_variables import Limit, PointCoordinate, Reading
 from governor_mechanism.model.valve import Valve
 from governor_mechanism.types import Vector2
@@ -289,7 +290,15 @@ class MechanismSketch:
             internal_outputs=tuple(coordinate for coordinate, _ in ranges),
             force_elements=tuple(self.force_elements),
             valve=valve,
+            points=tuple(self._named_points()),
         )
+
+    def _named_points(self) -> Iterator[NamedPoint]:
+        """Yield the points that the user named; those of the same name have that of their body in front."""
+        counts = Counter(name for body in self.bodies for name in body.points)
+        for body in self.bodies:
+            for name, position in body.points.items():
+                yield NamedPoint(name=name if counts[name] == 1 else f"{body.name}.{name}", point=body.point(position))
 
 
 def _are_conflicting(one: Joint, other: Joint) -> bool:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from governor_mechanism.errors import MechanismError, did_you_mean, require_finite, require_not_negative, require_positive
 from governor_mechanism.model.force_elements import ForceElement
-from governor_mechanism.model.joints import GROUND, Joint, RotationalDriver, TranslationalDriver
+from governor_mechanism.model.joints import GROUND, Joint, Pin, Point, RotationalDriver, TranslationalDriver
 from governor_mechanism.model.later_module import LaterModule
 from governor_mechanism.model.output_variables import DerivedReading, Limit, Reading, StallLimit, readings_of_reaction
 from governor_mechanism.model.valve import Valve
@@ -102,6 +102,22 @@ class Shaft(Body):
 
 
 @dataclass(frozen=True, kw_only=True)
+class NamedPoint:
+    """A point that the user named.
+
+    Attributes
+    ----------
+    name
+        Its name; with that of its body in front, "body.point", if bodies have points of the same name.
+    point
+        The point.
+    """
+
+    name: str
+    point: Point
+
+
+@dataclass(frozen=True, kw_only=True)
 class FixedLoad:
     """A load that no control can move in a mechanism, although others of its kind let it move.
 
@@ -153,6 +169,8 @@ class Mechanism:
         Scales of readings whose scale is not that of the mechanism, m; those of parts of different size.
     valve
         Slide valve that the mechanism moves; None if it has none.
+    points
+        Points that the user named, whose paths can be shown.
     """
 
     bodies: tuple[Body, ...]
@@ -170,6 +188,7 @@ class Mechanism:
     notes: tuple[str, ...] = ()
     reading_scales: Mapping[str, float] = field(default_factory=dict, hash=False)
     valve: Valve | None = None
+    points: tuple[NamedPoint, ...] = ()
 
     def __post_init__(self) -> None:
         require_positive(self.length_scale, "m", "length scale of the mechanism")
@@ -250,6 +269,15 @@ class Mechanism:
         if not isinstance(name, str) or name not in names:
             raise _unknown_name("joint", name, names, "joints")
         return names.index(name)
+
+    @property
+    def path_points(self) -> dict[str, Point]:
+        """Points that have paths, by name: first those that the user named, then pins that move, and mass centres of bodies."""
+        moving = [joint for joint in self.joints if isinstance(joint, Pin) and GROUND not in (joint.first.body, joint.second.body)]
+        named = {one.name: one.point for one in self.points}
+        pins = {pin.name: pin.second for pin in moving if pin.name not in named}
+        centres = {body.name: Point(body=body.name) for body in self.bodies if not isinstance(body, Shaft)}
+        return named | pins | {name: point for name, point in centres.items() if name not in named and name not in pins}
 
     def count_drivers(self) -> int:
         """Return the number of drivers."""

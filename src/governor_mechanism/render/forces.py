@@ -8,12 +8,12 @@ import numpy as np
 from governor_mechanism.mechanics.dynamics.forces.force_elements import element_law
 from governor_mechanism.mechanics.dynamics.forces.force_laws import centrifugal_force, weight
 from governor_mechanism.mechanics.dynamics.forces.output_forces import pad_coefficients
+from governor_mechanism.mechanics.kinematics.point_paths import point_path
 from governor_mechanism.model.effect import OutputForce
 from governor_mechanism.model.force_elements import Damper, Spring
 from governor_mechanism.model.joints import GROUND, Point
 from governor_mechanism.model.output_variables import PointCoordinate
 from governor_mechanism.render.frame_data import FrameData
-from governor_mechanism.render.geometry.points import point_path
 from governor_mechanism.render.machines.machine_drawing import MachineDrawing
 from governor_mechanism.types import FloatArray
 

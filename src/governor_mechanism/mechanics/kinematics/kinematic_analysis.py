@@ -11,10 +11,12 @@ from governor_mechanism.errors import MechanismError, require_finite
 from governor_mechanism.mechanics.kinematics.assembly import PositionSolver
 from governor_mechanism.mechanics.kinematics.coordinate_assembly import CoordinateSolver
 from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output, evaluate_reading_motions
+from governor_mechanism.mechanics.kinematics.point_paths import point_paths
 from governor_mechanism.mechanics.kinematics.time_functions import CubicTimeFunction
 from governor_mechanism.model.joints import Gear, Joint, RotationalDriver, Slider, TranslationalDriver
 from governor_mechanism.model.mechanism import Mechanism
 from governor_mechanism.model.results.named_values import name_values
+from governor_mechanism.model.results.pictures import Figure
 from governor_mechanism.model.results.result import Column, Result, item_column
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.numerics.least_squares import RANK_TOLERANCE
@@ -103,6 +105,8 @@ class Kinematics(Result):
         First time derivatives of the readings; shape (n,).
     reading_accelerations
         Second time derivatives of the readings; shape (n,).
+    paths
+        Paths of named points, of pins that move (by the name of the joint) and of mass centres (by that of the body), m; shape (n, 2).
     """
 
     over: str
@@ -113,6 +117,7 @@ class Kinematics(Result):
     readings: Mapping[str, FloatArray]
     rates: Mapping[str, FloatArray]
     reading_accelerations: Mapping[str, FloatArray]
+    paths: Mapping[str, FloatArray]
 
     __repr__ = short_repr
 
@@ -120,6 +125,7 @@ class Kinematics(Result):
         object.__setattr__(self, "readings", name_values("reading", self.readings))
         object.__setattr__(self, "rates", name_values("rate", self.rates))
         object.__setattr__(self, "reading_accelerations", name_values("reading", self.reading_accelerations))
+        object.__setattr__(self, "paths", name_values("point", self.paths))
 
     def __getitem__(self, name: str) -> FloatArray:
         """Return a reading, "rate_of_" or "acceleration_of_" one, by the names that `crosscheck` lists; shape (n,), SI."""
@@ -149,6 +155,28 @@ class Kinematics(Result):
         kinds = {"": "readings", "rate of ": "rates", "acceleration of ": "reading_accelerations"}
         columns = [item_column(f"{start}{name}", kind, name) for start, kind in kinds.items() for name in getattr(self, kind)]
         return Column(self.over, value="values"), *columns
+
+    def plot_paths(self, *points: str) -> Figure:
+        """Draw the paths of points to one scale on both axes; `save` writes the figure.
+
+        Parameters
+        ----------
+        *points
+            Names of `paths`; without any, the first eight: named points stand before pins and mass centres.
+
+        Returns
+        -------
+        Figure
+            The figure.
+
+        Raises
+        ------
+        MechanismError
+            If there is no such point.
+        """
+        from governor_mechanism.render.figures.point_paths import path_figure
+
+        return path_figure("Paths of points", f"over {self.over}", self.paths, points)
 
 
 def solve_kinematics(
@@ -192,6 +220,7 @@ def solve_kinematics(
         readings={name: values for name, (values, _, _) in motions.items()},
         rates={name: rates for name, (_, rates, _) in motions.items()},
         reading_accelerations={name: second for name, (_, _, second) in motions.items()},
+        paths=point_paths(mechanism, poses),
     )
 
 

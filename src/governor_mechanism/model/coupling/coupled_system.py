@@ -52,6 +52,7 @@ _MERGED_FIELDS: Final = (
     "derived_readings",
     "fixed_loads",
     "notes",
+    "points",
 )
 """Fields of a mechanism that are those of all its parts in turn."""
 

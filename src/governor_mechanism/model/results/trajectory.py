@@ -125,6 +125,13 @@ class Trajectory:
         return name_values("joint", {} if self.deferred_results is None else self.deferred_results.reactions())
 
     @cached_property
+    def paths(self) -> Mapping[str, FloatArray]:
+        """Paths of named points, of pins that move (by the name of the joint) and of mass centres (by that of the body), m; shape (n, 2)."""
+        from governor_mechanism.mechanics.kinematics.point_paths import point_paths
+
+        return name_values("point", point_paths(self.scene.mechanism, self.poses))
+
+    @cached_property
     def events(self) -> tuple[Event, ...]:
         """Events in order of time: contact events, turning points and change points. Computed on first access."""
         return () if self.deferred_results is None else self.deferred_results.events()
@@ -231,6 +238,28 @@ class Trajectory:
         from governor_mechanism.render.figures.time_series import diagnostics_figure
 
         return diagnostics_figure(self)
+
+    def plot_paths(self, *points: str) -> Figure:
+        """Draw the paths of points to one scale on both axes; `save` writes the figure.
+
+        Parameters
+        ----------
+        *points
+            Names of `paths`; without any, the first eight: named points stand before pins and mass centres.
+
+        Returns
+        -------
+        Figure
+            The figure.
+
+        Raises
+        ------
+        MechanismError
+            If there is no such point, or the run has no reported time.
+        """
+        from governor_mechanism.render.figures.point_paths import path_figure
+
+        return path_figure("Paths of points", self.scene.title, self.paths, points)
 
     def plot_reactions(self, *joints: str, axes: str = "plane") -> Figure:
         """Draw the forces of joints as polar plots: the curve of the tip of the force on the second body, to one scale on both axes.

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from governor_mechanism.mechanics.kinematics.point_paths import point_path
 from governor_mechanism.model.part import TURNING_PLANE
 from governor_mechanism.model.results.film_options import DEFAULT_OPTIONS, FilmOptions, FilmView
 from governor_mechanism.model.results.trajectory import Trajectory
@@ -22,7 +23,7 @@ from governor_mechanism.render.frame_data import FrameData, ShownParts, common_a
 from governor_mechanism.render.geometry.attached import DrawnPart, Flexible, axes_shifted, axes_turned
 from governor_mechanism.render.geometry.outlines import make_arrow
 from governor_mechanism.render.geometry.pixel_view import PixelRect, PixelView, fit_view, share_scale
-from governor_mechanism.render.geometry.points import arc_points, point_path
+from governor_mechanism.render.geometry.points import arc_points
 from governor_mechanism.render.geometry.primitives import BoundingBox, Circle, DrawnShape, Lines, TextShape, Vec2, enclose_boxes, round_step
 from governor_mechanism.render.machines.generic.drawing import GenericDrawing
 from governor_mechanism.render.machines.governor_parts import GovernorDrawing

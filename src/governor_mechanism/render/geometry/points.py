@@ -5,9 +5,9 @@ from collections.abc import Iterable, Sequence
 
 import numpy as np
 
-from governor_mechanism.mechanics.kinematics.points import rotate_vector
+from governor_mechanism.mechanics.kinematics.point_paths import point_path
 from governor_mechanism.model.force_elements import Damper, Force, Spring
-from governor_mechanism.model.joints import Gear, Point, RackAndPinion
+from governor_mechanism.model.joints import Gear, RackAndPinion
 from governor_mechanism.model.mechanism import Mechanism
 from governor_mechanism.render.geometry.primitives import PoseTuple, Vec2
 from governor_mechanism.types import FloatArray
@@ -60,14 +60,6 @@ def convex_hull(points: Sequence[Vec2]) -> list[Vec2]:
         return corners[:-1]
 
     return half_hull(ordered) + half_hull(ordered[::-1])
-
-
-def point_path(mechanism: Mechanism, poses: FloatArray, point: Point) -> FloatArray:
-    """Return the path (n, 2) m of a point."""
-    index = mechanism.body_index(point.body)
-    pose = poses[:, index] if index >= 0 else np.zeros((len(poses), 3))
-    path: FloatArray = pose[:, :2] + np.stack(rotate_vector(pose[:, 2], point.x, point.y), axis=-1)
-    return path
 
 
 def drawn_point_paths(mechanism: Mechanism, poses: FloatArray) -> FloatArray:

@@ -8,6 +8,7 @@ import numpy as np
 
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output_value
+from governor_mechanism.mechanics.kinematics.point_paths import point_path
 from governor_mechanism.model.joints import GROUND, Point, RotationalDriver, Slider
 from governor_mechanism.model.mechanism import Mechanism
 from governor_mechanism.model.output_variables import PointCoordinate, PointDistance
@@ -16,7 +17,6 @@ from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.model.valve import Valve
 from governor_mechanism.observables.valve_motion import ValveMotion, crank_driver_of, has_valve_events, valve_motion_of, valve_of
 from governor_mechanism.render.geometry.attached import Moment, once_per_moment
-from governor_mechanism.render.geometry.points import point_path
 from governor_mechanism.render.geometry.primitives import Vec2
 from governor_mechanism.render.machines.generic.placed_mechanism import MechanismExtents
 from governor_mechanism.render.machines.steam_distribution import ValveGearPosition, sense_of_rotation, steam_phase

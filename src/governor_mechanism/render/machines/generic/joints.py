@@ -8,6 +8,7 @@ from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
+from governor_mechanism.mechanics.kinematics.point_paths import point_path
 from governor_mechanism.mechanics.kinematics.points import rotate_vector
 from governor_mechanism.model import joints
 from governor_mechanism.model.curves import Curve, PolynomialCurve, SplineCurve
@@ -18,7 +19,7 @@ from governor_mechanism.numerics.once_per_object import once_per_object
 from governor_mechanism.render.geometry import attached
 from governor_mechanism.render.geometry.attached import Attached, Frame, Moment
 from governor_mechanism.render.geometry.outlines import make_arrow, make_band, make_bar, make_box, make_hatching, make_rectangle, make_wall
-from governor_mechanism.render.geometry.points import arc_points, axes_to_plane, distinct_points, place_points, point_path, wheel_radii
+from governor_mechanism.render.geometry.points import arc_points, axes_to_plane, distinct_points, place_points, wheel_radii
 from governor_mechanism.render.geometry.primitives import Circle, DrawnShape, Lines, Polygon, PoseTuple, TextShape, Vec2
 from governor_mechanism.render.machines.generic.placed_mechanism import LoadFunction, MechanismExtents, PlacedMechanism
 from governor_mechanism.render.number_format import format_name

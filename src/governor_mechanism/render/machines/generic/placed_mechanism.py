@@ -9,6 +9,7 @@ from functools import cached_property
 
 import numpy as np
 
+from governor_mechanism.mechanics.kinematics.point_paths import point_path
 from governor_mechanism.mechanics.kinematics.points import rotate_vector
 from governor_mechanism.mechanics.kinematics.time_functions import CubicTimeFunction
 from governor_mechanism.model.force_elements import Damper, Force, Spring, Torque
@@ -17,7 +18,7 @@ from governor_mechanism.model.mechanism import Mechanism
 from governor_mechanism.model.time_functions import InputFunction
 from governor_mechanism.render.geometry.attached import Flexible, Moment, fixed_axes, once_per_moment
 from governor_mechanism.render.geometry.pixel_view import ELEVATION_RECT
-from governor_mechanism.render.geometry.points import axes_to_plane, drawn_point_paths, point_path
+from governor_mechanism.render.geometry.points import axes_to_plane, drawn_point_paths
 from governor_mechanism.render.geometry.primitives import DrawnShape, PoseTuple, Vec2
 from governor_mechanism.render.machines.machine_drawing import MachineDrawing
 from governor_mechanism.render.part_run import sample_input

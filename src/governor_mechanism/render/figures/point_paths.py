@@ -1,0 +1,49 @@
+"""Paths of points in the plane of a mechanism, to one scale on both axes."""
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from governor_mechanism.errors import MechanismError
+from governor_mechanism.render.figures.page import SERIES_LINE_STYLES, Page, add_legend, format_plain_ticks
+from governor_mechanism.render.style import PAPER, SERIES_COLOURS
+from governor_mechanism.types import FloatArray
+
+_WIDTH, _HEIGHT = 7.2, 6.4
+"""Size of the figure, inches."""
+_MILLIMETRES = 1e3
+_MAX_CURVES = 8
+"""Largest number of paths that are drawn if none is named."""
+_MIN_HALF_WIDTH = 1e-3
+"""Smallest half width of the panel, mm; a point may stand still."""
+
+
+def path_figure(
+    title: str,
+    subtitle: str,
+    paths: Mapping[str, FloatArray],  # paths by the name of the point, m; shape (n, 2)
+    names: Sequence[str],  # what to draw; the first paths if empty
+) -> Page:
+    """Return the figure of the paths of some points; raise MechanismError for a point without a path, or if there are none."""
+    shown = list(names) or list(paths)[:_MAX_CURVES]
+    curves = {name: _MILLIMETRES * paths[name] for name in shown}
+    if not curves or not all(map(len, curves.values())):
+        raise MechanismError("there are no paths to draw: no point is named, no pin moves, or the run has no reported time")
+    page = Page(_WIDTH, _HEIGHT, title, subtitle)
+    panel = page.add_panel((0.11, 0.1, 0.86, 0.74), "x [mm]", "y [mm]")
+    points = np.concatenate(list(curves.values()))
+    low = points.min(axis=0)
+    high = points.max(axis=0)
+    half_width = 0.5 * max(high[0] - low[0], panel.aspect_ratio * (high[1] - low[1]))
+    panel.show_region(tuple((low + high) / 2), max(1.1 * float(half_width), _MIN_HALF_WIDTH))
+    format_plain_ticks(panel.xaxis, panel.get_xlim())
+    format_plain_ticks(panel.yaxis, panel.get_ylim())
+    for number, (name, curve) in enumerate(curves.items()):
+        colour = SERIES_COLOURS[number % len(SERIES_COLOURS)]
+        line_style = SERIES_LINE_STYLES[number % len(SERIES_LINE_STYLES)]
+        panel.plot(curve[:, 0], curve[:, 1], color=colour, linestyle=line_style, linewidth=1.6, label=name, zorder=3)
+        panel.plot(*curve[0], "o", color=colour, markeredgecolor=PAPER, markersize=6, zorder=4)
+    add_legend(panel, loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=min(len(curves), 4), borderaxespad=0.2)
+    left_out = [] if names else list(paths)[_MAX_CURVES:]
+    page.write_footnote("dots: start of the paths" + (f"; not shown: {', '.join(left_out)}" if left_out else ""))
+    return page
