@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import fields
+from functools import partial
 from inspect import Parameter
 from typing import TYPE_CHECKING, Annotated, Any, Final, get_type_hints
 
@@ -40,17 +41,18 @@ def parse_film_size(text: str) -> int:
     return int(width)
 
 
-def _parse_names(text: str) -> list[str]:
-    """Return the names of readings in a text with commas between, each once."""
+def _parse_names(option: str, example: str, text: str) -> list[str]:
+    """Return the names in the text of an option with commas between, each once."""
     names = dict.fromkeys(name.strip() for name in text.split(",") if name.strip())
     if not names:
-        raise MechanismError(f"--readings needs names with commas between, as in arm_angle,sleeve_lift; found {text!r}")
+        raise MechanismError(f"{option} needs names with commas between, as in {example}; found {text!r}")
     return list(names)
 
 
 _PARSERS: Final[Mapping[str, Callable[[str], object]]] = {
     "size": parse_film_size,
-    "readings": _parse_names,
+    "readings": partial(_parse_names, "--readings", "arm_angle,sleeve_lift"),
+    "paths": partial(_parse_names, "--paths", "foot,crank pin"),
     "start": number_or_text,
     "stop": number_or_text,
 }

@@ -141,6 +141,7 @@ _STYLES = {
     "coil": ShapeStyle(stroke=STEEL, width=3.0),
     "coil edge": ShapeStyle(stroke=INK, width=4.6),
     "coil behind": ShapeStyle(stroke=IRON, width=2.4),
+    "tail": ShapeStyle(stroke=VERMILLION, width=2.4),
     "trace": ShapeStyle(stroke="#9fcbe6", width=1.6),
     "ring": ShapeStyle(stroke=RULE, width=3.0),
     "sweep": ShapeStyle(fill=GREEN, stroke=GREEN, width=3.0),

@@ -113,6 +113,13 @@ def _read_readings(value: Sequence[str] | None) -> tuple[str, ...]:
     return tuple(dict.fromkeys(names))
 
 
+def _read_paths(value: Sequence[str] | None) -> tuple[str, ...]:
+    names = () if value is None else value
+    if not isinstance(names, list | tuple) or not all(isinstance(name, str) for name in names):
+        raise FilmOptionError("{paths} of a film must be a list of names of points, as ['foot']; got {found}", found=format_value(value))
+    return tuple(dict.fromkeys(names))
+
+
 def _read_exaggerate(value: float) -> float:
     if value < 1.0:
         raise FilmOptionError("{exaggerate} must be a number of at least 1, which is the true motion; got {found:g}", found=value)
@@ -156,6 +163,7 @@ class FilmKeywords(TypedDict, total=False):
     labels: bool
     forces: bool
     traces: bool
+    paths: Sequence[str] | None
     view: str
     exaggerate: float
     part: str | None
@@ -223,6 +231,13 @@ class FilmOptions:
     )
     traces: bool = film_option(
         False, FLAG, "Whether the paths of the mass centres are drawn.", help="Draw the paths of the mass centres on the film."
+    )
+    paths: tuple[str, ...] = film_option(
+        (),
+        None,
+        "Names of points whose paths are drawn, as `run.paths` names them: the whole curve, and behind the point its last second of film.",
+        read=_read_paths,
+        help='Draw the paths of points, for example "foot,crank pin": named points, pins, or bodies (their mass centres).',
     )
     view: FilmView = film_option(
         FilmView.PLANE,
@@ -292,7 +307,7 @@ class FilmOptions:
             raise FilmOptionError(
                 "a film of the {layout} 'machine' plots no readings; leave {readings} out, or choose the {layout} 'machine+plots' or 'wide'"
             )
-        overlays = [name for name in ("labels", "forces", "traces") if getattr(self, name)]
+        overlays = [name for name in ("labels", "forces", "traces", "paths") if getattr(self, name)]
         if overlays and self.view is FilmView.OUTSIDE:
             raise FilmOptionError(
                 f"{list_options(overlays)} are drawn on the turning plane, which the {{view}} 'outside' does not show; "

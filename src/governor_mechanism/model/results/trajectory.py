@@ -126,7 +126,7 @@ class Trajectory:
 
     @cached_property
     def paths(self) -> Mapping[str, FloatArray]:
-        """Paths of named points, of pins that move (by the name of the joint) and of mass centres (by that of the body), m; shape (n, 2)."""
+        """Paths, m, of named points, of moving pins (by the name of the joint) and of mass centres (by the body); shape (n, 2)."""
         from governor_mechanism.mechanics.kinematics.point_paths import point_paths
 
         return name_values("point", point_paths(self.scene.mechanism, self.poses))

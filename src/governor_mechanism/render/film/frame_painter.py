@@ -95,6 +95,51 @@ def trace_shapes(data: FrameData) -> list[DrawnShape]:
     return [Lines("path", tuple(tuple(map(tuple, path.tolist())) for path in moving))]
 
 
+TRACE_DURATION = 1.0
+"""Duration (s of film) of the traced path that is shown."""
+
+
+class PointPaths:
+    """Paths of points of a part in the shown time: the whole curves, and behind each point its last second of film."""
+
+    def __init__(self, data: FrameData, names: Sequence[str]) -> None:
+        self._data = data
+        mechanism = data.part.mechanism
+        points = [mechanism.path_points[name] for name in names if name in mechanism.path_points] if shows_bodies(data) else []
+        sampled = data.poses_at(data.sample_times)
+        self._curves = [point_path(mechanism, sampled, point) for point in points]
+        self._places = [point_path(mechanism, data.poses, point) for point in points]
+
+    def enclosing_box(self, box: BoundingBox) -> BoundingBox:
+        """Return the smallest box (m) around a box and all curves."""
+        return enclose_boxes([box, *((*_span(curve[:, 0]), *_span(curve[:, 1])) for curve in self._curves)])
+
+    @property
+    def shapes(self) -> list[DrawnShape]:
+        """The whole curves."""
+        return [Lines("path", tuple(tuple(map(tuple, curve.tolist())) for curve in self._curves))] if self._curves else []
+
+    def parts(self) -> Iterator[DrawnPart]:
+        """Yield what follows the points, whose moments are the numbers of the frames."""
+        for curve, places in zip(self._curves, self._places, strict=True):
+            yield Flexible(shapes_at=partial(self._tail, curve, places))
+
+    def _tail(self, curve: FloatArray, places: FloatArray, k: int) -> list[DrawnShape]:
+        """Return the last second of film before frame k of a curve (s, 2), m, which ends at its point (f, 2) of the frame."""
+        return [Lines("tail", (last_second(self._data, curve, places, k),))]
+
+
+def _span(values: FloatArray) -> Vec2:
+    return float(values.min()), float(values.max())
+
+
+def last_second(data: FrameData, curve: FloatArray, places: FloatArray, k: int) -> tuple[Vec2, ...]:
+    """Return the part in the last second of film before frame k of a curve (s, 2) m, which ends at its point (f, 2) m of the frame."""
+    time = float(data.times[k])
+    first, last = np.searchsorted(data.sample_times, (time - TRACE_DURATION / data.slow_down, time))
+    return *map(tuple, curve[first:last].tolist()), tuple(places[k].tolist())
+
+
 class ForceArrows:
     """Arrows of the forces on the bodies of a part, all on one scale for a drawing in a box (m)."""
 
@@ -161,8 +206,10 @@ class ElevationOverlay:
             self.box = box_with_rotation_arrow(box)
         if options.traces:
             self.static_shapes += trace_shapes(data)
+        self._paths = PointPaths(data, options.paths)
+        self.static_shapes += self._paths.shapes
         self.arrows = ForceArrows(data, box, is_shown=options.forces)
-        self.box = self.arrows.enclosing_box(self.box)
+        self.box = self._paths.enclosing_box(self.arrows.enclosing_box(self.box))
         self._angle = AngleArc(data) if options.labels else None
         self._labels = [*find_labels(data), *self._angle.labels] if self._angle is not None else []
         if self._labels and not shows_bodies(data):
@@ -185,6 +232,7 @@ class ElevationOverlay:
 
     def parts(self) -> Iterator[DrawnPart]:
         """Yield the parts that move, whose moments are the numbers of the frames."""
+        yield from self._paths.parts()
         yield from self.arrows.parts()
         if self._angle is not None:
             yield Flexible(shapes_at=self._angle.shapes_at)
@@ -195,8 +243,6 @@ class ElevationOverlay:
         return [Lines("label line", tuple(piece for label in self._placed for piece in label.lines[k]))]
 
 
-TRACE_DURATION = 1.0
-"""Duration (s of film) of the traced path that is shown."""
 MAX_SHOWN_READINGS = {True: 3, False: 4}
 """Number of readings in the side panel, with and without the dial."""
 FORCE_NAMES_HEIGHT = 16.0
@@ -325,9 +371,7 @@ class FramePainter(FrameCanvas):
 
     def _traced_path(self, data: FrameData, path: FloatArray, ends: FloatArray, k: int) -> Lines:
         """Return the part in the last second of film before frame k of a path (s, 2) m, which ends at its point (f, 2) m of the frame."""
-        time = float(data.times[k])
-        first, last = np.searchsorted(data.sample_times, (time - TRACE_DURATION / data.slow_down, time))
-        return Lines("trace", ((*map(tuple, path[first:last].tolist()), tuple(ends[k].tolist())),))
+        return Lines("trace", (last_second(data, path, ends, k),))
 
     def _make_plan(self, rect: PixelRect) -> Panel:
         """Return the panel of the turning plane seen from above, and write its caption."""

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from dataclasses import fields
 from importlib import import_module
 
-from governor_mechanism.errors import MechanismError
+from governor_mechanism.errors import MechanismError, did_you_mean
 from governor_mechanism.model.results.film_options import DEFAULT_OPTIONS, FilmOptionError, FilmOptions, FilmView, list_options
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.render.machines.engine_room.arrangement import EngineRoomParts, find_governed_engine
@@ -16,7 +16,7 @@ VIDEO_SUFFIXES = (".mp4", ".webm")
 """Endings of the names of videos, which need ffmpeg."""
 _OF_PAGES = ("size", "part", "start", "stop", "slow_down")
 """Options that a page takes too."""
-_OF_PARTS = ("labels", "forces", "traces", "view", "exaggerate")
+_OF_PARTS = ("labels", "forces", "traces", "paths", "view", "exaggerate")
 """Options of the film of a part, which an engine room does not take."""
 
 
@@ -34,9 +34,25 @@ def require_suitable_options(options: FilmOptions, scenes: Sequence[Scene], suff
         _require_room(options)
     elif options.view is not FilmView.PLANE:
         _require_turning_part(options, scenes)
+    for scene in scenes:
+        _require_points(options, scene)
     if options.exaggerate != 1.0:
         for scene in scenes:
             require_one_coordinate(scene)
+
+
+def _require_points(options: FilmOptions, scene: Scene) -> None:
+    """Raise FilmOptionError for a path of a point that no shown part of a scene has."""
+    known = {name for part in scene.parts for name in part.mechanism.path_points}
+    for name in options.paths:
+        if name not in known:
+            listed = ", ".join(sorted(known))
+            raise FilmOptionError(
+                "{paths} name {name!r}, and no point has this name; points are {listed}.{hint}",
+                name=name,
+                listed=listed,
+                hint=did_you_mean(name, known),
+            )
 
 
 def require_video_writer(
