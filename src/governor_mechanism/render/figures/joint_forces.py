@@ -12,7 +12,7 @@ from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.render.figures.page import Page, Panel, format_plain_ticks
 from governor_mechanism.render.style import BLUE, INK, MUTED, PAPER, VERMILLION
 from governor_mechanism.types import FloatArray
-from governor_mechanism.units.arguments import TEXT, check_arguments
+from governor_mechanism.units.problems import TEXT, check_arguments
 
 FORCE_AXES: Final = ("plane", "body")
 """Axes of a polar plot: those of the plane, or those of the second body of the joint, which turn with it."""
