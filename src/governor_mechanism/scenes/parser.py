@@ -12,7 +12,6 @@ from typing import Any
 
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.model.scene import Scene
-from governor_mechanism.scenes.document import parse_document
 from governor_mechanism.units.problems import KEY, Problem, ProblemCode, mistake
 from governor_mechanism.units.quantities import format_value
 
@@ -53,6 +52,9 @@ def parse_scene_document(
     with _named(source):
         if not isinstance(document, Mapping):
             raise mistake(ProblemCode.WRONG_TYPE, f"a scene is a table of keys; found {format_value(document)}")
+        # imported late: what only lists scenes starts without numpy
+        from governor_mechanism.scenes.document import parse_document
+
         return parse_document(document, source)
 
 
