@@ -139,7 +139,7 @@ class Result(Recorded):
         """Name of the column by which a data frame is labelled; a class attribute like the columns."""
         return ""
 
-    def values_of(self, column: Column) -> Any:
+    def values_of(self, column: Column) -> object:
         """Return the values of a column, one for each row or an array of the result."""
         rows = getattr(self, "rows", None)
         return column.value_of(self) if rows is None else [column.value_of(row) for row in rows]
