@@ -1,7 +1,7 @@
 """Result of a sweep: rows of numbers with their outcomes, as columns, as grids, and as text."""
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -97,7 +97,7 @@ class Sweep(AxisGrid, Result):
             for row in self.rows
         ]
 
-    def values_of(self, column: Column) -> Sequence[Any] | NDArray[Any]:
+    def values_of(self, column: Column) -> object:
         """Return the values of a column without a row in between, of which a sweep may have millions."""
         if column.key == "outcome":
             return self.rows.outcomes
