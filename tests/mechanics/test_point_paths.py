@@ -35,9 +35,8 @@ def test_points_of_the_same_name_have_that_of_their_body_in_front():
 
 
 def test_an_unknown_point_is_refused_with_the_nearest(leg, tmp_path):
-    with pytest.raises(gm.MechanismError, match="no point 'fot'.*Did you mean 'foot'"):
+    with pytest.raises(gm.MechanismError, match=r"no point 'fot'.*Did you mean 'foot'"):
         leg.plot_paths("fot")
-    with pytest.raises(gm.MechanismError, match="'fot', and no point has this name.*Did you mean 'foot'"):
+    with pytest.raises(gm.MechanismError, match=r"'fot', and no point has this name.*Did you mean 'foot'"):
         gm.film(leg, tmp_path / "leg.gif", paths=["fot"], stop=0.1)
     assert not list(tmp_path.iterdir())
-

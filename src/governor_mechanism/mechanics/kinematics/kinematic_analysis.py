@@ -159,10 +159,7 @@ class Kinematics(Result):
     def plot_paths(self, *points: str) -> Figure:
         """Draw the paths of points to one scale on both axes; `save` writes the figure.
 
-        Parameters
-        ----------
-        *points
-            Names of `paths`; without any, the first eight: named points stand before pins and mass centres.
+        The arguments are names of `paths`; without any, the first eight are drawn: named points stand before pins and mass centres.
 
         Returns
         -------

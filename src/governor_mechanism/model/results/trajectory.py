@@ -242,10 +242,7 @@ class Trajectory:
     def plot_paths(self, *points: str) -> Figure:
         """Draw the paths of points to one scale on both axes; `save` writes the figure.
 
-        Parameters
-        ----------
-        *points
-            Names of `paths`; without any, the first eight: named points stand before pins and mass centres.
+        The arguments are names of `paths`; without any, the first eight are drawn: named points stand before pins and mass centres.
 
         Returns
         -------
@@ -264,10 +261,10 @@ class Trajectory:
     def plot_reactions(self, *joints: str, axes: str = "plane") -> Figure:
         """Draw the forces of joints as polar plots: the curve of the tip of the force on the second body, to one scale on both axes.
 
+        The positional arguments are names of joints; without any, all whose force a rigid model determines, of which six are drawn.
+
         Parameters
         ----------
-        *joints
-            Names of joints; without any, all whose force a rigid model determines, of which six are drawn.
         axes
             "plane" for components along the axes of the plane, "body" for those along the axes of the second body of the joint.
 
