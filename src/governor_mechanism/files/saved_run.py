@@ -119,8 +119,9 @@ def _read_scene(saved: SavedArrays, path: Path) -> Scene:
             "read the arrays with xarray.open_dataset"
         )
     scene = parse_scene_document(saved.document, record["scene"])
-    settings = {name: tuple(value) if isinstance(value, list) else value for name, value in record["run_settings"].items()}
-    scene = replace(scene, title=record["title"], run=RunSettings(**settings))
+    settings = RunSettings(**record["run_settings"])
+    run_settings = replace(settings, reactions=tuple(settings.reactions))  # JSON has lists only
+    scene = replace(scene, title=record["title"], run=run_settings)
     if [body.name for body in scene.mechanism.bodies] != saved.arrays["body"]:
         raise MechanismError(
             f"{path} was written by another version of governor_mechanism, whose mechanism has other bodies; simulate again"
