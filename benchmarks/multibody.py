@@ -68,12 +68,13 @@ def final_arm_angle(engine: MultibodyEngine, scene: Scene) -> float:
 def run_cost(engine: MultibodyEngine, scene: Scene, end: float) -> float:
     """Return the time (s) of the integration alone, up to `end` (s)."""
     from governor_mechanism.engines.base import RunRequest
+    from governor_mechanism.engines.certificate import StepPlan
     from governor_mechanism.engines.multibody.engine import MultibodyRunner
 
     task = RunRequest(times=np.array([end]), accuracy=1e-8, certify=False, reason="")
     follower = MultibodyRunner(engine, scene, task)
     started = time.perf_counter()
-    follower.integrator.integrate(engine.tolerance or 1e-10)
+    follower.integrator.integrate(engine.tolerance or 1e-10, StepPlan(max_steps=follower.max_steps))
     return time.perf_counter() - started
 
 

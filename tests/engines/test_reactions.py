@@ -385,3 +385,24 @@ def test_joint_forces_that_are_not_determined_or_not_there_are_refused():
         MultibodyEngine().run(with_reactions(scene, "hinge 0", "knee"), accuracy=1e-8)
     with pytest.raises(MechanismError, match=r"run\.reactions: no joint 'kne'; .*Did you mean 'knee'"):
         with_reactions(scene, "kne")
+
+
+def test_the_polar_plot_in_the_axes_of_a_pendulum_is_a_line_along_its_rod():
+    run = MultibodyEngine().run(link_pendulum(by_pin=True), accuracy=1e-10)
+    angle, rate = released_pendulum(run.times, GRAVITY / 0.7, 1.9)
+    pull = 1.3 * (GRAVITY * np.cos(angle) + 0.7 * rate**2)
+    (panel,) = run.plot_reactions("rod", axes="body").axes
+    across, along = next(line.get_xydata().T for line in panel.lines if len(line.get_xydata()) == len(run.times))
+    np.testing.assert_allclose(across, 0.0, atol=1e-7)
+    np.testing.assert_allclose(along, pull, atol=1e-7)
+
+
+def test_a_polar_plot_refuses_what_it_cannot_draw():
+    run = MultibodyEngine().run(door(2), accuracy=1e-8)
+    for wrong, message in (
+        ({"axes": "wheel"}, "axes of a polar plot must be one of plane, body; found 'wheel'"),
+        ({"joints": ["hinge 0"]}, "a rigid model does not determine the force of 'hinge 0'"),
+        ({"joints": ["kne"]}, "Did you mean 'knee'"),
+    ):
+        with pytest.raises(MechanismError, match=message):
+            run.plot_reactions(*wrong.pop("joints", ["knee"]), **wrong)

@@ -17,7 +17,7 @@ from governor_mechanism.observables.assemblies.blocks import Block, Decompositio
 from governor_mechanism.types import FloatArray, IntArray
 
 N_STARTS: Final = 100
-"""Number of starts where the equations are not solved as a whole; as many configurations are found as so many starts reach."""
+"""Number of starts where the equations are not solved as a whole; what none of them reaches is not found."""
 
 N_IDLE_STARTS: Final = 40
 """Number of starts in sequence without a new configuration after which the search ends."""

@@ -9,7 +9,7 @@ import numpy as np
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.model.joints import GROUND
 from governor_mechanism.model.results.trajectory import Trajectory
-from governor_mechanism.render.figures.page import Page, Panel, format_plain_ticks
+from governor_mechanism.render.figures.page import Page, Panel
 from governor_mechanism.render.style import BLUE, INK, MUTED, PAPER, VERMILLION
 from governor_mechanism.types import FloatArray
 from governor_mechanism.units.problems import TEXT, check_arguments
@@ -35,17 +35,7 @@ def joint_force_figure(
 
     Raises MechanismError if there is no such joint, a rigid model does not determine its force, or the run has no reported time.
     """
-    if axes not in FORCE_AXES:
-        raise MechanismError(f"axes of a polar plot must be one of {', '.join(FORCE_AXES)}; found {axes!r}")
-    if not len(run.times):
-        raise MechanismError("a polar plot of joint forces needs a reported time, and the run ended before its first")
-    undetermined = [name for name in joints if not run.reactions[name].determined.any()]
-    if undetermined:
-        names = ", ".join(map(repr, undetermined))
-        raise MechanismError(f"a rigid model does not determine the force of {names}, as joints are redundant; leave it out of the plot")
-    shown = list(joints) or [name for name, one in run.reactions.items() if one.determined.any() and np.any(one.force)]
-    if not shown:
-        raise MechanismError("no joint of this run carries a force that a rigid model determines; there is nothing to plot")
+    shown = _choose_joints(run, joints, axes)
     n_columns, n_rows = min(len(shown), _N_COLUMNS), math.ceil(min(len(shown), _MAX_PANELS) / _N_COLUMNS)
     height = n_rows * _PANEL_SIZE + _HEADER_HEIGHT + _FOOTER_HEIGHT
     page = Page(max(n_columns, 2) * _PANEL_SIZE, height)
@@ -66,6 +56,22 @@ def joint_force_figure(
         _draw_force(panel, name, _forces_in_axes(run, name, axes))
     page.write_footnote(_footnote(run, shown, axes), x=0.02, y=0.16 / height)
     return page
+
+
+def _choose_joints(run: Trajectory, joints: Sequence[str], axes: str) -> list[str]:
+    """Return the joints to draw; raise MechanismError as `joint_force_figure`."""
+    if axes not in FORCE_AXES:
+        raise MechanismError(f"axes of a polar plot must be one of {', '.join(FORCE_AXES)}; found {axes!r}")
+    if not len(run.times):
+        raise MechanismError("a polar plot of joint forces needs a reported time, and the run ended before its first")
+    undetermined = [name for name in joints if not run.reactions[name].determined.any()]
+    if undetermined:
+        names = ", ".join(map(repr, undetermined))
+        raise MechanismError(f"a rigid model does not determine the force of {names}, as joints are redundant; leave it out of the plot")
+    shown = list(joints) or [name for name, one in run.reactions.items() if one.determined.any() and np.any(one.force)]
+    if not shown:
+        raise MechanismError("no joint of this run carries a force that a rigid model determines; there is nothing to plot")
+    return shown
 
 
 def _footnote(run: Trajectory, shown: Sequence[str], axes: str) -> str:
@@ -89,22 +95,18 @@ def _forces_in_axes(run: Trajectory, name: str, axes: str) -> FloatArray:
 
 def _draw_force(panel: Panel, name: str, force: FloatArray) -> None:
     """Draw the curve of a force (n, 2), N, around the zero, to one scale on both axes."""
-    points = np.vstack([force, np.zeros((1, 2))])
-    low, high = points.min(axis=0), points.max(axis=0)
-    half_width = max(float(np.max((high - low) * [0.5, 0.5 * panel.aspect_ratio])) * 1.12, _MIN_FORCE)
-    panel.show_region(tuple((low + high) / 2), half_width)
+    panel.show_points(np.vstack([force, np.zeros((1, 2))]), margin=0.12, min_half_width=_MIN_FORCE)
     panel.axhline(0.0, color=MUTED, linewidth=0.8, zorder=1)
     panel.axvline(0.0, color=MUTED, linewidth=0.8, zorder=1)
     panel.plot(force[:, 0], force[:, 1], color=BLUE, linewidth=1.4, zorder=3)
     panel.plot(*force[0], "o", color=VERMILLION, markeredgecolor=PAPER, markersize=6, zorder=5)
-    _draw_sense(panel, force, half_width)
-    format_plain_ticks(panel.xaxis, panel.get_xlim())
-    format_plain_ticks(panel.yaxis, panel.get_ylim())
+    _draw_sense(panel, force)
     panel.text(0.0, 1.05, name, transform=panel.transAxes, color=INK, fontsize=10.5, parse_math=False)
 
 
-def _draw_sense(panel: Panel, force: FloatArray, half_width: float) -> None:
+def _draw_sense(panel: Panel, force: FloatArray) -> None:
     """Draw an arrowhead on the curve where it has gone a sixth of its length."""
+    half_width = 0.5 * float(np.ptp(panel.get_xlim()))
     lengths = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(force, axis=0).T))])
     if lengths[-1] < 0.05 * half_width:
         return

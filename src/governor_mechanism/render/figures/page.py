@@ -119,6 +119,15 @@ class Panel(Axes):
         half_height = half_width / self.aspect_ratio
         self.set(xlim=(centre[0] - half_width, centre[0] + half_width), ylim=(centre[1] - half_height, centre[1] + half_height))
 
+    def show_points(self, points: FloatArray, *, margin: float, min_half_width: float) -> None:
+        """Show points (n, 2) with a margin relative to their extent, to one scale on both axes, with plain numbers at the ticks."""
+        low = points.min(axis=0)
+        high = points.max(axis=0)
+        half_width = 0.5 * max(float(high[0] - low[0]), self.aspect_ratio * float(high[1] - low[1]))
+        self.show_region(tuple((low + high) / 2), max((1.0 + margin) * half_width, min_half_width))
+        format_plain_ticks(self.xaxis, self.get_xlim())
+        format_plain_ticks(self.yaxis, self.get_ylim())
+
     def write_heading(self, heading: str, *, y: float, size: float = 11.0) -> None:
         """Write a heading above the left end of the panel, at a height in fractions of the panel."""
         self.text(0.0, y, heading, transform=self.transAxes, color=INK, fontsize=size, fontfamily=SERIF_FONT, parse_math=False)

@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.render.figures.page import SERIES_LINE_STYLES, Page, add_legend, format_plain_ticks
+from governor_mechanism.render.figures.page import SERIES_LINE_STYLES, Page, add_legend
 from governor_mechanism.render.style import PAPER, SERIES_COLOURS
 from governor_mechanism.types import FloatArray
 
@@ -31,13 +31,7 @@ def path_figure(
         raise MechanismError("there are no paths to draw: no point is named, no pin moves, or the run has no reported time")
     page = Page(_WIDTH, _HEIGHT, title, subtitle)
     panel = page.add_panel((0.11, 0.1, 0.86, 0.74), "x [mm]", "y [mm]")
-    points = np.concatenate(list(curves.values()))
-    low = points.min(axis=0)
-    high = points.max(axis=0)
-    half_width = 0.5 * max(high[0] - low[0], panel.aspect_ratio * (high[1] - low[1]))
-    panel.show_region(tuple((low + high) / 2), max(1.1 * float(half_width), _MIN_HALF_WIDTH))
-    format_plain_ticks(panel.xaxis, panel.get_xlim())
-    format_plain_ticks(panel.yaxis, panel.get_ylim())
+    panel.show_points(np.concatenate(list(curves.values())), margin=0.1, min_half_width=_MIN_HALF_WIDTH)
     for number, (name, curve) in enumerate(curves.items()):
         colour = SERIES_COLOURS[number % len(SERIES_COLOURS)]
         line_style = SERIES_LINE_STYLES[number % len(SERIES_LINE_STYLES)]

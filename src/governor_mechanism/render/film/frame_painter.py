@@ -105,7 +105,8 @@ class PointPaths:
     def __init__(self, data: FrameData, names: Sequence[str]) -> None:
         self._data = data
         mechanism = data.part.mechanism
-        points = [mechanism.path_points[name] for name in names if name in mechanism.path_points] if shows_bodies(data) else []
+        own_names = [name.removeprefix(f"{data.part.name}.") for name in names]
+        points = [mechanism.path_points[name] for name in own_names if name in mechanism.path_points] if shows_bodies(data) else []
         sampled = data.poses_at(data.sample_times)
         self._curves = [point_path(mechanism, sampled, point) for point in points]
         self._places = [point_path(mechanism, data.poses, point) for point in points]

@@ -43,7 +43,7 @@ def require_suitable_options(options: FilmOptions, scenes: Sequence[Scene], suff
 
 def _require_points(options: FilmOptions, scene: Scene) -> None:
     """Raise FilmOptionError for a path of a point that no shown part of a scene has."""
-    known = {name for part in scene.parts for name in part.mechanism.path_points}
+    known = scene.mechanism.path_points
     for name in options.paths:
         if name not in known:
             listed = ", ".join(sorted(known))

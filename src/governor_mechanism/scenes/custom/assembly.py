@@ -12,7 +12,7 @@ from governor_mechanism.model.mechanism import Mechanism
 from governor_mechanism.model.part import Start
 from governor_mechanism.observables.assemblies.enumeration import ClosedConfigurations, enumerate_configurations
 from governor_mechanism.observables.assemblies.held_values import hold_needed_angles, hold_values
-from governor_mechanism.scenes.quantities import TEXT, ValueType, list_of, without_context
+from governor_mechanism.scenes.quantities import VALUE_TYPES, ValueType, without_context
 from governor_mechanism.scenes.table import Table
 from governor_mechanism.units.fields import entry
 from governor_mechanism.units.problems import wrong_value
@@ -38,12 +38,6 @@ def parse_take(value: object) -> Take:
     return value  # type: ignore[return-value]
 
 
-def _parse_names(value: object) -> tuple[str, ...]:
-    if not isinstance(value, list | tuple) or not all(isinstance(one, str) for one in value):
-        raise wrong_value(value, "must be a list of names of bodies", '; write at = ["crank"]')
-    return tuple(value)
-
-
 _TAKE_SCHEMA: Final[dict[str, Any]] = {"anyOf": [{"type": "integer", "minimum": 1}, {"enum": [HIGHEST, NEAREST]}]}
 
 
@@ -58,9 +52,7 @@ class WrittenAssembly:
 
 
 ASSEMBLY: Final = Table.of(
-    WrittenAssembly,
-    types={"take": without_context(parse_take, _TAKE_SCHEMA), "names": without_context(_parse_names, list_of(TEXT))},
-    example="{ take = 2 }",
+    WrittenAssembly, types={"take": without_context(parse_take, _TAKE_SCHEMA), "names": VALUE_TYPES["names"]}, example="{ take = 2 }"
 )
 """The key `assembly` as a table."""
 
