@@ -12,7 +12,7 @@ import pytest
 import governor_mechanism as gm
 from governor_mechanism.engines.initial_state import initial_state
 from governor_mechanism.observables.derived_readings import evaluate_static_forces
-from governor_mechanism.render.figures.designed_governors import sleeve_force_figure, spring_lines_figure
+from governor_mechanism.render.figures.designs.governors import sleeve_force_figure, spring_lines_figure
 from governor_mechanism.scenes.changed_document import format_scene_toml
 from governor_mechanism.studies.design.hartung import (
     SLIDE_RULE_TOLERANCE,

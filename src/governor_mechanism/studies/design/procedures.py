@@ -54,7 +54,7 @@ class DesignReport(Result):
     simulated: Any = None
     paper: Any = None
 
-    figure_set = "render.figures.design_registry.design_figures"
+    figure_set = "render.figures.designs.design_figures"
 
     @property
     def ok(self) -> bool:

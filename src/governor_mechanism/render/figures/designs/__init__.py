@@ -5,8 +5,8 @@ from collections.abc import Callable, Mapping
 from dataclasses import replace
 from typing import Any
 
-from governor_mechanism.render.figures.designed_engines import draw_flywheel_plate, governed_engine_figure
-from governor_mechanism.render.figures.designed_governors import hartnell_figure, pendulum_figure, sleeve_force_figure, spring_lines_figure
+from governor_mechanism.render.figures.designs.engines import draw_flywheel_plate, governed_engine_figure
+from governor_mechanism.render.figures.designs.governors import hartnell_figure, pendulum_figure, sleeve_force_figure, spring_lines_figure
 from governor_mechanism.render.figures.page import Page
 from governor_mechanism.render.figures.plates.isochronous import has_isochronous_parabolas, isochronous_figure
 from governor_mechanism.studies.design.hartung import HartungDesign, design_hartung
