@@ -296,3 +296,19 @@ def test_what_leaves_a_motion_is_refused_with_the_number_of_values():
         driven_list().nearest({"rockr": 1.0})
     with pytest.raises(gm.MechanismError, match="'equilibrium' are not listed; give a number"):
         gm.assemblies("haug_governor")
+
+
+def test_a_number_follows_its_branch_where_a_dimension_changes_the_order():
+    m = six_bar()
+    m.choose_assembly(4)
+    first = m.scene()
+    crank = [body.name for body in first.mechanism.bodies].index("crank")
+    angles = []
+    for height, number in ((0.0, 4), (0.1, 4), (0.2, 6)):  # the angle of the crank passes 0, the start of the order
+        scene = first.replace({"ground.A": [0, height]})
+        assert scene.document["assembly"] == number
+        assert any("assembly 4 has the number 6" in note for note in scene.mechanism.notes) == (number == 6)
+        assert gm.Scene.from_dict(scene.document) == scene
+        angles.append(scene.mechanism.initial_guess[crank][2])
+    assert np.all(np.abs(np.diff(angles)) < 0.06)
+    assert first.replace({"ground.A": [0, 0.2], "assembly": 4}).document["assembly"] == 4

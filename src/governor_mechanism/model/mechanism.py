@@ -185,7 +185,7 @@ class Mechanism:
     force_elements: tuple[ForceElement, ...] = ()
     derived_readings: tuple[DerivedReading, ...] = ()
     fixed_loads: tuple[FixedLoad, ...] = ()
-    notes: tuple[str, ...] = ()
+    notes: tuple[str, ...] = field(default=(), compare=False)
     reading_scales: Mapping[str, float] = field(default_factory=dict, hash=False)
     valve: Valve | None = None
     points: tuple[NamedPoint, ...] = ()

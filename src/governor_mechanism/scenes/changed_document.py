@@ -2,7 +2,11 @@
 
 import json
 import re
+import tomllib
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import suppress
+from dataclasses import replace
+from functools import lru_cache
 from numbers import Integral, Real
 from typing import Any, Final
 
@@ -10,6 +14,7 @@ from governor_mechanism.engines.initial_state import initial_state
 from governor_mechanism.errors import MechanismError, did_you_mean
 from governor_mechanism.machines.custom import CUSTOM_MACHINE
 from governor_mechanism.model.scene import Scene
+from governor_mechanism.scenes.custom.assembly import find_nearest_number, with_number, written_number
 from governor_mechanism.scenes.parser import parse_scene_document
 from governor_mechanism.units.quantities import format_value
 
@@ -122,11 +127,43 @@ def remove_document_key(table: Any, key: str) -> Any:
 
 
 def parse_scene_with(document: Mapping[str, Any], values: Iterable[tuple[str, Any]]) -> Scene:
-    """Return the scene of a document with these values at these keys; raise MechanismError as the parser does."""
+    """Return the scene of a document with these values at these keys; raise MechanismError as the parser does.
+
+    The number of an assembly is that of the document: where the values change the order, it follows the nearest branch.
+    """
+    changed = document
+    keys: set[str] = set()
     for key, value in values:
-        _require_known_dimension(document, key)
-        document = replace_document_value(document, key, value)
-    return parse_scene_document(document)
+        keys.add(key.partition(".")[0])
+        _require_known_dimension(changed, key)
+        changed = replace_document_value(changed, key, value)
+    number = written_number(document)
+    if number is None or "assembly" in keys:
+        return parse_scene_document(changed)
+    return _follow_assembly(document, changed, number)
+
+
+def _follow_assembly(document: Mapping[str, Any], changed: Mapping[str, Any], number: int) -> Scene:
+    """Return the scene of a changed document in the assembly nearest to the one before, with a note if its number is another."""
+    scene = parse_scene_document(changed)
+    before = _parse_numbered(format_scene_toml(document))
+    if before is None:
+        return scene
+    nearest = find_nearest_number(changed, scene.part, scene.start, before.part.mechanism.initial_guess)
+    if nearest == number:
+        return scene
+    scene = parse_scene_document(with_number(changed, nearest))
+    mechanism = scene.part.mechanism
+    note = f"with the changed values assembly {number} has the number {nearest}: it follows the nearest branch"
+    return scene.with_changes(mechanism=replace(mechanism, notes=(*mechanism.notes, note)))
+
+
+@lru_cache(maxsize=4)
+def _parse_numbered(text: str) -> Scene | None:
+    """Return the scene of a text in TOML, or None if it has mistakes; kept, since each row of a sweep asks for it."""
+    with suppress(MechanismError):
+        return parse_scene_document(tomllib.loads(text))
+    return None
 
 
 def _require_known_dimension(document: Mapping[str, Any], key: str) -> None:

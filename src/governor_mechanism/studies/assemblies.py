@@ -23,8 +23,7 @@ from governor_mechanism.observables.assemblies.enumeration import (
     enumerate_configurations,
     largest_difference,
 )
-from governor_mechanism.scenes.custom.assembly import explain_no_assembly, hold_given_values
-from governor_mechanism.scenes.custom.parser import written_angles
+from governor_mechanism.scenes.custom.assembly import explain_no_assembly, hold_given_values, written_angles
 from governor_mechanism.types import DataFrame, FloatArray
 from governor_mechanism.units.quantities import format_value, parse_quantity
 from governor_mechanism.units.short_repr import short_repr

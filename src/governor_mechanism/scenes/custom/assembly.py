@@ -9,7 +9,7 @@ import numpy as np
 from governor_mechanism.errors import MechanismError, did_you_mean
 from governor_mechanism.mechanics.kinematics.assembly import PositionSolver
 from governor_mechanism.model.mechanism import Mechanism
-from governor_mechanism.model.part import Start
+from governor_mechanism.model.part import Part, Start
 from governor_mechanism.observables.assemblies.enumeration import ClosedConfigurations, enumerate_configurations
 from governor_mechanism.observables.assemblies.held_values import hold_needed_angles, hold_values
 from governor_mechanism.scenes.quantities import VALUE_TYPES, ValueType, without_context
@@ -117,6 +117,38 @@ def take_assembly(mechanism: Mechanism, written: WrittenAssembly, start: Start, 
     if np.max(np.abs(poses - solver.initial_guess) / solver.pose_scales) < AS_WRITTEN_TOLERANCE:
         return replace(mechanism, notes=notes)
     return replace(mechanism, notes=notes, initial_guess=tuple((x, y, angle) for x, y, angle in poses.tolist()))
+
+
+def written_number(document: Mapping[str, Any]) -> int | None:
+    """Return the number of the assembly that a scene file writes; None if it writes none."""
+    written = document.get("assembly")
+    take = written.get("take") if isinstance(written, Mapping) else written
+    return take if isinstance(take, int) else None
+
+
+def with_number(document: Mapping[str, Any], number: int) -> dict[str, Any]:
+    """Return a document that takes another assembly."""
+    written = document.get("assembly")
+    return {**document, "assembly": {**written, "take": number} if isinstance(written, Mapping) else number}
+
+
+def find_nearest_number(
+    document: Mapping[str, Any],
+    part: Part,
+    start: Start,
+    poses: Any,  # poses (bodies, 3) to which the assembly is nearest, m and rad
+) -> int:
+    """Return the number of the assembly of a scene that is nearest to some poses."""
+    written = document.get("assembly")
+    at = tuple(written.get("at", ())) if isinstance(written, Mapping) else ()
+    held, _ = hold_given_values(part.mechanism, start, written_angles(document, part.mechanism), at)
+    return enumerate_configurations(PositionSolver(held)).find_nearest(np.array(poses)) + 1
+
+
+def written_angles(document: Mapping[str, Any], mechanism: Mechanism) -> dict[str, float]:
+    """Return the initial angles of the bodies whose tables write them, by name, rad."""
+    written = {table.get("name") for table in document.get("body", ()) if isinstance(table, Mapping) and "angle" in table}
+    return {body.name: pose[2] for body, pose in zip(mechanism.bodies, mechanism.initial_guess, strict=True) if body.name in written}
 
 
 def explain_no_assembly(solver: PositionSolver) -> NoReturn:

@@ -9,11 +9,10 @@ from typing import Any, Final
 from governor_mechanism.machines.custom import CUSTOM_MACHINE, MechanismSketch, SketchedBody
 from governor_mechanism.model.joints import GROUND, Joint
 from governor_mechanism.model.law import Law
-from governor_mechanism.model.mechanism import Mechanism
 from governor_mechanism.model.output_variables import Reading
 from governor_mechanism.model.part import FIXED_PLANE, TURNING_PLANE, Part, Start
 from governor_mechanism.model.valve import Valve
-from governor_mechanism.scenes.custom.assembly import ASSEMBLY_TYPE, take_assembly
+from governor_mechanism.scenes.custom.assembly import ASSEMBLY_TYPE, take_assembly, written_angles
 from governor_mechanism.scenes.custom.dimensions import Dimension, DimensionTable
 from governor_mechanism.scenes.custom.field_types import PointRegistry, is_moving, parse_moving_point, parse_named_points
 from governor_mechanism.scenes.custom.law import parse_law
@@ -247,12 +246,6 @@ class CustomMachineParser:
             return Start()
         rates = assign_rate_keys(readings)
         return parse_start(given, {item.name: (item.quantity, rates[item.name]) for item in readings}, self.collector)
-
-
-def written_angles(document: Mapping[str, Any], mechanism: Mechanism) -> dict[str, float]:
-    """Return the initial angles of the bodies whose tables write them, by name, rad."""
-    written = {table.get("name") for table in document.get("body", ()) if isinstance(table, Mapping) and "angle" in table}
-    return {body.name: pose[2] for body, pose in zip(mechanism.bodies, mechanism.initial_guess, strict=True) if body.name in written}
 
 
 def assign_rate_keys(readings: Iterable[Reading]) -> dict[str, str]:
