@@ -177,16 +177,17 @@ def test_a_pin_has_a_circle_a_weld_has_none_and_a_drive_has_a_ring(drawn):
     assert sum(isinstance(joint, RotationalDriver) for joint in mechanism.joints) <= len(of_role(shown[0], "drive"))
 
 
-def test_bars_reach_their_pins_and_a_coupler_is_a_plate():
+def test_bars_reach_their_pins_and_a_coupler_is_a_frame():
     run = fake_machine_run("four-bar", count=11)
     for shapes in shapes_of(run):
         plates = of_role(shapes, "plate")
-        assert len(plates) == 3
+        assert len(plates) == 2
         tracer = of_role(shapes, "tracer")[0]
         lengths = [max(math.dist(p, q) for p in plate.points for q in plate.points) for plate in plates]
         width = lengths[0] - 0.1
-        assert lengths[2] == pytest.approx(0.2 + width)
-        assert min(math.dist((tracer.x, tracer.y), p) for p in plates[1].points) == pytest.approx(width / 2, rel=1e-6)
+        assert lengths[1] == pytest.approx(0.2 + width)
+        (edges,) = of_role(shapes, "plate edge")
+        assert min(math.dist((tracer.x, tracer.y), p) for p in edges.lines[0]) == pytest.approx(width / 2, rel=1e-6)
 
 
 def test_an_arrow_is_as_long_as_its_force_and_none_is_drawn_for_zero():
@@ -213,7 +214,7 @@ def test_links_are_drawn_in_their_true_length():
     (link,) = (joint for joint in part.mechanism.joints if isinstance(joint, Distance))
     for shapes in shapes_of(run):
         far = max(math.dist(p, q) for p, q in itertools.combinations(of_role(shapes, "link")[0].points, 2))
-        assert far - link.length == pytest.approx(0.040 * drawing_of(run, part).length_scale, rel=1e-6)
+        assert far - link.length == pytest.approx(0.030 * drawing_of(run, part).length_scale, rel=1e-6)
 
 
 def test_hulls_plates_and_bands():

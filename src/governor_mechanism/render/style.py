@@ -8,6 +8,7 @@ from typing import Final
 import numpy as np
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
+from matplotlib.colors import to_rgba
 from matplotlib.lines import Line2D
 from matplotlib.patches import PathPatch
 from matplotlib.path import Path
@@ -49,12 +50,16 @@ SERIF_FONT, SANS_FONT = "STIXGeneral", "DejaVu Sans"
 
 @dataclass(frozen=True)
 class ShapeStyle:
-    """Fill and stroke of a role; `width` and `dashes` in pixels of a 480-pixel frame."""
+    """Fill and stroke of a role; `width` and `dashes` in pixels of a 480-pixel frame, `opacity` of the fill from 0 to 1.
+
+    A fill that is not opaque has no stroke: its edge is a shape of its own.
+    """
 
     fill: str = "none"
     stroke: str = INK
     width: float = 1.0
     dashes: tuple[float, ...] = ()
+    opacity: float = 1.0
 
 
 _STYLES = {
@@ -68,6 +73,9 @@ _STYLES = {
     "leader": ShapeStyle(stroke=RULE, width=0.7),
     "scale, lap circle": ShapeStyle(stroke=MUTED, width=0.8),
     "arm, plate, rod, casting": ShapeStyle(fill=STEEL, width=0.9),
+    "plate web": ShapeStyle(fill=STEEL, stroke="none", opacity=0.3),
+    "plate rim": ShapeStyle(fill=STEEL, stroke=STEEL, width=0.3),
+    "plate edge": ShapeStyle(width=0.9),
     "ball": ShapeStyle(fill=BLUE, stroke="#00436a", width=1.2),
     "ball shine": ShapeStyle(stroke="#7db9dc", width=1.1),
     "sleeve, block": ShapeStyle(fill="#eb9a5e", stroke="#7a3600", width=1.0),
@@ -202,7 +210,8 @@ class Brush:
                     line.set_dashes([length * self._points_per_pixel / width for length in style.dashes])
                 return line
             case _:
-                return PathPatch(_outline_path(group), facecolor=style.fill, edgecolor=style.stroke, linewidth=width, joinstyle="round")
+                fill = style.fill if style.opacity == 1.0 else to_rgba(style.fill, style.opacity)
+                return PathPatch(_outline_path(group), facecolor=fill, edgecolor=style.stroke, linewidth=width, joinstyle="round")
 
 
 def artist_paths(shapes: Sequence[DrawnShape]) -> list[Path | None]:

@@ -74,9 +74,10 @@ def role_rules(roles: set[str]) -> str:
         style = ROLE_STYLES[role]
         dashes = " ".join(f"calc({length:g} * var(--stroke))" for length in style.dashes)
         dash_rule = f" stroke-dasharray: {dashes};" if dashes else ""
+        opacity_rule = f" fill-opacity: {style.opacity:g};" if style.opacity < 1.0 else ""
         rules.append(
             f".{class_of(role)} {{ fill: {variable_of(style.fill)}; stroke: {variable_of(style.stroke)}; "
-            f"stroke-width: calc({style.width:g} * var(--stroke));{dash_rule} }}"
+            f"stroke-width: calc({style.width:g} * var(--stroke));{dash_rule}{opacity_rule} }}"
         )
     return "\n".join(rules)
 

@@ -26,14 +26,15 @@ def draw_shapes(shapes: Iterable[DrawnShape], view: PixelView) -> str:
     for shape in shapes:
         style = ROLE_STYLES[shape.role]
         stroke = f'stroke="{style.stroke}" stroke-width="{style.width:g}"'
+        fill = f'fill="{style.fill}"' + (f' fill-opacity="{style.opacity:g}"' if style.opacity < 1.0 else "")
         if style.dashes:
             stroke += f' stroke-dasharray="{" ".join(f"{length:g}" for length in style.dashes)}"'
         match shape:
             case Circle(_, x, y, radius):
                 cx, cy = place((x, y))
-                elements.append(f'<circle cx="{cx:.2f}" cy="{cy:.2f}" r="{radius * view.scale:.2f}" fill="{style.fill}" {stroke}/>')
+                elements.append(f'<circle cx="{cx:.2f}" cy="{cy:.2f}" r="{radius * view.scale:.2f}" {fill} {stroke}/>')
             case Polygon(_, points) if points:
-                elements.append(f'<path d="{path(points)}Z" fill="{style.fill}" {stroke} stroke-linejoin="round"/>')
+                elements.append(f'<path d="{path(points)}Z" {fill} {stroke} stroke-linejoin="round"/>')
             case Lines(_, lines) if any(lines):
                 elements.append(f'<path d="{"".join(path(line) for line in lines if line)}" fill="none" {stroke}/>')
             case TextShape(_, x, y, text, _):

@@ -310,5 +310,13 @@ def _style(artist: Any) -> str:
         scaled = " ".join(f"{length * artist.get_linewidth():.2f}" for length in dashes)
         dash = f' stroke-dasharray="{scaled}"' if scaled else ""
         return f'fill="none" stroke="{to_hex(artist.get_color())}" stroke-width="{artist.get_linewidth():.2f}"{dash}'
-    fill = "none" if artist.get_facecolor()[3] == 0.0 else to_hex(artist.get_facecolor())
-    return f'fill="{fill}" stroke="{to_hex(artist.get_edgecolor())}" stroke-width="{artist.get_linewidth():.2f}" stroke-linejoin="round"'
+    paints = " ".join(_paint(name, colour) for name, colour in (("fill", artist.get_facecolor()), ("stroke", artist.get_edgecolor())))
+    return f'{paints} stroke-width="{artist.get_linewidth():.2f}" stroke-linejoin="round"'
+
+
+def _paint(name: str, colour: tuple[float, float, float, float]) -> str:
+    """Return the attributes of a colour, "fill" or "stroke", with its opacity."""
+    opacity = float(colour[3])
+    if opacity == 0.0:
+        return f'{name}="none"'
+    return f'{name}="{to_hex(colour)}"' + ("" if opacity == 1.0 else f' {name}-opacity="{opacity:g}"')

@@ -1,7 +1,7 @@
 """Outlines of parts: bars, boxes and plates, bands along a curve, arrows, section lining and hatched walls; and the space between parts."""
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from itertools import pairwise
 
 import numpy as np
@@ -62,6 +62,28 @@ def make_plate_outline(role: str, points: Sequence[Vec2], width: float) -> Polyg
         start, end = (math.atan2(b[1] - a[1], b[0] - a[0]) for a, b in ((previous, corner), (corner, following)))
         outline += arc_points(corner, start - math.pi / 2, (end - start) % (2 * math.pi), width / 2)
     return Polygon(role, tuple(outline))
+
+
+def shrink_convex(corners: Sequence[Vec2], distance: float) -> list[Vec2]:
+    """Return the corners of the part of a convex polygon (anticlockwise, m) that is at least a distance (m) inside all its edges."""
+    kept = list(corners)
+    for (x0, y0), (x1, y1) in zip(corners, (*corners[1:], corners[0]), strict=True):
+        length = math.dist((x0, y0), (x1, y1))
+        ux, uy = (x1 - x0) / length, (y1 - y0) / length
+        depths = [ux * (y - y0) - uy * (x - x0) - distance for x, y in kept]
+        kept = list(_cut_at_line(kept, depths))
+    return kept
+
+
+def _cut_at_line(corners: Sequence[Vec2], depths: Sequence[float]) -> Iterator[Vec2]:
+    """Yield the corners of the part of a polygon whose depth behind a line, known at its corners, is not negative."""
+    for k, (x, y) in enumerate(corners):
+        (x0, y0), before, here = corners[k - 1], depths[k - 1], depths[k]
+        if before * here < 0.0:
+            share = before / (before - here)
+            yield x0 + share * (x - x0), y0 + share * (y - y0)
+        if here >= 0.0:
+            yield x, y
 
 
 def make_band(role: str, chain: Sequence[Vec2], width: float) -> Polygon:

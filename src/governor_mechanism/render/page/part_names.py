@@ -96,10 +96,15 @@ SAME_AS: Final[dict[str, str]] = {
     "angle ray": "angle arc",
     "letter": "angle arc",
     "weight section hatching": "weight section",
+    "plate web": "plate",
+    "plate rim": "plate",
+    "plate edge": "plate",
 }
 """Role whose name a role shares."""
 
-BODY_ROLES: Final = frozenset({"plate", "wheel", "block", "ball", "rod", "link", "spoke", "marked spoke", "rim", "wheel web"})
+BODY_ROLES: Final = frozenset(
+    {"plate", "plate web", "plate rim", "plate edge", "wheel", "block", "ball", "rod", "link", "spoke", "marked spoke", "rim", "wheel web"}
+)
 """Roles that a drawing of any mechanism calls by the name of the body."""
 
 

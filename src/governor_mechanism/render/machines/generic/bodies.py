@@ -12,9 +12,10 @@ from governor_mechanism.model.mechanism import Body
 from governor_mechanism.model.output_variables import LineAngle, PointCoordinate, PointDistance, Reading
 from governor_mechanism.numerics.once_per_object import once_per_object
 from governor_mechanism.render.geometry.attached import Attached
-from governor_mechanism.render.geometry.outlines import make_plate_outline, make_rectangle, make_wall
+from governor_mechanism.render.geometry.outlines import make_rectangle, make_wall
 from governor_mechanism.render.geometry.points import arc_points, convex_hull, distinct_points, place_points
 from governor_mechanism.render.geometry.primitives import Circle, DrawnShape, Lines, Vec2, drawn_ball_radius
+from governor_mechanism.render.machines.generic.frames import body_outline_shapes
 from governor_mechanism.render.machines.generic.joints import STRIP_WIDTH, guide_centreline, spoked_wheel, toothed_bodies
 from governor_mechanism.render.machines.generic.placed_mechanism import MechanismExtents, PlacedMechanism
 
@@ -70,7 +71,7 @@ def crank_shapes(extents: MechanismExtents) -> Iterator[DrawnShape]:
         yield Lines("crank circle", tuple(circles))
 
 
-_BAR_WIDTH = 0.052
+_BAR_WIDTH = 0.040
 """Width of a bar, as a fraction of the length scale."""
 _COINCIDENCE_DISTANCE = 0.02
 """Distance below which two points are drawn as one, as a fraction of the length scale."""
@@ -130,7 +131,7 @@ def body_parts(placed: PlacedMechanism, *, slotted: bool) -> Iterator[Attached]:
 def _body_shapes(placed: PlacedMechanism, body: Body, outline: _BodyOutline) -> Iterator[DrawnShape]:
     """Yield the shapes of a body in its axes."""
     if len(outline.points) > 1:
-        yield make_plate_outline("plate", outline.points, outline.width)
+        yield from body_outline_shapes(outline.points, outline.width)
     if outline.has_ball:
         yield _ball_shape(placed, body)
     if outline.has_single_shape:

@@ -8,10 +8,11 @@ from governor_mechanism.render.geometry.attached import Attached, DrawnPart, Mom
 from governor_mechanism.render.geometry.outlines import make_bar
 from governor_mechanism.render.geometry.primitives import DrawnShape, Lines, Vec2, bounding_box
 from governor_mechanism.render.machines.generic import bodies, force_elements, joints, reading_marks
+from governor_mechanism.render.machines.generic.frames import RIM_ROLES, WEB_ROLE
 from governor_mechanism.render.machines.generic.placed_mechanism import MechanismExtents
 from governor_mechanism.types import FloatArray
 
-_LINK_WIDTH, _PIN_RADIUS = 0.040, 0.020
+_LINK_WIDTH, _PIN_RADIUS = 0.030, 0.016
 """Width of a massless link and radius of a pin, as fractions of the length scale."""
 _SYMMETRY_RATIO = 0.04
 """Difference of the extents to both sides of the axis, relative to their sum, below which a part is round."""
@@ -52,11 +53,13 @@ class GenericDrawing(MechanismExtents):
         placed = self.placed_at(self.first_moment)
         slotted, bodies_without = (list(bodies.body_parts(placed, slotted=is_slotted)) for is_slotted in (True, False))
         yield from force_elements.torque_arrow_parts(self)
+        yield from (part for part in (*slotted, *bodies_without) if part.shapes[0].role == WEB_ROLE)
         yield from joints.rack_parts(placed)
         yield from joints.wheel_parts(placed)
-        yield from (part for part in slotted if part.shapes[0].role != "ball")
+        yield from (part for part in slotted if part.shapes[0].role not in (WEB_ROLE, "ball"))
         yield from joints.guide_parts(placed, fixed=False)
-        yield from (part for part in bodies_without if part.shapes[0].role not in ("block", "ball"))
+        others = [part for part in bodies_without if part.shapes[0].role not in (WEB_ROLE, "block", "ball")]
+        yield from sorted(others, key=lambda part: part.shapes[0].role not in RIM_ROLES)  # bars are in front of frames
         yield from (self._link_part(joint) for joint in self.part.mechanism.joints if Glyph.BAR in joint.glyphs)
         yield from force_elements.translational_element_parts(placed)
         yield from joints.block_parts(placed)

@@ -29,6 +29,8 @@ _ELEMENT_WIDTH = 0.075
 _LATERAL_SPACING = 0.065
 """Offset of elements between the same two points from the line, as a fraction of the length scale."""
 _ARROW_LENGTH, _ARROW_HEAD_SIZE, _TORQUE_ARROW_RADIUS = 0.30, 0.06, 0.13
+_DRIVE_RADIUS = 0.029
+"""Radius of the ring around a driven pin, as a fraction of the length scale."""
 _LEAD_RATIO = 0.14
 """Length of the straight ends of a zigzag, as a fraction of its length."""
 _STOP_GAP = 0.05
@@ -200,10 +202,10 @@ def drive_parts(placed: PlacedMechanism) -> Iterator[Attached]:
     """Yield a ring around the pin that a drive rotates, or around the point that it moves."""
     for joint in placed.mechanism.joints:
         if isinstance(joint, TranslationalDriver):
-            yield eye_part(placed.extents, "drive", joint.second, 0.036 * placed.unit, turns=False)
+            yield eye_part(placed.extents, "drive", joint.second, _DRIVE_RADIUS * placed.unit, turns=False)
         elif isinstance(joint, RotationalDriver):
             point = placed.hinge_point(joint.first.body, joint.second.body, joint.second)
-            yield eye_part(placed.extents, "drive", point, 0.036 * placed.unit, turns=False)
+            yield eye_part(placed.extents, "drive", point, _DRIVE_RADIUS * placed.unit, turns=False)
 
 
 def output_effect_parts(extents: MechanismExtents, without: str = "") -> Iterator[DrawnPart]:

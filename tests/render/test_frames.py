@@ -1,0 +1,84 @@
+"""Bodies with several pins are frames, which hide neither pins nor points."""
+
+from __future__ import annotations
+
+import itertools
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+import governor_mechanism as gm
+from governor_mechanism.render.film.outside_view import area_of
+from governor_mechanism.render.geometry.outlines import shrink_convex
+from governor_mechanism.render.geometry.primitives import Circle, Polygon
+from governor_mechanism.render.machines.generic.frames import body_outline_shapes
+from governor_mechanism.render.machines.registry import drawing_of
+from governor_mechanism.render.motion_at_rest import motion_at_rest
+from governor_mechanism.render.style import ROLE_STYLES
+
+
+def _is_inside(point, outline):
+    """Return whether a point is inside a closed outline, by the number of its edges that a ray to the right meets."""
+    x, y = point
+    edges = [(p, q) for p, q in itertools.pairwise((*outline, outline[0])) if (p[1] > y) != (q[1] > y)]
+    return sum(x < x0 + (y - y0) * (x1 - x0) / (y1 - y0) for (x0, y0), (x1, y1) in edges) % 2 == 1
+
+
+def _hides(shape, point):
+    """Return whether a shape with an opaque fill covers a point."""
+    style = ROLE_STYLES[shape.role]
+    if style.fill == "none" or style.opacity < 1.0:
+        return False
+    if isinstance(shape, Circle):
+        return math.dist(point, (shape.x, shape.y)) < shape.radius
+    return isinstance(shape, Polygon) and bool(shape.points) and _is_inside(point, shape.points)
+
+
+@pytest.mark.parametrize("name", ["jansen", "klann", "cognates", "quadruplane", "plagiograph", "roberts"])
+def test_no_frame_hides_a_pin_or_a_point(name):
+    scene = gm.load(name)
+    motion = gm.kinematics(scene, over="time", values=np.linspace(0.0, scene.run.duration, 13))
+    drawing = drawing_of(motion_at_rest(scene, motion.poses, motion.readings), scene.part)
+    assert any(shape.role == "plate web" for shape in drawing.moving_shapes(motion.poses[0], 0.0))
+    for pose in motion.poses:
+        shapes = list(drawing.moving_shapes(pose, 0.0))
+        for k, shape in enumerate(shapes):
+            if shape.role in ("pivot", "tracer"):
+                assert not any(_hides(above, (shape.x, shape.y)) for above in shapes[k + 1 :] if above.role not in ("pivot", "tracer"))
+        # The ground under a web stays visible, too: all webs are behind all bars, and let what is behind them show through.
+        roles = [shape.role for shape in shapes]
+        assert max(k for k, role in enumerate(roles) if role == "plate web") < roles.index("plate")
+
+
+def test_a_frame_has_bars_along_its_edges_and_to_the_points_inside():
+    width, corners, inside = 0.1, [(0.0, 0.0), (2.0, 0.0), (0.0, 1.5)], (0.6, 0.5)
+    web, rib, rim, edge = body_outline_shapes([*corners, inside], width)
+    assert [shape.role for shape in (web, rib, rim, edge)] == ["plate web", "plate", "plate rim", "plate edge"]
+    outer, inner = edge.lines
+    # The opening is the triangle whose edges are half a width inside: its inscribed circle is half a width smaller.
+    radius = 0.5
+    assert max(min(y, x, (6.0 - 3 * x - 4 * y) / 5) for x, y in inner) == pytest.approx(width / 2)
+    assert area_of(np.array(inner[:-1])) == pytest.approx(1.5 * (1.0 - width / 2 / radius) ** 2)
+    assert area_of(np.array(rim.points)) == pytest.approx(area_of(np.array(outer[:-1])) - area_of(np.array(inner[:-1])))
+    assert all(_hides(rim, middle) for middle in [(1.0, 0.0), (0.0, 0.7), (1.0, 0.75), *corners])
+    assert not _hides(rim, inside)
+    assert _hides(rib, inside)
+    assert _hides(rib, (0.3, 0.25))
+
+
+def test_a_narrow_body_is_a_plate_without_an_opening():
+    (plate,) = body_outline_shapes([(0.0, 0.0), (2.0, 0.0), (1.0, 0.1)], 0.1)
+    assert plate.role == "plate"
+
+
+@given(st.integers(3, 9), st.floats(0.05, 0.95), st.floats(0.0, 6.0))
+def test_a_regular_polygon_shrinks_by_the_distance_of_its_edges(n_corners, share, turn):
+    angles = turn + 2 * math.pi * np.arange(n_corners) / n_corners
+    corners = list(zip(np.cos(angles).tolist(), np.sin(angles).tolist(), strict=True))
+    apothem = math.cos(math.pi / n_corners)
+    shrunk = shrink_convex(corners, share * apothem)
+    assert area_of(np.array(shrunk)) == pytest.approx(area_of(np.array(corners)) * (1.0 - share) ** 2, rel=1e-9)
+    assert shrink_convex(corners, 1.01 * apothem) == []
