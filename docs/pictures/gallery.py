@@ -19,7 +19,7 @@ from governor_mechanism.render.figure_files import FigureFiles
 from governor_mechanism.render.figures.time_series import readings_figure
 from governor_mechanism.render.film.timing import find_loop_end, select_timing
 from governor_mechanism.render.film.writer import DEFAULT_FRAME_RATE
-from governor_mechanism.render.machine_figures import write_machine_figures
+from governor_mechanism.render.results_folder import write_machine_figures
 from governor_mechanism.scenes.library import shipped_scenes
 
 RENDERS = Path(__file__).parents[2] / "renders"

@@ -52,7 +52,7 @@ from governor_mechanism.scenes.library import SceneSource as SceneSource
 from governor_mechanism.statics.controlling_force import ControllingForce as ControllingForce
 from governor_mechanism.statics.equilibria import Equilibrium as Equilibrium
 from governor_mechanism.statics.linearisation import Linearisation as Linearisation
-from governor_mechanism.statics.scene_linearisation import StabilityLimit as StabilityLimit
+from governor_mechanism.statics.linearisation import StabilityLimit as StabilityLimit
 from governor_mechanism.statics.speed_curve import InsensitivityBand as InsensitivityBand
 from governor_mechanism.statics.speed_curve import SpeedCurve as SpeedCurve
 from governor_mechanism.studies.assemblies import Assemblies as Assemblies
@@ -68,7 +68,7 @@ from governor_mechanism.studies.regulation.stability_map import StabilityMap as 
 from governor_mechanism.studies.sweep.results import Sweep as Sweep
 from governor_mechanism.studies.sweep.workers import ClusterClient as ClusterClient
 from governor_mechanism.studies.valve_gears import ValveGears as ValveGears
-from governor_mechanism.studies.valve_timing import ValveTiming as ValveTiming
+from governor_mechanism.studies.valve_gears import ValveTiming as ValveTiming
 from governor_mechanism.studies.work_precision_results import AccuracyStudy as AccuracyStudy
 from governor_mechanism.types import FloatArray as FloatArray
 from governor_mechanism.types import InputValues as InputValues

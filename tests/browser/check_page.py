@@ -13,8 +13,7 @@ import pytest
 import governor_mechanism as gm
 from chromium import open_browser
 from governor_mechanism.render.page.views import Picture, show_run
-from governor_mechanism.render.style import PAPER, parse_rgb
-from governor_mechanism.render.theme import darken
+from governor_mechanism.render.style import PAPER, darken, parse_rgb
 
 SCENES = ("porter", "andrews_squeezer", "stephenson_arc_middle", "hartung_dubois", "stephenson_reversing", "slider_crank_torque")
 

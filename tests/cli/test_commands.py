@@ -18,7 +18,7 @@ from typer.testing import CliRunner
 import governor_mechanism
 from governor_mechanism.cli.console import InterruptHandler
 from governor_mechanism.cli.main import app, main
-from governor_mechanism.files.run_text import format_run
+from governor_mechanism.files.results import format_run
 from governor_mechanism.scenes.library import shipped_scenes
 
 MODELS = Path(__file__).parents[2] / "models"

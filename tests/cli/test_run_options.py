@@ -16,7 +16,7 @@ from governor_mechanism.cli.film_options import parse_film_size
 from governor_mechanism.cli.main import app
 from governor_mechanism.cli.scene_arguments import TEMPLATES, complete_machine, complete_scene, load_changed, parse_changes
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.files.run_text import count_events
+from governor_mechanism.files.results import count_events
 from governor_mechanism.model.events import Event, EventKind
 from governor_mechanism.scenes.json_schema import scene_schema
 from governor_mechanism.scenes.template import TEMPLATE_NAMES, scene_template

@@ -24,7 +24,7 @@ from governor_mechanism.model.results.outcome import Outcome
 from governor_mechanism.model.valve import EQUAL_LEADS, MIDDLE
 from governor_mechanism.observables.valve_motion import find_event_angles, valve_motion_of
 from governor_mechanism.scenes.parser import parse_scene_document
-from governor_mechanism.studies.valve_timing import tabulate_valve_timing
+from governor_mechanism.studies.valve_gears import tabulate_valve_timing
 from reference import marks
 
 SIZES = {**SLIDE_VALVE_DIMENSIONS, "advance": math.radians(30.0)}

@@ -19,7 +19,7 @@ from governor_mechanism.machines.base import thin_arc
 from governor_mechanism.model.results.outcome import Outcome
 from governor_mechanism.observables.valve_motion import find_event_angles
 from governor_mechanism.render.figure_files import FigureFiles
-from governor_mechanism.render.machine_figures import write_machine_figures
+from governor_mechanism.render.results_folder import write_machine_figures
 from governor_mechanism.scenes.parser import parse_scene_document
 from random_machines import draw_link_gear
 from reference import stephenson as printed

@@ -9,7 +9,7 @@ import pytest
 
 import governor_mechanism as gm
 from governor_mechanism.mechanics.kinematics.assembly import PositionSolver
-from governor_mechanism.observables.assemblies.bilinear_systems import count_paths, solve_bilinear_system
+from governor_mechanism.observables.assemblies.block_equations import count_paths, solve_bilinear_system
 from governor_mechanism.observables.assemblies.enumeration import enumerate_configurations
 
 MAX_GAP = 1e-10

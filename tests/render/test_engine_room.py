@@ -26,9 +26,8 @@ from governor_mechanism.render.machines.engine_room.arrangement import (
     mean_speed,
     settled_time,
 )
-from governor_mechanism.render.machines.engine_room.controls import disc_angle
+from governor_mechanism.render.machines.engine_room.controls import BeltDrive, disc_angle, make_governor_belt
 from governor_mechanism.render.machines.engine_room.drawing import EngineRoomDrawing
-from governor_mechanism.render.machines.engine_room.drives import BeltDrive, make_governor_belt
 from governor_mechanism.render.machines.registry import drawing_of
 from governor_mechanism.render.shown_readings import shown_readings
 from governor_mechanism.scenes.library import shipped_scenes

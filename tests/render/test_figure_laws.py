@@ -17,8 +17,7 @@ from governor_mechanism.render.figures.page import SERIES_LINE_STYLES, SERIES_MA
 from governor_mechanism.render.figures.plates.isochronous import isochronous_figure
 from governor_mechanism.render.figures.plates.marks import EccentricDiagram, draw_marks_plate
 from governor_mechanism.render.figures.plates.zeuner import draw_zeuner_plate
-from governor_mechanism.render.style import BLUE, INK, PAPER, SERIES_COLOURS
-from governor_mechanism.render.theme import OVER_COLOUR_MAP, themed, themed_colour
+from governor_mechanism.render.style import BLUE, INK, OVER_COLOUR_MAP, PAPER, SERIES_COLOURS, themed, themed_colour
 from governor_mechanism.studies.design.hartung import design_hartung
 
 FIGURES = {

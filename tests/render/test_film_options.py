@@ -24,8 +24,7 @@ from governor_mechanism.render.forces import find_forces
 from governor_mechanism.render.frame_data import FrameData
 from governor_mechanism.render.geometry.attached import shapes_of
 from governor_mechanism.render.geometry.primitives import Lines
-from governor_mechanism.render.style import PAPER, ROLE_STYLES, parse_rgb
-from governor_mechanism.render.theme import themed_colour
+from governor_mechanism.render.style import PAPER, ROLE_STYLES, parse_rgb, themed_colour
 from stub_run import GOVERNOR_DIMENSIONS, fake_run
 
 PERIOD = 1.7

@@ -28,8 +28,19 @@ from governor_mechanism.render.page.part_names import MACHINE_NAMES, PART_NAMES,
 from governor_mechanism.render.page.tracks import TOLERANCE, TrackTable
 from governor_mechanism.render.page.views import Picture, show_run
 from governor_mechanism.render.page.writer import MAX_ROTATION, SAMPLE_RATE, SCRIPTS, choose_sample_times, make_page
-from governor_mechanism.render.style import FILM_COLOURS, INK, MUTED, PAPER, ROLE_STYLES, SERIES_COLOURS, parse_rgb
-from governor_mechanism.render.theme import colour_rules, darken, role_rules, series_rules
+from governor_mechanism.render.style import (
+    FILM_COLOURS,
+    INK,
+    MUTED,
+    PAPER,
+    ROLE_STYLES,
+    SERIES_COLOURS,
+    colour_rules,
+    darken,
+    parse_rgb,
+    role_rules,
+    series_rules,
+)
 from stub_effects import fake_run_with_effects
 from stub_run import GOVERNOR_DIMENSIONS, fake_run
 

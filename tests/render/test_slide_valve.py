@@ -24,10 +24,10 @@ from governor_mechanism.render.figures.plates import zeuner
 from governor_mechanism.render.figures.plates.marks import EccentricDiagram
 from governor_mechanism.render.figures.plates.zeuner import ValveDiagram
 from governor_mechanism.render.geometry.primitives import Circle, Lines, Polygon, TextShape, bounding_box
-from governor_mechanism.render.machine_figures import write_machine_figures
 from governor_mechanism.render.machines.registry import drawing_of
 from governor_mechanism.render.machines.steam_cylinder import valve_magnification
 from governor_mechanism.render.machines.steam_distribution import PHASE_NAMES, STEAM_PHASES, steam_phase
+from governor_mechanism.render.results_folder import write_machine_figures
 from governor_mechanism.render.shown_readings import chosen_readings, shown_readings
 from governor_mechanism.render.style import ROLE_STYLES
 from governor_mechanism.scenes.changed_document import parse_scene_with

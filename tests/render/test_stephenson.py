@@ -16,9 +16,9 @@ from governor_mechanism.engines import MultibodyEngine
 from governor_mechanism.render.figure_files import FigureFiles
 from governor_mechanism.render.figures.plates.reversed_gear import draw_gear_plate
 from governor_mechanism.render.geometry.primitives import Circle, Lines, Polygon, bounding_box
-from governor_mechanism.render.machine_figures import write_machine_figures
 from governor_mechanism.render.machines.registry import drawing_of
 from governor_mechanism.render.machines.steam_distribution import steam_phase
+from governor_mechanism.render.results_folder import write_machine_figures
 from governor_mechanism.studies.valve_gears import compare_valve_gears
 
 CASES = {

@@ -15,7 +15,7 @@ from governor_mechanism.files.plain_values import format_json
 from governor_mechanism.numerics.finite_differences import directional_derivative, jacobian
 from governor_mechanism.scenes.parser import parse_scene_document
 from governor_mechanism.statics.first_order_system import FirstOrderSystem, Onset, Stability
-from governor_mechanism.statics.scene_linearisation import find_stability_limit
+from governor_mechanism.statics.linearisation import find_stability_limit
 from governor_scenes import CROSSED, EXTENDED, PORTER
 from reference import haug_governor
 from reference import pendulum as linkage

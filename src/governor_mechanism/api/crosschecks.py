@@ -167,6 +167,6 @@ def errata(paper: str | None = None, *, simulate: bool = False) -> gm.Errata:
     >>> angle.printed, angle.right
     ('133 deg', '137.33 deg')
     """
-    from governor_mechanism.papers.errata.collection import collect_errata
+    from governor_mechanism.papers.errata.results import collect_errata
 
     return collect_errata(paper, simulate=simulate)

@@ -114,7 +114,7 @@ def valve_timing(scene: gm.SceneSource) -> gm.ValveTiming:
     event ...
     crank end admission    353.67...
     """
-    from governor_mechanism.studies.valve_timing import tabulate_valve_timing
+    from governor_mechanism.studies.valve_gears import tabulate_valve_timing
 
     return tabulate_valve_timing(as_scene(scene))
 

@@ -96,7 +96,7 @@ def open_run(path: str | Path) -> gm.Trajectory:
     >>> bool((gm.open_run("results").readings["arm_angle"] == run.readings["arm_angle"]).all())
     True
     """
-    from governor_mechanism.files.saved_run import open_saved_run
+    from governor_mechanism.files.netcdf import open_saved_run
 
     return open_saved_run(path)
 

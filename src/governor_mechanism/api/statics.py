@@ -220,7 +220,7 @@ def linearise(scene: gm.SceneSource, spindle_speed: float | str | None = None, *
     0.132
     """
     from governor_mechanism.engines.initial_state import initial_state
-    from governor_mechanism.statics.scene_linearisation import linearise_from_start, linearise_scene, poses_at
+    from governor_mechanism.statics.linearisation import linearise_from_start, linearise_scene, poses_at
 
     resolved_scene = as_scene(scene)
     poses, velocities = initial_state(resolved_scene)
@@ -262,7 +262,7 @@ def stability_limit(scene: gm.SceneSource, key: str, low: float | str, high: flo
     (19.3, False)
     """
     from governor_mechanism.scenes.changed_document import parse_scene_with
-    from governor_mechanism.statics.scene_linearisation import find_stability_limit
+    from governor_mechanism.statics.linearisation import find_stability_limit
     from governor_mechanism.studies.sweep.parameters import parse_axes
 
     document = as_scene(scene).document

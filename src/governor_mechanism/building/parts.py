@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from governor_mechanism.building.call_checks import check_name
 from governor_mechanism.building.handles import (
     BuiltBody,
     BuiltPoint,
@@ -13,6 +12,7 @@ from governor_mechanism.building.handles import (
     Program,
     Quantity,
     body_reference,
+    check_name,
     given_values,
     plain_list,
     point_reference,

@@ -61,7 +61,7 @@ def crosscheck(
     _refuse_idle(has_kernel=kernel is not None, is_random=random is not None, shows_list=show_list)
     loaded_scene = load_changed(scene, changes)
     if show_list:
-        from governor_mechanism.verification.user_kernel.listing import list_quantities
+        from governor_mechanism.verification.user_kernel.comparison import list_quantities
 
         return console.CommandResult(list_quantities(loaded_scene))
     if kernel is None:

@@ -20,8 +20,7 @@ from governor_mechanism.units.quantities import number_or_text, parse_quantity
 
 if TYPE_CHECKING:
     from governor_mechanism.model.scene import Scene
-    from governor_mechanism.statics.linearisation import Linearisation
-    from governor_mechanism.statics.scene_linearisation import StabilityLimit
+    from governor_mechanism.statics.linearisation import Linearisation, StabilityLimit
 
 
 def equilibria(
@@ -118,7 +117,7 @@ def report_linearisation(
 def _linearise_all(scene: Scene, spindle_speed: float | None) -> Sequence[Linearisation | str]:
     """Linearise about each equilibrium, or give the reason why not; about the state nearest to the start if no equilibria are known."""
     from governor_mechanism.model.part import Spindle
-    from governor_mechanism.statics.scene_linearisation import last_spindle_speed
+    from governor_mechanism.statics.linearisation import last_spindle_speed
     from governor_mechanism.studies.equilibrium_report import result_or_reason
 
     if len(scene.parts) > 1 or not isinstance(scene.spindle, Spindle):

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from governor_mechanism.engines import Engine
     from governor_mechanism.model.results.trajectory import Trajectory
     from governor_mechanism.model.scene import Scene
-    from governor_mechanism.studies.valve_timing import ValveTiming
+    from governor_mechanism.studies.valve_gears import ValveTiming
 
 
 def run(
@@ -76,8 +76,7 @@ def _limit_steps(name: str, scene: Scene, accuracy: float | None, max_steps: int
 
 def _report(result: Trajectory, files: list[Path], *, verbose: bool, as_json: bool) -> console.CommandResult:
     """Return what the command prints: four lines, or all that is known of the run."""
-    from governor_mechanism.files.results import summarise_run
-    from governor_mechanism.files.run_text import format_run, summarise_in_lines
+    from governor_mechanism.files.results import format_run, summarise_in_lines, summarise_run
 
     valve_timing = _valve_timing_of(result.scene) if verbose or as_json else None
     values = {**summarise_run(result), **({} if valve_timing is None else {"steam": valve_timing.as_json()}), "files": files}

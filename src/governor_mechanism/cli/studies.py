@@ -97,7 +97,7 @@ def sweep(
     speed fluctuation of. A row that leaves the range, does not settle or does not oscillate is a result, and counted. The exit status is 0
     if every row has a result, and 1 if a row cannot be run, misses its accuracy or fails.
     """
-    from governor_mechanism.studies.sweep.checkpoint import count_journal_rows, journal_path
+    from governor_mechanism.studies.sweep.run import count_journal_rows, journal_path
 
     console.prepare_folder(figures.folder)
     loaded = load_changed(scene, changes)

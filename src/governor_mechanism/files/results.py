@@ -1,6 +1,8 @@
-"""Files of a run: CSV of the readings, netCDF of all arrays, JSON of the summary."""
+"""What a run writes: CSV of the readings, netCDF of all arrays, JSON of the summary, and the text that commands print."""
 
 import platform
+from collections import Counter
+from collections.abc import Sequence
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
@@ -10,7 +12,9 @@ import numpy as np
 from governor_mechanism.files.netcdf import write_netcdf
 from governor_mechanism.files.plain_values import finite_or_none, number_or_text, save_json, save_table
 from governor_mechanism.files.table import reading_columns
+from governor_mechanism.model.events import Event, EventKind
 from governor_mechanism.model.results.trajectory import Trajectory
+from governor_mechanism.units.quantities import format_quantity, format_reading_name
 
 REPORTED_PACKAGES = ("governor-mechanism", "pymunk", "numpy", "scipy")
 
@@ -32,7 +36,7 @@ def save_netcdf(run: Trajectory, path: Path) -> None:
 
 
 def run_record(run: Trajectory) -> dict[str, Any]:
-    """Return what of a run is no array, as plain JSON values; `files.saved_run` makes the run of it and of the arrays.
+    """Return what of a run is no array, as plain JSON values; `files.netcdf` makes the run of it and of the arrays.
 
     Result: the summary, and what only a program needs.
     """
@@ -89,3 +93,115 @@ def package_versions() -> dict[str, str]:
         except PackageNotFoundError:  # run from a source tree that was not installed
             versions[name] = "not installed"
     return versions
+
+
+EVENT_NOUNS = {
+    EventKind.CROSSING: "crossing",
+    EventKind.STICK: "sticking",
+    EventKind.SLIP: "slipping",
+    EventKind.IMPACT: "impact",
+    EventKind.REST: "rest on a stop",
+    EventKind.SEPARATION: "departure from a stop",
+    EventKind.SLACK: "slackening",
+    EventKind.TAUT: "tightening",
+    EventKind.CHANGE_POINT: "change point",
+    EventKind.TURNING_POINT: "turning point",
+}
+"""Nouns of events, those first that a reader looks for first."""
+
+_PLURALS = {"rest on a stop": "rests on stops", "departure from a stop": "departures from stops"}
+"""Plurals of nouns that do not end in s."""
+
+
+def summarise_in_lines(result: Trajectory) -> list[str]:
+    """Return a run in three lines: what ran, how it ended, and what happened."""
+    cost, estimate = result.cost, result.error_estimate
+    end_time = result.times[-1] if len(result.times) else 0.0
+    accuracy = (
+        ""
+        if estimate is None or not len(result.times)
+        else f"; accurate to {estimate:.1g} (requested {result.settings['asked_accuracy']:.1g})"
+    )
+    n_notes = len(result.notes) + len(result.event_notes)
+    notes = f"; {n_notes} note{'s' * (n_notes > 1)}, see --verbose" if n_notes else ""
+    return [
+        f"{result.scene.title}: {end_time:g} s with engine {cost.engine}",
+        f"{result.message}{accuracy}; computed in {cost.wall_time + cost.setup_time:.2g} s{notes}",
+        count_events(result.events),
+    ]
+
+
+def count_events(events: Sequence[Event]) -> str:
+    """Return the number of events of each kind, with the first crossing that the scene names."""
+    counts = Counter(event.kind for event in events)
+    words = [f"{counts[kind]} {_plural(noun, counts[kind])}" for kind, noun in EVENT_NOUNS.items() if counts[kind]]
+    first = next((f"; first {event}" for event in events if event.kind is EventKind.CROSSING), "")
+    return f"events: {', '.join(words)}{first}" if words else "no events"
+
+
+def _plural(noun: str, count: int) -> str:
+    return noun if count == 1 else _PLURALS.get(noun, f"{noun}s")
+
+
+def format_run(result: Trajectory) -> str:
+    """Return a run with its final readings, events, losses and cost."""
+    cost = result.cost
+    requested_accuracy = result.settings["asked_accuracy"]
+    estimate = result.error_estimate
+    accuracy_clause = (
+        "" if estimate is None or not len(result.times) else f"accurate to {estimate:.1g} (requested {requested_accuracy:.1g}); "
+    )
+    last_values = {name: format_quantity(values[-1], result.units[name], ".4f") for name, values in result.readings.items() if len(values)}
+    final = ", ".join(f"{format_reading_name(name)} {value}" for name, value in last_values.items())
+    joint_gap = result.joint_gap.max(initial=0.0)
+    evaluation_counts = ", ".join(f"{name} {count:,}" for name, count in cost.evaluations.items())
+    setup_clause = f" plus {cost.setup_time:.1g} s for its tables" if cost.setup_time else ""
+    return "\n".join(
+        [
+            result.scene.title,
+            result.message,
+            *result.notes,
+            *result.event_notes,
+            f"{accuracy_clause}joints closed to {joint_gap:.1e} m, energy drift {result.energy.drift:.1e}",
+            f"at {result.times[-1] if len(result.times) else 0:g} s: {final}",
+            f"{_format_mobility(result)}; {_format_events(result)}",
+            *(f"speed of {angle}: {extremes}" for angle, extremes in result.speed_fluctuations.items()),
+            *_format_losses(result),
+            f"engine {cost.engine} ({cost.reason}): {cost.runs} runs, {cost.steps:,} steps, simulated in "
+            f"{cost.wall_time:.2g} s{setup_clause}{f', {cost.method}' if cost.method else ''}",
+            f"force law evaluations: {evaluation_counts or 'none'}",
+        ]
+    )
+
+
+def _format_losses(result: Trajectory) -> list[str]:
+    """Return the dissipated energy and the number of samples too close to an event, each only if it is positive."""
+    dissipated_energy = float(result.energy.dissipated_energy[-1]) if len(result.times) else 0.0
+    lines = [f"friction, dashpots and stops dissipated {dissipated_energy:.4g} J"] * (dissipated_energy > 0.0)
+    return lines + [f"{result.n_excluded} samples are too close to an event for the promised accuracy"] * (result.n_excluded > 0)
+
+
+def _format_mobility(result: Trajectory) -> str:
+    n_drivers = sum(part.mechanism.count_drivers() for part in result.scene.parts)
+    return f"mobility {result.mobility}" + (f", {n_drivers} driver{'s' * (n_drivers > 1)}" if n_drivers else "")
+
+
+MAX_LISTED_EVENTS = 3
+"""Maximum number of events listed one by one, those that the scene names first."""
+
+
+def _format_events(result: Trajectory) -> str:
+    """Return the events and the largest joint force with the time at which it acts."""
+    named_first = sorted(result.events, key=lambda event: event.kind is not EventKind.CROSSING)  # stable: in order of time otherwise
+    listed_events = [str(event) for event in named_first[:MAX_LISTED_EVENTS]]
+    n_more = len(result.events) - len(listed_events)
+    events = "; ".join(listed_events + [f"and {n_more} more events"] * (n_more > 0)) or "no events"
+    forces = {name: reaction.magnitude for name, reaction in result.reactions.items()}
+    largest = max(forces, key=lambda name: forces[name].max(initial=0.0), default=None)
+    if largest is None or not len(result.times):
+        return events
+    index = int(forces[largest].argmax())
+    indeterminate_joints = ", ".join(repr(name) for name, reaction in result.reactions.items() if not reaction.determined.all())
+    largest_force_clause = f"largest joint force {forces[largest][index]:.4g} N in {largest!r} at {result.times[index]:.4g} s"
+    redundancy_clause = f"; statically indeterminate joint forces: {indeterminate_joints}" if indeterminate_joints else ""
+    return f"{events}\n{largest_force_clause}{redundancy_clause}"

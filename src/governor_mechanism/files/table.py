@@ -7,7 +7,7 @@ from typing import Any, Final
 from numpy.typing import NDArray
 
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.files.run_dataset import run_attributes, run_variables
+from governor_mechanism.files.netcdf import run_attributes, run_variables
 from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.types import DataFrame, Dataset, FloatArray
 

@@ -1,4 +1,4 @@
-"""One part of a run, as its drawing needs it: poses, effects, ranges of readings, which contacts are held, and recent impacts."""
+"""One part of a run, or some poses, as its drawing needs them: poses, effects, ranges of readings, held contacts, recent impacts."""
 
 from collections import defaultdict
 from collections.abc import Mapping
@@ -14,12 +14,16 @@ from governor_mechanism.errors import MechanismError
 from governor_mechanism.mechanics.dynamics.forces.contacts import contacts_of
 from governor_mechanism.mechanics.dynamics.forces.inputs import evaluate_reading_function_along
 from governor_mechanism.mechanics.kinematics.assembly import mobility_of
+from governor_mechanism.mechanics.kinematics.output_variables import READING_UNITS
 from governor_mechanism.mechanics.kinematics.range_of_motion import find_range_of_motion
 from governor_mechanism.mechanics.kinematics.time_functions import CubicTimeFunction
 from governor_mechanism.model.effect import Effect
 from governor_mechanism.model.events import Event, EventKind
 from governor_mechanism.model.part import FreeSpindle, Part
+from governor_mechanism.model.results.cost import Cost
+from governor_mechanism.model.results.energy import Energy
 from governor_mechanism.model.results.film_options import FilmOptionError
+from governor_mechanism.model.results.outcome import Outcome
 from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.model.time_functions import InputFunction, ReadingFunction
@@ -225,3 +229,27 @@ def _largest_factor(scene: Scene, mean: float, ends: Vec2, impossible: float) ->
         middle = 0.5 * (low + high)
         low, high = (middle, high) if _is_possible(scene, mean, ends, middle) else (low, middle)
     return low
+
+
+def motion_at_rest(
+    scene: Scene,
+    poses: FloatArray,  # shape (n, bodies, 3)
+    readings: Mapping[str, FloatArray] | None = None,
+) -> Trajectory:
+    """Return poses as a motion at rest in each of them: a drawing asks for ranges of readings and for the space that is swept."""
+    zeros = np.zeros(len(poses))
+    units = {one.name: READING_UNITS[one.quantity] for one in scene.mechanism.readings}
+    return Trajectory(
+        scene=scene,
+        times=np.arange(len(poses), dtype=np.float64),
+        poses=poses,
+        velocities=np.zeros_like(poses),
+        readings=readings or {},
+        rates={},
+        units=units,
+        scales={},
+        joint_gap=zeros,
+        energy=Energy(kinetic=zeros, potential=zeros, rotation=zeros, jacobi=zeros, dissipated_energy=zeros, scale=1.0),
+        outcome=Outcome.NOT_CERTIFIED,
+        cost=Cost(engine="none", reason="", step=0.0, steps=0, runs=0, evaluations={}, wall_time=0.0),
+    )

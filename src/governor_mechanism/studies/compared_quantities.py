@@ -16,7 +16,7 @@ from governor_mechanism.statics.controlling_force import ControllingForce, compu
 from governor_mechanism.statics.equilibria import Equilibrium, find_equilibria
 from governor_mechanism.statics.equilibrium_speed import require_equilibrium_speed, validate_resistance
 from governor_mechanism.statics.first_order_system import Mode
-from governor_mechanism.statics.scene_linearisation import linearise_scene, poses_at
+from governor_mechanism.statics.linearisation import linearise_scene, poses_at
 from governor_mechanism.statics.speed_curve import SpeedCurve, compute_speed_curve
 
 SETTLING_TOLERANCE = 0.02

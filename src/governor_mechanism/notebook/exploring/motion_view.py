@@ -20,8 +20,7 @@ from governor_mechanism.model.part import FreeSpindle, Spindle
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.notebook.exploring.plot_svg import GIVEN_DASHES, GIVEN_NAME, Plot, label_axis
 from governor_mechanism.notebook.exploring.pose_drawing import PoseDrawing
-from governor_mechanism.notebook.exploring.sliders import Slider
-from governor_mechanism.notebook.exploring.view_state import ViewState, travel_within_stops
+from governor_mechanism.notebook.exploring.sliders import Slider, ViewState, travel_within_stops
 from governor_mechanism.observables.derived_readings import analyse_kinematics
 from governor_mechanism.render.figures.page import axis_limits_for
 from governor_mechanism.render.style import BLUE, INK, MUTED

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from governor_mechanism.notebook.exploring.shape_svg import frame_picture, write_text
+from governor_mechanism.notebook.exploring.pose_drawing import frame_picture, write_text
 from governor_mechanism.render.geometry.primitives import Vec2, round_step
 from governor_mechanism.render.style import INK, MUTED, PAPER, RULE
 from governor_mechanism.types import BoolArray, FloatArray

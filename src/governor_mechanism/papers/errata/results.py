@@ -1,12 +1,17 @@
-"""All errata of the papers as one result, which prints as tables."""
+"""The errata of all papers as one result, which prints as tables."""
 
 import textwrap
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, replace
 from typing import Any
 
 from governor_mechanism.model.results.result import Column, Result, format_columns
+from governor_mechanism.papers.errata.dubois import list_dubois_errata
 from governor_mechanism.papers.errata.erratum import PAPER_REFERENCES, Erratum, Paper, check_cause, check_paper
+from governor_mechanism.papers.errata.marks import list_marks_errata
+from governor_mechanism.papers.errata.redtenbacher import list_redtenbacher_errata
+from governor_mechanism.papers.errata.simulation import SIMULATIONS
+from governor_mechanism.papers.errata.zehnder import list_zehnder_errata
 from governor_mechanism.studies.printed_numbers import CAUSE_NOUNS, Cause
 from governor_mechanism.units.short_repr import short_repr
 
@@ -145,3 +150,34 @@ def _format_reasons(erratum: Erratum) -> str:
     text = f"{erratum.reasons()} [{erratum.command}]"
     wrapping: dict[str, Any] = {"break_long_words": False, "break_on_hyphens": False}
     return textwrap.fill(f"{erratum.name} ({erratum.place}; {erratum.subject}): {text}", TEXT_WIDTH, subsequent_indent="    ", **wrapping)
+
+
+LISTS: Mapping[Paper, Callable[[], Iterator[Erratum]]] = {
+    Paper.REDTENBACHER: list_redtenbacher_errata,
+    Paper.ZEHNDER: list_zehnder_errata,
+    Paper.MARKS: list_marks_errata,
+    Paper.DUBOIS: list_dubois_errata,
+}
+"""Function that recomputes the errata of a paper, by paper in the order of the years."""
+
+
+def collect_errata(
+    paper: str | None = None,  # name of a paper; None for all
+    *,
+    simulate: bool = False,  # whether to simulate the machines that show the main errors
+) -> Errata:
+    """Recompute the errata of a paper or of all.
+
+    Result: the errata, of each paper by cause, then in the order of its list. Raises MechanismError if there
+    is no such paper.
+    """
+    papers = LISTS if paper is None else (check_paper(paper),)
+    ranks = {cause: rank for rank, cause in enumerate(Cause)}
+    errata = (erratum for one in papers for erratum in sorted(LISTS[one](), key=lambda erratum: ranks[erratum.cause]))
+    return Errata(errata=tuple(_simulated(erratum) if simulate else erratum for erratum in errata))
+
+
+def _simulated(erratum: Erratum) -> Erratum:
+    """Return an erratum with what the simulation finds."""
+    simulation = SIMULATIONS.get((erratum.paper, erratum.name))
+    return erratum if simulation is None else replace(erratum, simulated=simulation())

@@ -15,7 +15,7 @@ from governor_mechanism.studies.design.flywheel import compare_with_paper, desig
 from governor_mechanism.studies.design.hartung import PAPER_INPUTS
 from governor_mechanism.studies.design.pendulum import PendulumDesign, design_pendulum
 from governor_mechanism.studies.design.simulated import simulate_wheels
-from governor_mechanism.studies.valve_timing import tabulate_valve_timing
+from governor_mechanism.studies.valve_gears import tabulate_valve_timing
 from governor_mechanism.types import FloatArray
 from governor_mechanism.units.constants import RPM
 

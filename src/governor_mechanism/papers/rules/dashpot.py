@@ -19,8 +19,7 @@ from governor_mechanism.papers.rules.steady_engine import (
     load_step,
     with_values,
 )
-from governor_mechanism.statics.linearisation import Linearisation
-from governor_mechanism.statics.scene_linearisation import StabilityLimit, find_stability_limit
+from governor_mechanism.statics.linearisation import Linearisation, StabilityLimit, find_stability_limit
 from governor_mechanism.studies.plain_runs import run_uncertified
 from governor_mechanism.types import FloatArray
 

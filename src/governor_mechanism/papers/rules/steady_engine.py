@@ -13,8 +13,7 @@ from governor_mechanism.mechanics.reduction.lagrangian import SingleDofReduction
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.scenes.changed_document import parse_scene_with
 from governor_mechanism.scenes.parser import parse_scene_document
-from governor_mechanism.statics.linearisation import Linearisation
-from governor_mechanism.statics.scene_linearisation import linearise_from_start
+from governor_mechanism.statics.linearisation import Linearisation, linearise_from_start
 from governor_mechanism.statics.speed_curve import InsensitivityBand, compute_insensitivity_band, compute_speed_curve
 from governor_mechanism.studies.plain_runs import SLEEVE_READING
 

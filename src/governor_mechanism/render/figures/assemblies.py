@@ -6,7 +6,7 @@ from typing import Final
 from governor_mechanism.render.figures.page import Page
 from governor_mechanism.render.geometry.primitives import enclose_boxes
 from governor_mechanism.render.machines.generic.drawing import GenericDrawing
-from governor_mechanism.render.motion_at_rest import motion_at_rest
+from governor_mechanism.render.part_run import motion_at_rest
 from governor_mechanism.render.style import MUTED, VERMILLION, Brush
 from governor_mechanism.studies.assemblies import Assemblies
 

@@ -28,8 +28,7 @@ from governor_mechanism.files.atomic_write import atomic_write
 from governor_mechanism.model.results.pictures import Theme
 from governor_mechanism.render.figure_files import FigureFormat
 from governor_mechanism.render.range_bands import RangeBand, name_cycles
-from governor_mechanism.render.style import BLUE, INK, MUTED, PAPER, RULE, SANS_FONT, SERIF_FONT
-from governor_mechanism.render.theme import themed
+from governor_mechanism.render.style import BLUE, INK, MUTED, PAPER, RULE, SANS_FONT, SERIF_FONT, themed
 from governor_mechanism.types import FloatArray
 from governor_mechanism.units.constants import INCH
 from governor_mechanism.units.problems import PATH, TEXT, check_arguments

@@ -29,8 +29,7 @@ from governor_mechanism.render.figures.sweep_axis import (
     wrap_handles,
 )
 from governor_mechanism.render.number_format import format_name
-from governor_mechanism.render.style import BLUE, INK, MUTED, PAPER, SANS_FONT, SERIES_COLOURS, SKY
-from governor_mechanism.render.theme import OVER_COLOUR_MAP
+from governor_mechanism.render.style import BLUE, INK, MUTED, OVER_COLOUR_MAP, PAPER, SANS_FONT, SERIES_COLOURS, SKY
 from governor_mechanism.studies.sweep.quantities import RunQuantity
 from governor_mechanism.studies.sweep.results import Sweep
 from governor_mechanism.types import BoolArray, FloatArray

@@ -26,8 +26,7 @@ from governor_mechanism.render.geometry.attached import DrawnPart, Flexible, sha
 from governor_mechanism.render.geometry.pixel_view import PixelRect, PixelView
 from governor_mechanism.render.geometry.primitives import DrawnShape, Vec2
 from governor_mechanism.render.number_format import format_closing_lines
-from governor_mechanism.render.style import INK, MUTED, RULE, SANS_FONT, SERIF_FONT, VERMILLION, Brush, artist_paths, group_shapes
-from governor_mechanism.render.theme import recolour
+from governor_mechanism.render.style import INK, MUTED, RULE, SANS_FONT, SERIF_FONT, VERMILLION, Brush, artist_paths, group_shapes, recolour
 from governor_mechanism.types import BoolArray, FloatArray
 
 NAME_HEIGHT, MIN_NAME_HEIGHT, NUMBER_HEIGHT = 12.5, 11.0, 12.0

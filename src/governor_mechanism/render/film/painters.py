@@ -33,8 +33,7 @@ from governor_mechanism.render.machines.flywheel_engine import BAR
 from governor_mechanism.render.number_format import display_unit_of, format_film_speed, format_name, format_numbers
 from governor_mechanism.render.range_bands import RangeBand, name_cycles
 from governor_mechanism.render.shown_readings import chosen_readings
-from governor_mechanism.render.style import BLUE, GREEN, INK, MUTED, RULE, SERIES_COLOURS, SERIF_FONT, VERMILLION
-from governor_mechanism.render.theme import themed_colour
+from governor_mechanism.render.style import BLUE, GREEN, INK, MUTED, RULE, SERIES_COLOURS, SERIF_FONT, VERMILLION, themed_colour
 from governor_mechanism.types import FloatArray
 from governor_mechanism.units.constants import RPM
 

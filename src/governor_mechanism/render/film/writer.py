@@ -41,8 +41,7 @@ from governor_mechanism.render.film.timing import Timing, select_room_timing, se
 from governor_mechanism.render.frame_data import find_parts
 from governor_mechanism.render.machines.engine_room.arrangement import settled_time
 from governor_mechanism.render.shown_readings import chosen_readings
-from governor_mechanism.render.style import FILM_COLOURS, parse_rgb
-from governor_mechanism.render.theme import themed_colour
+from governor_mechanism.render.style import FILM_COLOURS, parse_rgb, themed_colour
 from governor_mechanism.types import FloatArray
 from governor_mechanism.units.problems import PATH, check_arguments
 from governor_mechanism.units.quantities import format_value

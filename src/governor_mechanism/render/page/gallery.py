@@ -11,13 +11,12 @@ import numpy as np
 
 from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.model.scene import Scene
-from governor_mechanism.render import theme
 from governor_mechanism.render.geometry.primitives import Circle, DrawnShape, Lines, Polygon, TextShape, Vec2
 from governor_mechanism.render.machines.engine_room.arrangement import ENGINE_MACHINE, find_governed_engine
 from governor_mechanism.render.page import writer
 from governor_mechanism.render.page.views import PageView, Picture, show_run
 from governor_mechanism.render.page.writer import read_page_file
-from governor_mechanism.render.theme import class_of
+from governor_mechanism.render.style import class_of, colour_rules, role_rules
 
 
 def draw_poster(view: PageView) -> str:
@@ -95,7 +94,7 @@ def make_gallery(
     roles = set(chain.from_iterable(card.roles for card in cards))
     return Template(read_page_file("gallery.html")).substitute(
         heading=escape(heading),
-        style="\n".join([theme.colour_rules(), theme.role_rules(roles), read_page_file("page.css"), read_page_file("gallery.css")]),
+        style="\n".join([colour_rules(), role_rules(roles), read_page_file("page.css"), read_page_file("gallery.css")]),
         sections="\n".join(sections),
     )
 

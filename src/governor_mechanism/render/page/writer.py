@@ -14,11 +14,11 @@ import numpy as np
 from governor_mechanism.files.atomic_write import atomic_write
 from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.model.scene import Scene
-from governor_mechanism.render import theme
 from governor_mechanism.render.geometry.primitives import Vec2
 from governor_mechanism.render.number_format import format_closing_lines, format_name
 from governor_mechanism.render.page.page_data import collect_data, roles_of
 from governor_mechanism.render.page.views import PICTURE_SIZE, show_run
+from governor_mechanism.render.style import colour_rules, role_rules, series_rules
 from governor_mechanism.scenes.description import describe_scene
 from governor_mechanism.types import FloatArray
 
@@ -160,7 +160,7 @@ def make_page(run: Trajectory, *, part: str | None, time_span: Vec2, slow_down: 
     return Template(read_page_file("page.html")).substitute(
         title=escape(run.scene.title),
         caption=escape(read_caption(run.scene)),
-        style="\n".join([theme.colour_rules(), theme.role_rules(roles_of(data)), theme.series_rules(), read_page_file("page.css")]),
+        style="\n".join([colour_rules(), role_rules(roles_of(data)), series_rules(), read_page_file("page.css")]),
         effects=_format_list(list_effects(run.scene)) or "<p>The scene lists no effect: the motion is prescribed.</p>",
         dimensions=dimensions,
         no_dimensions="" if dimensions else " hidden",

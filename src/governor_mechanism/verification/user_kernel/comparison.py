@@ -2,13 +2,16 @@
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from itertools import chain
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 
 from governor_mechanism.engines.rotating_part import rotating_part_alone
 from governor_mechanism.errors import MechanismError, did_you_mean
+from governor_mechanism.model.results.result import Column, Result, format_columns
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.types import FloatArray
 from governor_mechanism.verification.user_kernel.function import (
@@ -32,7 +35,7 @@ from governor_mechanism.verification.user_kernel.quantities import (
     valve_quantities,
 )
 from governor_mechanism.verification.user_kernel.report import KernelReport, KernelRow
-from governor_mechanism.verification.user_kernel.simulated import Column, Quantity, Simulated, constant_units, constant_values, unit_factor
+from governor_mechanism.verification.user_kernel.simulated import Quantity, Series, Simulated, constant_units, constant_values, unit_factor
 
 KERNEL_RELATIVE_TOLERANCE = 1e-6
 """Relative tolerance of a kernel: far above the error of the simulation (1e-11), far below that of a wrong formula."""
@@ -177,18 +180,18 @@ def _simulate_groups(
     return samples, list(dict.fromkeys(notes))
 
 
-def _available_arguments(quantity: Quantity, samples: Sequence[tuple[SampleGroup, Simulated]]) -> dict[str, Column]:
+def _available_arguments(quantity: Quantity, samples: Sequence[tuple[SampleGroup, Simulated]]) -> dict[str, Series]:
     """Return all that a kernel may take, of n values each: dimensions, gravity, inputs and arguments of the quantity."""
     tables = [_arguments_of_group(quantity, *sample) for sample in samples]
     shared = [name for name in tables[0] if all(name in table for table in tables)]
-    return {name: Column(np.concatenate([table[name].values for table in tables]), tables[0][name].unit) for name in shared}
+    return {name: Series(np.concatenate([table[name].values for table in tables]), tables[0][name].unit) for name in shared}
 
 
-def _arguments_of_group(quantity: Quantity, group: SampleGroup, result: Simulated) -> dict[str, Column]:
+def _arguments_of_group(quantity: Quantity, group: SampleGroup, result: Simulated) -> dict[str, Series]:
     count = len(result.values)
     units = constant_units(group.scene)
-    constants = {name: Column(np.full(count, value), units[name]) for name, value in constant_values(group.scene).items()}
-    inputs = {name: Column(values[:count], quantity.inputs[name].unit) for name, values in group.inputs.items()}
+    constants = {name: Series(np.full(count, value), units[name]) for name, value in constant_values(group.scene).items()}
+    inputs = {name: Series(values[:count], quantity.inputs[name].unit) for name, values in group.inputs.items()}
     return {**constants, **inputs, **result.arguments}
 
 
@@ -196,7 +199,7 @@ def _make_rows(
     quantity: Quantity,
     samples: Sequence[tuple[SampleGroup, Simulated]],
     results: KernelResults,
-    arguments: Mapping[str, Column],
+    arguments: Mapping[str, Series],
     allowed: float,
     factor: float,
     unit: str,
@@ -249,3 +252,73 @@ def _places(quantity: Quantity, group: SampleGroup, count: int) -> Iterator[dict
 
 def _describe_place(place: Mapping[str, tuple[float, str]]) -> str:
     return ", ".join(f"{name} = {value:.6g}" for name, (value, _) in place.items())
+
+
+_DERIVATIVES = SimpleNamespace(
+    name="rate_of_READING, acceleration_of_READING",
+    unit="",
+    inputs=None,
+    description="first and second time derivative of a reading, at a position and a rate (1 in SI unless given), or over time",
+)
+"""The row that stands for all derivatives of readings."""
+
+
+def _is_derivative(quantity: Quantity) -> bool:
+    return quantity.name.startswith(("rate_of_", "acceleration_of_"))
+
+
+def _format_inputs(quantity: Quantity) -> str:
+    if quantity.inputs is None:
+        return ""
+    names = [f"{name} ({one.unit})" if one.default is None else f"[{name} ({one.unit})]" for name, one in quantity.inputs.items()]
+    return ", ".join(names) or "-"
+
+
+@dataclass(frozen=True, kw_only=True)
+class QuantityListing(Result):
+    """The quantities of a scene, and the constants (with their units) that every kernel may take."""
+
+    title: str
+    quantities: tuple[Quantity, ...]
+    constants: Mapping[str, str]
+
+    record = ("title", "quantities=rows", "constants")
+    columns = (
+        Column("name", "quantity"),
+        Column("unit", "unit"),
+        Column("over", "over", _format_inputs, value=lambda one: {name: given.unit for name, given in one.inputs.items()}, in_table=False),
+        Column("optional", value=lambda one: [n for n, given in one.inputs.items() if given.default is not None], in_table=False),
+        Column("description", "what it is"),
+        Column("arguments", in_table=False),
+    )
+
+    @property
+    def rows(self) -> tuple[Quantity, ...]:
+        """The quantities, which are the rows of tables."""
+        return self.quantities
+
+    def __str__(self) -> str:
+        """Return a table of the quantities, with the arguments that a kernel may have below it."""
+        rows: list[object] = [one for one in self.quantities if not _is_derivative(one)]
+        if any(map(_is_derivative, self.quantities)):
+            rows.append(_DERIVATIVES)
+        table = format_columns(self.columns, rows)
+        units = ", ".join(f"{name} ({unit or '1'})" for name, unit in self.constants.items())
+        of_positions = [one for one in self.quantities if "time" not in one.inputs]
+        others = sorted({name for one in of_positions for name in one.arguments} - self.constants.keys())
+        lines = [
+            f"arguments of every kernel, in SI: {units}; infinite where they are left out",
+            *([] if "gravity" in self.constants else ["at a position those of the rotating part have no part in front of their names"]),
+            "and what stands under `over`, optional in brackets",
+            *([f"at a position also: {', '.join(others)}, besides the quantity itself"] if others else []),
+            "over time also: all other readings of the run",
+        ]
+        return "\n".join([self.title, table, "", *lines])
+
+
+def list_quantities(scene: Scene) -> QuantityListing:
+    """Return the quantities of a scene that a kernel may compute.
+
+    Result: the quantities; it prints as a table.
+    """
+    return QuantityListing(title=scene.title, quantities=tuple(kernel_quantities(scene)), constants=constant_units(scene))

@@ -22,7 +22,7 @@ from governor_mechanism.model.scene import Scene
 from governor_mechanism.scenes.changed_document import parse_scene_with
 from governor_mechanism.types import FloatArray
 from governor_mechanism.units.quantities import format_value, number_or_text, parse_quantity
-from governor_mechanism.verification.user_kernel.simulated import Column, Input, Quantity, kind_of_unit, unit_factor
+from governor_mechanism.verification.user_kernel.simulated import Input, Quantity, Series, kind_of_unit, unit_factor
 
 EXAMPLE = "mine.py:speed, or package.module:speed"
 
@@ -120,10 +120,10 @@ def name_of_kernel(kernel: Kernel) -> str:
 
 def match_arguments(
     kernel: Kernel,
-    available: Mapping[str, Column],  # what it may take, by our names, SI
+    available: Mapping[str, Series],  # what it may take, by our names, SI
     # our name by its name, with a unit if it is not SI, as {"alpha": "arm_angle in deg"}
     names: Mapping[str, str],
-) -> dict[str, Column]:
+) -> dict[str, Series]:
     """Return the arguments of a kernel by its own names, in the units that it wants.
 
     Raises MechanismError if a parameter without a default has no value, or a name or unit is wrong.
@@ -143,7 +143,7 @@ def match_arguments(
         if ours in available:
             column = available[ours]
             factor = unit_factor(unit, column.unit, f"argument {name!r}") if unit else 1.0
-            selected[name] = Column(column.values / factor, unit or column.unit)
+            selected[name] = Series(column.values / factor, unit or column.unit)
         elif name in names or parameter.default is parameter.empty:
             known = ", ".join(sorted(available))
             remedy = "" if name in names else f'; another name is given by names={{"{name}": "..."}} or --map {name}=...'
@@ -164,7 +164,7 @@ def _parameters_of(kernel: Kernel) -> Mapping[str, inspect.Parameter]:
 
 def call_kernel(
     kernel: Kernel,
-    arguments: Mapping[str, Column],
+    arguments: Mapping[str, Series],
     count: int,
     *,
     # whether the points are times, so that a result may depend on those before; otherwise a result in an
@@ -191,7 +191,7 @@ def call_kernel(
     )
 
 
-def _call_with_arrays(kernel: Kernel, arguments: Mapping[str, Column], count: int, defects: list[str]) -> FloatArray | None:
+def _call_with_arrays(kernel: Kernel, arguments: Mapping[str, Series], count: int, defects: list[str]) -> FloatArray | None:
     """Return the results (n,) of one call; None if the kernel does not take arrays or does not return one number for each point."""
     given: dict[str, Any] = {
         name: column.values.copy()
@@ -214,7 +214,7 @@ def _call_with_arrays(kernel: Kernel, arguments: Mapping[str, Column], count: in
     return np.array(result, dtype=np.float64)
 
 
-def _confirm(kernel: Kernel, arguments: Mapping[str, Column], values: FloatArray, defects: list[str]) -> FloatArray | None:
+def _confirm(kernel: Kernel, arguments: Mapping[str, Series], values: FloatArray, defects: list[str]) -> FloatArray | None:
     """Return results (n,) of a call with arrays if the first and the last are those of a call with numbers; else None and a defect."""
     for index in (0, len(values) - 1):
         alone = _call_at(kernel, arguments, index)
@@ -229,7 +229,7 @@ def _confirm(kernel: Kernel, arguments: Mapping[str, Column], values: FloatArray
     return values
 
 
-def _call_at(kernel: Kernel, arguments: Mapping[str, Column], index: int) -> float | str:
+def _call_at(kernel: Kernel, arguments: Mapping[str, Series], index: int) -> float | str:
     """Return the kernel's number at a point, or a sentence on what it gave instead."""
     given = {name: float(column.values[index]) for name, column in arguments.items()}
     try:
@@ -250,7 +250,7 @@ def _call_at(kernel: Kernel, arguments: Mapping[str, Column], index: int) -> flo
     return number if math.isfinite(number) else _not_finite(number, arguments, index)
 
 
-def _not_finite(number: float, arguments: Mapping[str, Column], index: int) -> str:
+def _not_finite(number: float, arguments: Mapping[str, Series], index: int) -> str:
     what = "NaN" if math.isnan(number) else f"{number}"
     return f"the kernel must return a finite number; it returned {what}, called with {_format_call(arguments, index)}"
 
@@ -263,7 +263,7 @@ def _describe(error: Exception) -> str:
     return f"{text} (line {own[-1].lineno} of {Path(own[-1].filename).name})" if own else text
 
 
-def _format_call(arguments: Mapping[str, Column], index: int) -> str:
+def _format_call(arguments: Mapping[str, Series], index: int) -> str:
     """Return the arguments of a call in a phrase."""
     return ", ".join(f"{name} = {format_number(column.values[index], column.unit)}" for name, column in arguments.items()) or "no argument"
 
@@ -293,7 +293,7 @@ class SampleGroup:
     """A scene, what was changed in it by key, and the inputs (n,) at which it is evaluated, by name."""
 
     scene: Scene
-    changes: Mapping[str, Column]
+    changes: Mapping[str, Series]
     inputs: Mapping[str, FloatArray]
 
 
@@ -389,7 +389,7 @@ def random_groups(
 
 
 def _make_group(scene: Scene, varied: Sequence[VariedKey], numbers: Sequence[float], inputs: Mapping[str, FloatArray]) -> SampleGroup:
-    changes = {one.key: Column(np.array([number]), one.unit) for one, number in zip(varied, numbers, strict=True)}
+    changes = {one.key: Series(np.array([number]), one.unit) for one, number in zip(varied, numbers, strict=True)}
     changed = scene
     if varied:
         values = [(one.key, f"{number!r} {one.unit}" if one.unit else number) for one, number in zip(varied, numbers, strict=True)]

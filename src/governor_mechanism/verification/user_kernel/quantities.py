@@ -33,7 +33,7 @@ from governor_mechanism.statics.equilibrium_speed import (
 )
 from governor_mechanism.statics.speed_curve import compute_insensitivity_band, equilibrium_speed_at
 from governor_mechanism.types import FloatArray
-from governor_mechanism.verification.user_kernel.simulated import ROUNDING, Column, Input, Quantity, Simulated, evaluate_with_rounding
+from governor_mechanism.verification.user_kernel.simulated import ROUNDING, Input, Quantity, Series, Simulated, evaluate_with_rounding
 
 RATE = "rate"
 STATIC_SLEEVE_FORCE = "static_sleeve_force"
@@ -114,8 +114,8 @@ def _evaluate_at_positions(scene: Scene, inputs: Mapping[str, FloatArray], accur
         for reading, column in readings.items():
             column[rows] = results[reading]
     units = {one.name: READING_UNITS[one.quantity] for one in mechanism.readings}
-    arguments = {reading: Column(column, units[reading]) for reading, column in readings.items() if reading != name}
-    arguments[RATE] = Column(rates, RATE_UNITS[units[leading]])
+    arguments = {reading: Series(column, units[reading]) for reading, column in readings.items() if reading != name}
+    arguments[RATE] = Series(rates, RATE_UNITS[units[leading]])
     # A reading that passes zero is as exact there as elsewhere, relative to the largest value.
     return Simulated(values=values, errors=errors, arguments=arguments, scale=float(np.max(np.abs(values))) or None)
 
@@ -264,8 +264,8 @@ def _unit_of(mechanism: Mechanism, name: str) -> str:
     return READING_UNITS[mechanism.reading(name).quantity]
 
 
-def _reading_columns(mechanism: Mechanism, results: Mapping[str, FloatArray]) -> dict[str, Column]:
-    return {one.name: Column(results[one.name], READING_UNITS[one.quantity]) for one in mechanism.readings}
+def _reading_columns(mechanism: Mechanism, results: Mapping[str, FloatArray]) -> dict[str, Series]:
+    return {one.name: Series(results[one.name], READING_UNITS[one.quantity]) for one in mechanism.readings}
 
 
 def _evaluate_formula(scene: Scene, inputs: Mapping[str, FloatArray], accuracy: float, *, formula: StaticFormula) -> Simulated:
@@ -289,8 +289,8 @@ def _evaluate_formula(scene: Scene, inputs: Mapping[str, FloatArray], accuracy: 
     results, errors = evaluate_with_rounding(evaluate, positions, "")
     arguments = _reading_columns(mechanism, results)
     if formula is not _speed:
-        arguments[SPEED] = Column(results[SPEED], "rad/s")
-        arguments["spindle_inertia"] = Column(np.full(len(positions), reduction.free_spindle_inertia), "kg m^2")
+        arguments[SPEED] = Series(results[SPEED], "rad/s")
+        arguments["spindle_inertia"] = Series(np.full(len(positions), reduction.free_spindle_inertia), "kg m^2")
     return Simulated(values=results[""], errors=errors, arguments=arguments)
 
 
@@ -330,7 +330,7 @@ def _evaluate_equilibrium(scene: Scene, inputs: Mapping[str, FloatArray], accura
     return Simulated(
         values=np.array([one.coordinate for one in found]),
         errors=np.array([one.uncertainty for one in found]),
-        arguments={SPEED: Column(inputs[SPEED], "rad/s")},
+        arguments={SPEED: Series(inputs[SPEED], "rad/s")},
     )
 
 
@@ -362,7 +362,7 @@ def _evaluate_band(scene: Scene, inputs: Mapping[str, FloatArray], accuracy: flo
         for name, column in readings.items():
             column[rows] = results[name]
     unit = "N m" if mechanism.reading(SLEEVE).quantity == "angle" else "N"
-    arguments = {**_reading_columns(mechanism, readings), RESISTANCE: Column(resistances, unit)}
+    arguments = {**_reading_columns(mechanism, readings), RESISTANCE: Series(resistances, unit)}
     return Simulated(values=values, errors=errors, arguments=arguments)
 
 
@@ -379,7 +379,7 @@ def _evaluate_controlling_force(scene: Scene, inputs: Mapping[str, FloatArray], 
 
     positions = validate_coordinate_values(reduction, inputs[mechanism.coordinate])
     results, errors = evaluate_with_rounding(evaluate, positions, "")
-    arguments = {**_reading_columns(mechanism, results), SPEED: Column(results[SPEED], "rad/s")}
+    arguments = {**_reading_columns(mechanism, results), SPEED: Series(results[SPEED], "rad/s")}
     return Simulated(values=results[""], errors=errors, arguments=arguments)
 
 
@@ -455,11 +455,11 @@ def _evaluate_in_run(scene: Scene, inputs: Mapping[str, FloatArray], accuracy: f
     run = _run(scene, inputs[TIME], accuracy)
     if not len(run.times):
         raise MechanismError(f"the run has no result to compare: {run.message}")
-    columns = {TIME: Column(run.times, "s")}
-    columns |= {reading: Column(values, run.units[reading]) for reading, values in run.readings.items()}
+    columns = {TIME: Series(run.times, "s")}
+    columns |= {reading: Series(values, run.units[reading]) for reading, values in run.readings.items()}
     for reading, values in run.rates.items():
         unit = run.units[reading]
-        columns[RATE_PREFIX + reading] = Column(values, f"{unit}/s" if unit != "1" else "1/s")
+        columns[RATE_PREFIX + reading] = Series(values, f"{unit}/s" if unit != "1" else "1/s")
     key = f"rate of {name.removeprefix(RATE_PREFIX)}" if name.startswith(RATE_PREFIX) else name
     values = columns.pop(name).values
     if key not in run.reading_errors:

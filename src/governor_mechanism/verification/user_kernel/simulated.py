@@ -87,7 +87,7 @@ ROUNDING = 16 * np.finfo(float).eps
 """Error of a result relative to itself where displaced results happen to be equal."""
 
 
-class Column(NamedTuple):
+class Series(NamedTuple):
     """Values (n,) of an argument, SI, and its unit."""
 
     values: FloatArray
@@ -121,7 +121,7 @@ class Simulated:
 
     values: FloatArray
     errors: FloatArray
-    arguments: Mapping[str, Column]
+    arguments: Mapping[str, Series]
     scale: float | None = None
     notes: tuple[str, ...] = ()
 

@@ -20,7 +20,7 @@ from governor_mechanism.model.scene import Scene
 from governor_mechanism.observables.valve_motion import valve_motion_of
 from governor_mechanism.render.figures.page import CHAIN_DOTTED, DASHED, MM_PER_M, PLATE_DPI, Panel, Plate, add_legend, polar_points
 from governor_mechanism.render.style import BLUE, INK, MUTED, PAPER, RULE, SERIF_FONT, VERMILLION
-from governor_mechanism.studies.valve_timing import ValveEvent, tabulate_valve_timing
+from governor_mechanism.studies.valve_gears import ValveEvent, tabulate_valve_timing
 from governor_mechanism.types import FloatArray
 
 CYLINDER_ENDS = (("crank end", 1.0, BLUE), ("head end", -1.0, VERMILLION))

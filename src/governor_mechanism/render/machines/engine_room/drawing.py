@@ -14,8 +14,16 @@ from governor_mechanism.render.geometry.outlines import make_rectangle, make_wal
 from governor_mechanism.render.geometry.primitives import DrawnShape, Polygon
 from governor_mechanism.render.machines.engine_room import proportions as room
 from governor_mechanism.render.machines.engine_room.arrangement import CUT_OFF, THROTTLE, EngineRoomParts, engine_torque, load_torque
-from governor_mechanism.render.machines.engine_room.controls import Control, ScaleRange, Slide, Throttle
-from governor_mechanism.render.machines.engine_room.drives import Brake, bevel_wheel_parts, make_governor_belt, pulley_part
+from governor_mechanism.render.machines.engine_room.controls import (
+    Brake,
+    Control,
+    ScaleRange,
+    Slide,
+    Throttle,
+    bevel_wheel_parts,
+    make_governor_belt,
+    pulley_part,
+)
 from governor_mechanism.render.machines.engine_room.elevations import EngineElevation, GovernorElevation, WheelElevation
 from governor_mechanism.render.machines.flywheel_engine import FlywheelEngineDrawing
 from governor_mechanism.render.machines.machine_drawing import MachineDrawing
