@@ -7,7 +7,6 @@ import math
 
 import numpy as np
 import pytest
-from governor_mechanism.render.motion_at_rest import motion_at_rest
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -17,6 +16,7 @@ from governor_mechanism.render.geometry.outlines import shrink_convex
 from governor_mechanism.render.geometry.primitives import Circle, Polygon
 from governor_mechanism.render.machines.generic.frames import body_outline_shapes
 from governor_mechanism.render.machines.registry import drawing_of
+from governor_mechanism.render.part_run import motion_at_rest
 from governor_mechanism.render.style import ROLE_STYLES
 
 
