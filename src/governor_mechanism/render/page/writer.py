@@ -129,7 +129,7 @@ def _fastest_rotation(run: Trajectory) -> float:
     return max(float(np.abs(speed).max(initial=0.0)) for speed in speeds)
 
 
-SCRIPTS = ("decoding", "geometry", "drawing", "outside", "forces", "plots", "player", "page")
+SCRIPTS = ("decoding", "geometry", "drawing", "outside", "forces", "plots", "player", "page", "start")
 """Files of the script, in their order."""
 
 

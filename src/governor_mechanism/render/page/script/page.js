@@ -12,9 +12,8 @@ function find(id) {
   return document.getElementById(id);
 }
 
-/** The data of the page, with all channels of tracks and shapes decoded. */
-function readData() {
-  const data = JSON.parse(find("run-data").textContent);
+/** Data of a run with all channels of tracks and shapes decoded. */
+function decodeData(data) {
   for (const view of data.views) {
     view.tracks = view.tracks.map((track) => decodeTrack(track, data.angleQuantum));
     view.shapes = view.shapes.map((shape) => decodeShape(shape, data.amplitudeQuantum));
@@ -97,8 +96,8 @@ function markPart(name, sentence) {
   find("part-sentence").textContent = sentence;
 }
 
-/** The list of parts, and names of the shapes that a pointer meets. */
-function connectParts() {
+/** List the parts of the drawings. */
+function listParts() {
   const parts = new Map();
   for (const shape of document.querySelectorAll("#stage [data-sentence]")) {
     if (!parts.has(shape.dataset.name)) parts.set(shape.dataset.name, shape.dataset.sentence);
@@ -115,6 +114,10 @@ function connectParts() {
     item.append(button);
     find("parts").append(item);
   }
+}
+
+/** Let a pointer name the shapes that it meets. */
+function connectParts() {
   const point = (event) => {
     const shape = event.target.closest("[data-name]");
     if (shape) markPart(shape.dataset.name, shape.dataset.sentence || "");
@@ -127,26 +130,26 @@ function connectParts() {
   });
 }
 
-/** The switch of the forces, with a legend; hidden if there are none. */
-function connectForces(pictures) {
+/** Arrows of all pictures, and the legend of the forces; the switch is hidden if there are none. */
+function listForces(pictures) {
   const groups = pictures.map((picture) => picture.forces).filter(Boolean);
   const hasLoads = document.querySelector("#stage :is(.role-force, .role-reaction)") !== null;
   find("forces-switch").hidden = !groups.length && !hasLoads;
-  // Applied loads belong to the drawing, and are shown at first.
-  find("forces").checked = hasLoads;
+  find("force-legend").replaceChildren();
   for (const kind of new Set(groups.flatMap((group) => group.kinds))) {
     find("force-legend").append(makeNode("span", `key force-${kind}`, FORCE_NAMES[kind]));
   }
   if (hasLoads) find("force-legend").append(makeNode("span", "key force-load", "applied load"));
   const largest = Math.max(0, ...groups.map((group) => group.largest));
   if (largest) find("force-legend").append(makeNode("span", "", `longest arrow ${Number(largest.toPrecision(3))} N`));
-  const show = () => {
-    find("stage").classList.toggle("with-forces", find("forces").checked);
-    groups.forEach((group) => group.show(find("forces").checked));
-    find("force-legend").hidden = !find("forces").checked;
-  };
-  find("forces").addEventListener("change", show);
-  show();
+  return { groups, hasLoads };
+}
+
+/** Show or hide the forces, as their switch stands. */
+function showForces(page) {
+  find("stage").classList.toggle("with-forces", find("forces").checked);
+  page.forces.groups.forEach((group) => group.show(find("forces").checked));
+  find("force-legend").hidden = !find("forces").checked;
 }
 
 /** The switch between light and dark; at first the page follows the system. */
@@ -167,11 +170,9 @@ function connectTheme() {
 }
 
 /** Buttons, sliders and keys of the clock. */
-function connectControls(player, data) {
-  const { start, stop, count } = data.times;
-  const step = count > 1 ? (stop - start) / (count - 1) : 0;
+function connectControls(page) {
+  const { player } = page;
   const scrub = find("scrub");
-  Object.assign(scrub, { min: start, max: stop, step: "any" });
   scrub.addEventListener("input", () => {
     const time = Number(scrub.value);
     player.pause();
@@ -181,17 +182,18 @@ function connectControls(player, data) {
   Object.assign(find("speed"), { min: 0, max: SPEEDS.length - 1, step: 1, value: FIRST_SPEED });
   find("speed").addEventListener("input", () => player.setSpeed(Number(find("speed").value)));
   const move = (steps) => {
+    const { start, stop, count } = page.data.times;
     player.pause();
-    player.seek(player.time + steps * step);
+    player.seek(player.time + (count > 1 ? (steps * (stop - start)) / (count - 1) : 0));
   };
   const actions = {
     " ": player.toggle,
     ArrowRight: (event) => move(event.shiftKey ? LONG_ARROW_STEP : ARROW_STEP),
     ArrowLeft: (event) => move(event.shiftKey ? -LONG_ARROW_STEP : -ARROW_STEP),
-    Home: () => player.seek(start),
+    Home: () => player.seek(page.data.times.start),
     End: () => {
       player.pause();
-      player.seek(stop);
+      player.seek(page.data.times.stop);
     },
     "+": () => player.setSpeed(player.speedIndex + 1),
     "=": () => player.setSpeed(player.speedIndex + 1),
@@ -206,43 +208,58 @@ function connectControls(player, data) {
   });
 }
 
-/** Make the page. */
-function startPage() {
-  const data = readData();
-  const pictures = makePictures(data);
-  const isStill = matchMedia("(prefers-reduced-motion: reduce)").matches;
-  let player = null;
-  const seek = (time, kind) => {
-    const place = kind === "peek" ? placeOf(time, data.times) : null;
-    plots.forEach((plot) => plot.peek(place));
-    find("peeked-time").textContent = place ? `pointer at ${formatTime(time, data.times)} s` : "";
-    if (kind === "seek") player.seek(time);
-    else if (kind === "leave") refresh();
-  };
-  const plots = makePlots(data, seek);
-  const refresh = () => {
-    const place = placeOf(player.time, data.times);
-    pictures.forEach((picture) => picture.update(place, player.rate()));
-    plots.forEach((plot) => plot.node.classList.contains("peeked") || plot.update(place));
-    const time = formatTime(player.time, data.times);
-    find("time").textContent = `${time} s`;
-    find("scrub").value = player.time;
-    find("scrub").setAttribute("aria-valuetext", `${time} seconds`);
-    const rate = describeRate(player.rate());
-    find("rate").textContent = rate;
-    find("speed").value = player.speedIndex;
-    find("speed").setAttribute("aria-valuetext", rate);
-    find("play").setAttribute("aria-label", player.isPlaying ? "pause" : "play");
-    find("play").classList.toggle("is-playing", player.isPlaying);
-  };
-  player = makePlayer(data, refresh);
-  connectParts();
-  connectForces(pictures);
-  connectTheme();
-  connectControls(player, data);
-  markPart("", "");
-  refresh();
-  if (!isStill) player.play();
+/** Show what the clock says, in pictures, plots and controls. */
+function refresh(page) {
+  const { data, player } = page;
+  const place = placeOf(player.time, data.times);
+  page.pictures.forEach((picture) => picture.update(place, player.rate()));
+  page.plots.forEach((plot) => plot.node.classList.contains("peeked") || plot.update(place));
+  const time = formatTime(player.time, data.times);
+  find("time").textContent = `${time} s`;
+  find("scrub").value = player.time;
+  find("scrub").setAttribute("aria-valuetext", `${time} seconds`);
+  const rate = describeRate(player.rate());
+  find("rate").textContent = rate;
+  find("speed").value = player.speedIndex;
+  find("speed").setAttribute("aria-valuetext", rate);
+  find("play").setAttribute("aria-label", player.isPlaying ? "pause" : "play");
+  find("play").classList.toggle("is-playing", player.isPlaying);
 }
 
-startPage();
+/** Show a run in the place of the one before; the clock stays where it is, if the run is as long. */
+function showRun(page, data) {
+  for (const id of ["stage", "plots", "more-plots", "parts"]) find(id).replaceChildren();
+  page.data = data;
+  page.pictures = makePictures(data);
+  page.plots = makePlots(data, (time, kind) => {
+    const place = kind === "peek" ? placeOf(time, data.times) : null;
+    page.plots.forEach((plot) => plot.peek(place));
+    find("peeked-time").textContent = place ? `pointer at ${formatTime(time, data.times)} s` : "";
+    if (kind === "seek") page.player.seek(time);
+    else if (kind === "leave") refresh(page);
+  });
+  page.forces = listForces(page.pictures);
+  listParts();
+  showForces(page);
+  Object.assign(find("scrub"), { min: data.times.start, max: data.times.stop, step: "any" });
+  page.player.seek(page.player.time);
+}
+
+/** Make the page. */
+function startPage() {
+  const page = { data: null, pictures: [], plots: [], forces: null, player: null };
+  page.data = decodeData(JSON.parse(find("run-data").textContent));
+  page.player = makePlayer(page, () => refresh(page));
+  page.player.time = page.data.times.start;
+  showRun(page, page.data);
+  // Applied loads belong to the drawing, and are shown at first.
+  find("forces").checked = page.forces.hasLoads;
+  find("forces").addEventListener("change", () => showForces(page));
+  showForces(page);
+  connectParts();
+  connectTheme();
+  connectControls(page);
+  markPart("", "");
+  if (!matchMedia("(prefers-reduced-motion: reduce)").matches) page.player.play();
+  return page;
+}

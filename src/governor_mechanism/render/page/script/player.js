@@ -8,19 +8,19 @@ const LONGEST_STEP = 0.1;
 /** Pause (s of film) at the end before the run begins again. */
 const END_PAUSE = 1;
 
-/** The clock of data; it calls `onChange` whenever what is shown changes. */
-function makePlayer(data, onChange) {
-  const { start, stop } = data.times;
-  const player = { time: start, isPlaying: false, speedIndex: FIRST_SPEED };
+/** The clock of a page; it calls `onChange` whenever what is shown changes. */
+function makePlayer(page, onChange) {
+  const player = { time: 0, isPlaying: false, speedIndex: FIRST_SPEED };
   let last = null;
   let waited = 0;
 
-  player.rate = () => SPEEDS[player.speedIndex] / data.slowDown;
+  player.rate = () => SPEEDS[player.speedIndex] / page.data.slowDown;
 
   const advance = (now) => {
     if (!player.isPlaying) return;
     const step = last === null ? 0 : Math.min((now - last) / 1000, LONGEST_STEP);
     last = now;
+    const { start, stop } = page.data.times;
     if (player.time < stop) {
       player.time = Math.min(player.time + step * player.rate(), stop);
       waited = 0;
@@ -33,6 +33,7 @@ function makePlayer(data, onChange) {
   };
 
   player.play = () => {
+    const { start, stop } = page.data.times;
     if (player.isPlaying || stop <= start) return;
     if (player.time >= stop) player.time = start;
     player.isPlaying = true;
@@ -46,6 +47,7 @@ function makePlayer(data, onChange) {
   };
   player.toggle = () => (player.isPlaying ? player.pause() : player.play());
   player.seek = (time) => {
+    const { start, stop } = page.data.times;
     player.time = Math.min(Math.max(time, start), stop);
     waited = 0;
     onChange();

@@ -1,0 +1,3 @@
+// A recorded run: the page begins at once.
+
+startPage();
