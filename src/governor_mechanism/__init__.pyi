@@ -63,6 +63,7 @@ from governor_mechanism.studies.design.hartnell import HartnellDesign as Hartnel
 from governor_mechanism.studies.design.pendulum import PendulumDesign as PendulumDesign
 from governor_mechanism.studies.effect_ablation import EffectsStudy as EffectsStudy
 from governor_mechanism.studies.hard_cases.study import HardCasesReport as HardCasesReport
+from governor_mechanism.studies.kinematics import KinematicStudy as KinematicStudy
 from governor_mechanism.studies.regulation.load_change import LoadChangeStudy as LoadChangeStudy
 from governor_mechanism.studies.regulation.stability_map import StabilityMap as StabilityMap
 from governor_mechanism.studies.sweep.results import Sweep as Sweep

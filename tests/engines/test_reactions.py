@@ -354,7 +354,7 @@ def test_reaction_on_the_ground_as_second_body(engine, accuracy):
 
 def with_reactions(scene: Scene, *joints: str) -> Scene:
     """Return a scene whose run reports the forces of joints."""
-    return scene.with_changes(run=replace(scene.run, reactions=joints))
+    return scene.with_changes(run=replace(scene.run, readings=tuple(f"reaction.{name}" for name in joints)))
 
 
 @ENGINES
@@ -381,9 +381,9 @@ def test_a_weld_reports_its_moment_and_a_pin_none(engine, accuracy):
 
 def test_joint_forces_that_are_not_determined_or_not_there_are_refused():
     scene = door(2)
-    with pytest.raises(MechanismError, match="'hinge 0', whose force rigid-body mechanics does not determine"):
+    with pytest.raises(MechanismError, match=r"'reaction\.hinge 0', a joint whose force rigid-body mechanics does not determine"):
         MultibodyEngine().run(with_reactions(scene, "hinge 0", "knee"), accuracy=1e-8)
-    with pytest.raises(MechanismError, match=r"run\.reactions: no joint 'kne'; .*Did you mean 'knee'"):
+    with pytest.raises(MechanismError, match=r"run\.readings names 'reaction\.kne': no joint 'kne'; .*Did you mean 'knee'"):
         with_reactions(scene, "kne")
 
 

@@ -7,14 +7,20 @@ from typing import cast
 
 import governor_mechanism as gm
 from governor_mechanism.api.scenes import as_scene
-from governor_mechanism.units.problems import QUANTITIES, QUANTITY, TEXT, check_arguments, whole_number
+from governor_mechanism.units.problems import QUANTITIES, QUANTITY, TEXT, TEXTS, check_arguments, whole_number
 
 
-@check_arguments(over=TEXT, values=QUANTITIES, rate=QUANTITY, acceleration=QUANTITY)
+@check_arguments(over=TEXT, values=QUANTITIES, rate=QUANTITY, acceleration=QUANTITY, readings=TEXTS)
 def kinematics(
-    scene: gm.SceneSource, over: str, values: gm.QuantityValues, rate: float | str = 1.0, acceleration: float | str = 0.0
-) -> gm.Kinematics:
-    """Return positions, velocities and accelerations of a mechanism without integration.
+    scene: gm.SceneSource,
+    over: str | None = None,
+    values: gm.QuantityValues | None = None,
+    rate: float | str = 1.0,
+    acceleration: float | str = 0.0,
+    *,
+    readings: Sequence[str] = (),
+) -> gm.KinematicStudy:
+    """Return positions, velocities and accelerations of a mechanism without integration, and what holds of the whole linkage.
 
     The readings include forces of springs and weights, pressures and shaft speeds where positions and rates alone determine them.
 
@@ -23,23 +29,29 @@ def kinematics(
     scene
         A scene, the path of a file, or the name of a shipped scene.
     over
-        Name of the reading that drives the mechanism in place of the scene's drivers, or "time" for the drivers themselves.
+        Name of the reading that drives the mechanism in place of the scene's drivers, or "time" for the drivers themselves. None is the
+        angle of the body that a driver turns, or else the leading coordinate.
     values
-        Values of the reading, SI, or times, s, or texts with a unit such as "20 deg"; shape (n,).
+        Values of the reading, SI, or times, s, or texts with a unit such as "20 deg"; shape (n,). None is 361 values over a whole turn,
+        or over the travel of the reading.
     rate
         First time derivative of the reading at each value, SI/s, or text with a unit.
     acceleration
         Second time derivative of the reading at each value, SI/s2, or text with a unit.
+    readings
+        Further readings, beside those that the scene names in `run.readings`: "velocity.POINT" and "acceleration.POINT" with components
+        ".x", ".y" and ".magnitude", "curvature.POINT", "transmission_angle.COUPLER", "instantaneous_centre.BODY.BODY" with ".x" and
+        ".y", and "mechanical_advantage.INPUT.OUTPUT" of two readings. NaN where one is not defined; `notes` says where and why.
 
     Returns
     -------
-    Kinematics
-        The motion.
+    KinematicStudy
+        The motion; `mobility`, `four_bars`, `dead_centres`, `toggles` and `time_ratios` of the linkage. It prints as a table.
 
     Raises
     ------
     MechanismError
-        If the motion is not determined, if the mechanism cannot be assembled, or at a singular configuration.
+        If the motion is not determined, if the mechanism cannot be assembled, at a singular configuration, or if there is no such reading.
 
     Examples
     --------
@@ -47,10 +59,12 @@ def kinematics(
     >>> motion = gm.kinematics("slider_crank_torque", over="crank_angle", values=[0.1, 0.2], rate=10.0)
     >>> motion.poses.shape[0]
     2
+    >>> print(gm.kinematics("drag_link").four_bars[0])
+    four-bar ground ...double crank...
     """
-    from governor_mechanism.observables.derived_readings import analyse_kinematics
+    from governor_mechanism.studies.kinematics import study_kinematics
 
-    return analyse_kinematics(as_scene(scene), over, values, rate, acceleration)
+    return study_kinematics(as_scene(scene), over, values, rate, acceleration, readings)
 
 
 def assemblies(scene: gm.SceneSource) -> gm.Assemblies:

@@ -18,7 +18,7 @@ from governor_mechanism.cli.design import design
 from governor_mechanism.cli.equilibria import equilibria
 from governor_mechanism.cli.regulation import regulation_app
 from governor_mechanism.cli.run import run
-from governor_mechanism.cli.scenes import assemblies, catalogue, describe, init, models, schema
+from governor_mechanism.cli.scenes import assemblies, catalogue, describe, init, kinematics, models, schema
 from governor_mechanism.cli.studies import accuracy, effects, errata, hard_cases, sweep, valve_gears
 
 COLLECTION_THRESHOLD = 100_000
@@ -71,6 +71,7 @@ for command in (
     init,
     describe,
     assemblies,
+    kinematics,
     schema,
     run,
     compare,

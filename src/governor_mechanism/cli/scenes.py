@@ -1,18 +1,17 @@
-"""The commands about scenes: `models`, `catalogue`, `init`, `describe`, `assemblies`, `schema`.
+"""The commands about scenes: `models`, `catalogue`, `init`, `describe`, `assemblies`, `kinematics`, `schema`.
 
 Heavy imports are made when a command needs them.
 """
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Annotated
 
 import typer
 
 import governor_mechanism as gm
 from governor_mechanism.cli import console
-from governor_mechanism.cli.scene_arguments import Changes, SceneName, complete_machine, load_changed
+from governor_mechanism.cli.scene_arguments import Changes, SceneName, complete_machine, load_changed, stem_of
 from governor_mechanism.files.plain_values import format_json
 from governor_mechanism.render.figure_files import FigureFiles
 
@@ -78,8 +77,45 @@ def assemblies(
     loaded = load_changed(scene, changes)
     with console.show_status("closing the joints"):
         result = gm.assemblies(loaded)
-    files = figures.save(result.plot(), f"{Path(loaded.source).stem or 'scene'}_assemblies") if figures.formats else []
+    files = figures.save(result.plot(), f"{stem_of(loaded)}_assemblies") if figures.formats else []
     return console.CommandResult(result, files=files)
+
+
+def kinematics(
+    scene: SceneName,
+    changes: Changes = None,
+    over: Annotated[
+        str | None, typer.Option(help='The reading that drives the mechanism, or "time". [the driven angle, or the leading coordinate]')
+    ] = None,
+    readings: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--reading",
+            help='A reading, as "velocity.foot", "curvature.foot", "transmission_angle.coupler", "instantaneous_centre.coupler.ground" or '
+            '"mechanical_advantage.crank_angle.rocker_angle". Repeatable. [points, transmission angles and a mechanical advantage]',
+        ),
+    ] = None,
+    rate: Annotated[str, typer.Option(help='Rate of the driving reading, as "60 rpm" or "0.1 m/s".')] = "1",
+    *,
+    figures: FigureFiles,
+    as_json: console.AsJson = False,
+) -> console.CommandResult:
+    """Analyse a mechanism over its drive, without forces: print a table and facts, write a figure, a table (CSV) and a record (JSON).
+
+    The facts: mobility with Grübler's count, Grashof's class of four-bars, dead centres, toggles, and time ratios of strokes. The drive
+    goes through a whole turn, or through its travel.
+    """
+    from governor_mechanism.studies.kinematics import default_readings
+    from governor_mechanism.units.quantities import number_or_text
+
+    console.prepare_folder(figures.folder)
+    loaded = load_changed(scene, changes)
+    with console.show_status("moving the mechanism"):
+        result = gm.kinematics(loaded, over, rate=number_or_text(rate), readings=readings or default_readings(loaded, over))
+        text = str(result)
+    stem = f"{stem_of(loaded)}_kinematics"
+    files = [result.save_csv(figures.folder / f"{stem}.csv"), result.save_json(figures.folder / f"{stem}.json")]
+    return console.CommandResult(result, text=[text], files=files + figures.save_all(result, stem))
 
 
 def schema(as_json: console.AsJson = False) -> console.CommandResult:

@@ -1,8 +1,8 @@
 """A planar mechanism: bodies, joints, force elements and output variables. Frozen values without mathematics."""
 
 from collections import Counter
-from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field, replace
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING
 
@@ -10,7 +10,7 @@ from governor_mechanism.errors import MechanismError, did_you_mean, require_fini
 from governor_mechanism.model.force_elements import ForceElement
 from governor_mechanism.model.joints import GROUND, Joint, Pin, Point, RotationalDriver, TranslationalDriver
 from governor_mechanism.model.later_module import LaterModule
-from governor_mechanism.model.output_variables import DerivedReading, Limit, Reading, StallLimit, readings_of_reaction
+from governor_mechanism.model.output_variables import DerivedReading, Limit, Reading, StallLimit
 from governor_mechanism.model.valve import Valve
 from governor_mechanism.units.fields import optional_size, quantity
 from governor_mechanism.units.quantities import format_value
@@ -287,16 +287,6 @@ class Mechanism:
         """Return the number of shafts that no joint couples to another body."""
         coupled = {point.body for joint in self.joints for point in (joint.first, joint.second)}
         return sum(isinstance(body, Shaft) and body.name not in coupled for body in self.bodies)
-
-    def with_reactions(self, names: Iterable[str]) -> "Mechanism":
-        """Return a mechanism with readings of the forces and moments of joints. Raise MechanismError for names that it does not have."""
-        joints = {joint.name: joint for joint in self.joints}
-        unknown = [name for name in names if name not in joints]
-        if unknown:
-            errors = [_unknown_name("joint", name, list(joints), "joints") for name in unknown]
-            raise MechanismError(*(f"run.reactions: {error}" for error in errors))
-        reactions = [reading for name in names for reading in readings_of_reaction(joints[name])]
-        return replace(self, derived_readings=(*self.derived_readings, *reactions))
 
     @cached_property
     def _body_indices(self) -> dict[str, int]:

@@ -14,6 +14,7 @@ from governor_mechanism.model.effect import Effect, OutputEffect
 from governor_mechanism.model.events import NamedCrossing
 from governor_mechanism.model.later_module import LaterModule
 from governor_mechanism.model.mechanism import Mechanism
+from governor_mechanism.model.motion_readings import with_run_readings
 from governor_mechanism.model.part import FreeSpindle, Part, Spindle, Start
 from governor_mechanism.model.speeds import check_crossings
 from governor_mechanism.units.fields import entry, quantity
@@ -44,8 +45,9 @@ class RunSettings:
         Largest error, relative to the scale of each reading; below 1.
     engine
         Name of the engine, or "auto".
-    reactions
-        Names of the joints whose forces are readings: "reaction.NAME.x", ".y", ".magnitude"; and ".moment" unless it is a pin or a link.
+    readings
+        Further readings: "velocity.POINT", "acceleration.POINT" and "reaction.JOINT" with components ".x", ".y", ".magnitude" (and
+        ".moment" of a joint unless it is a pin or a link), and "transmission_angle.COUPLER".
     """
 
     duration: float = quantity("time", default=10.0, meaning="the simulated time")
@@ -61,8 +63,11 @@ class RunSettings:
     engine: str = entry(
         "choice", words=ENGINE_CHOICES, default="auto", meaning="the engine; auto takes the cheapest that can model the scene"
     )
-    reactions: tuple[str, ...] = entry(
-        "names", default=(), meaning="joints whose forces on their second bodies are readings, as reaction.NAME.x, .y and .magnitude"
+    readings: tuple[str, ...] = entry(
+        "names",
+        default=(),
+        meaning="further readings: velocity.POINT, acceleration.POINT, transmission_angle.COUPLER, and reaction.JOINT, the force "
+        "of a joint on its second body",
     )
 
     def __post_init__(self) -> None:
@@ -253,7 +258,7 @@ class Scene:
     def system(self) -> CoupledSystem:
         """The coupled mechanism of all parts and free spindles, with the effects along its readings."""
         system = couple_parts(self.parts, self.couplings)
-        return replace(system, mechanism=system.mechanism.with_reactions(self.run.reactions)) if self.run.reactions else system
+        return replace(system, mechanism=with_run_readings(system.mechanism, self.run.readings)) if self.run.readings else system
 
     @property
     def mechanism(self) -> Mechanism:

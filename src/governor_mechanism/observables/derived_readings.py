@@ -24,6 +24,7 @@ from governor_mechanism.mechanics.reduction.lagrangian import SingleDofReduction
 from governor_mechanism.model.force_elements import CylinderGas, ForceElement, MeanGasTorque, Spring
 from governor_mechanism.model.joints import RotationalDriver, TranslationalDriver
 from governor_mechanism.model.mechanism import Mechanism
+from governor_mechanism.model.motion_readings import PointAcceleration, PointVelocity, TransmissionAngle
 from governor_mechanism.model.output_variables import (
     AppliedTorque,
     ControlledValue,
@@ -116,6 +117,10 @@ CONTROL_TOLERANCE = 1e-9
 """Excess over 0 or 1 that counts as rounding of a control at its end."""
 
 
+_EVALUATED_ELSEWHERE = (SpringForce, StaticForce, JointForce, JointMoment, PointVelocity, PointAcceleration, TransmissionAngle)
+"""Derived readings that other functions evaluate."""
+
+
 def evaluate_derived_readings(
     scene: Scene,
     history: StateHistory,  # states of its motion, n times; the joints are closed
@@ -138,7 +143,7 @@ def evaluate_derived_readings(
                 readings[output.name] = _controlled_value(scene, output, history)
             case AppliedTorque():
                 readings[output.name] = _applied_torque(scene, output, history)
-            case SpringForce() | StaticForce() | JointForce() | JointMoment():  # these have functions of their own
+            case _ if isinstance(output, _EVALUATED_ELSEWHERE):
                 continue
             case _:
                 raise TypeError(f"no equation is known for derived readings of type {type(output).__name__}")

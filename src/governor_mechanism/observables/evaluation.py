@@ -41,6 +41,7 @@ from governor_mechanism.numerics.once_per_object import once_per_object
 from governor_mechanism.observables.derived_readings import evaluate_derived_readings
 from governor_mechanism.observables.error_scales import JOINT_GAP, MotionScales, name_of_rate
 from governor_mechanism.observables.joint_forces import evaluate_joint_forces
+from governor_mechanism.observables.motion_readings import evaluate_run_readings
 from governor_mechanism.observables.run_result import DeferredMotionAnalysis, Observables, RunResult, StateHistory
 from governor_mechanism.types import FloatArray
 
@@ -239,6 +240,7 @@ class ReadingEvaluator:
         readings = {one.name: unwrap_output(one, value) for one, value in zip(mechanism.readings, values, strict=True)}
         units = {reading.name: READING_UNITS[reading.quantity] for reading in mechanism.readings}
         readings |= evaluate_derived_readings(self.scene, history) | evaluate_joint_forces(self.scene, history, modes)
+        readings |= evaluate_run_readings(self.scene, history, modes)
         units |= {output.name: output.unit for output in mechanism.derived_readings}
         for name, unit, spindle_values in self._evaluate_spindles(history):
             readings[name], units[name] = spindle_values, unit

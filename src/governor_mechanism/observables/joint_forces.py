@@ -20,7 +20,8 @@ def evaluate_joint_forces(scene: Scene, history: StateHistory, modes: Sequence[C
     if not outputs:
         return {}
     reactions = compute_reactions(scene, history, modes)
-    undetermined = [name for name in scene.run.reactions if len(history.times) and not reactions[name].determined.any()]
+    joints = dict.fromkeys(output.joint for output in outputs)
+    undetermined = [name for name in joints if len(history.times) and not reactions[name].determined.any()]
     if undetermined:
         raise MechanismError(*map(_undetermined_message, undetermined))
     return {output.name: _value(reactions[output.joint], output) for output in outputs}
@@ -28,8 +29,8 @@ def evaluate_joint_forces(scene: Scene, history: StateHistory, modes: Sequence[C
 
 def _undetermined_message(joint: str) -> str:
     return (
-        f"run.reactions names {joint!r}, whose force rigid-body mechanics does not determine: joints hold the bodies more often than "
-        "their motion needs; leave the joint out, or remove a joint that is redundant"
+        f"run.readings names 'reaction.{joint}', a joint whose force rigid-body mechanics does not determine: joints hold the bodies "
+        "more often than their motion needs; leave the joint out, or remove a joint that is redundant"
     )
 
 

@@ -13,6 +13,7 @@ from governor_mechanism.model.effect import OutputForce
 from governor_mechanism.model.force_elements import Damper, Spring
 from governor_mechanism.model.joints import GROUND, Point
 from governor_mechanism.model.output_variables import PointCoordinate
+from governor_mechanism.observables.motion_readings import point_velocity
 from governor_mechanism.render.frame_data import FrameData
 from governor_mechanism.render.machines.machine_drawing import MachineDrawing
 from governor_mechanism.types import FloatArray
@@ -102,13 +103,8 @@ def _element_forces(drawing: MachineDrawing) -> Iterator[DrawnForce]:
 
 def _follow(drawing: MachineDrawing, point: Point) -> tuple[FloatArray, FloatArray]:
     """Return positions and velocities (n, 2) of a point at the reported times."""
-    mechanism = drawing.part.mechanism
-    path = point_path(mechanism, drawing.poses, point)
-    index = mechanism.body_index(point.body)
-    if index < 0:
-        return path, np.zeros_like(path)
-    velocity, arm = drawing.select_bodies(drawing.run.velocities)[:, index], path - drawing.poses[:, index, :2]
-    return path, velocity[:, :2] + velocity[:, 2:] * np.column_stack([-arm[:, 1], arm[:, 0]])
+    mechanism, velocities = drawing.part.mechanism, drawing.select_bodies(drawing.run.velocities)
+    return point_path(mechanism, drawing.poses, point), point_velocity(mechanism, drawing.poses, velocities, point)
 
 
 def _effect_forces(drawing: MachineDrawing) -> Iterator[DrawnForce]:

@@ -9,6 +9,7 @@ from governor_mechanism.files.atomic_write import write_all_or_none
 from governor_mechanism.files.results import save_csv, save_netcdf, save_summary
 from governor_mechanism.model.results.film_options import DEFAULT_OPTIONS, FilmFormat, FilmOptions
 from governor_mechanism.model.results.pictures import Figure, Theme
+from governor_mechanism.model.motion_readings import joints_of_reactions
 from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.observables.valve_motion import has_valve_events
 from governor_mechanism.render.figure_files import FigureFiles, FigureFormat
@@ -53,10 +54,11 @@ def write_machine_figures(run: Trajectory, figure_files: FigureFiles, stem: str)
 
         if not flywheel.engine_plate_refusal(run):
             plates["engine"] = flywheel.draw_engine_plate(run)
-    if run.scene.run.reactions and len(run.times):
+    joints = joints_of_reactions(run.scene.mechanism)
+    if joints and len(run.times):
         from governor_mechanism.render.figures.joint_forces import joint_force_figure
 
-        plates["reactions"] = joint_force_figure(run, run.scene.run.reactions)
+        plates["reactions"] = joint_force_figure(run, joints)
     files = [path for name, plate in plates.items() for path in figure_files.save(plate, f"{stem}_{name}")]
     if part is None and len(run.times) > 1 and find_governed_engine(run.scene):
         from governor_mechanism.render.film.painters import write_still

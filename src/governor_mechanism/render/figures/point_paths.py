@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.render.figures.page import SERIES_LINE_STYLES, Page, add_legend
+from governor_mechanism.render.figures.page import SERIES_LINE_STYLES, Page, Panel, add_legend
 from governor_mechanism.render.style import PAPER, SERIES_COLOURS
 from governor_mechanism.types import FloatArray
 
@@ -31,13 +31,19 @@ def path_figure(
         raise MechanismError("there are no paths to draw: no point is named, no pin moves, or the run has no reported time")
     page = Page(_WIDTH, _HEIGHT, title, subtitle)
     panel = page.add_panel((0.11, 0.1, 0.86, 0.74), "x [mm]", "y [mm]")
+    draw_paths(panel, {name: paths[name] for name in shown})
+    add_legend(panel, loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=min(len(curves), 4), borderaxespad=0.2)
+    left_out = [] if names else list(paths)[_MAX_CURVES:]
+    page.write_footnote("dots: start of the paths" + (f"; not shown: {', '.join(left_out)}" if left_out else ""))
+    return page
+
+
+def draw_paths(panel: Panel, paths: Mapping[str, FloatArray]) -> None:
+    """Draw paths (n, 2), m, by the names of their points, in mm to one scale on both axes, with a dot at their starts."""
+    curves = {name: _MILLIMETRES * path for name, path in paths.items()}
     panel.show_points(np.concatenate(list(curves.values())), margin=0.1, min_half_width=_MIN_HALF_WIDTH)
     for number, (name, curve) in enumerate(curves.items()):
         colour = SERIES_COLOURS[number % len(SERIES_COLOURS)]
         line_style = SERIES_LINE_STYLES[number % len(SERIES_LINE_STYLES)]
         panel.plot(curve[:, 0], curve[:, 1], color=colour, linestyle=line_style, linewidth=1.6, label=name, zorder=3)
         panel.plot(*curve[0], "o", color=colour, markeredgecolor=PAPER, markersize=6, zorder=4)
-    add_legend(panel, loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=min(len(curves), 4), borderaxespad=0.2)
-    left_out = [] if names else list(paths)[_MAX_CURVES:]
-    page.write_footnote("dots: start of the paths" + (f"; not shown: {', '.join(left_out)}" if left_out else ""))
-    return page

@@ -1,0 +1,206 @@
+"""The whole travel of a drive: the dead centres of readings, the toggles where the drive cannot go on, and time ratios."""
+
+import math
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from numpy.polynomial import Polynomial
+
+from governor_mechanism.mechanics.kinematics.coordinate_assembly import CoordinateSolver
+from governor_mechanism.mechanics.kinematics.kinematic_analysis import release_drivers
+from governor_mechanism.mechanics.kinematics.output_variables import evaluate_reading_motions
+from governor_mechanism.mechanics.kinematics.range_of_motion import RangeOfMotion, find_range_of_motion
+from governor_mechanism.model.mechanism import Mechanism
+from governor_mechanism.model.motion_readings import find_transmissions
+from governor_mechanism.model.results.result import Recorded
+from governor_mechanism.numerics.roots import find_roots
+from governor_mechanism.observables.motion_readings import Motion, transmission_sine
+from governor_mechanism.types import FloatArray
+
+N_SAMPLES = 721
+"""Number of positions between which dead centres are sought: half a degree of a turn."""
+
+SAMPLE_SHIFT = 0.37
+"""Part of a step by which the first sample lies beside the start, so that no dead centre falls on both ends of a turn."""
+
+ROOT_TOLERANCE = 1e-13
+"""Newton step, in coordinate scales, below which a dead centre is located."""
+
+MIN_SPREAD_RATIO = 1e-9
+"""Spread of a reading, relative to its scale, below which it stands still; rounding leaves 1e-15."""
+
+DEFAULT_MARGIN = 1e-3
+"""Part of the travel that a study leaves out at each end, where velocities grow without bound."""
+
+N_EXTRAPOLATION_NODES, EXTRAPOLATED_PART = 8, 1e-3
+"""Number of positions from which a toggle is extrapolated, and the part of the travel in which they lie."""
+
+MAX_EXTRAPOLATED_SINE = 0.05
+"""Sine of a transmission angle at the nearest of these positions up to which coupler and link are aligned at the toggle."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class DeadCentre(Recorded):
+    """A position at which a reading turns back while the drive goes on.
+
+    Attributes
+    ----------
+    reading
+        Name of the reading.
+    drive
+        Value of the driving reading, SI.
+    value
+        Value of the reading, SI.
+    is_highest
+        Whether the reading has a maximum there.
+    """
+
+    reading: str
+    drive: float
+    value: float
+    is_highest: bool
+
+
+@dataclass(frozen=True, kw_only=True)
+class Toggle(Recorded):
+    """A position beyond which the drive cannot go.
+
+    Attributes
+    ----------
+    drive
+        Value of the driving reading, SI.
+    couplers
+        Couplers whose transmission angle is 0 or 180 degrees there.
+    reason
+        What happens there, in words.
+    """
+
+    drive: float
+    couplers: tuple[str, ...]
+    reason: str
+
+
+class DriveTravel:
+    """The travel of a mechanism over a driving reading.
+
+    Parameters
+    ----------
+    mechanism
+        The mechanism with its drivers.
+    over
+        Name of the driving reading.
+    poses
+        A position on the branch of the motion; shape (bodies, 3).
+
+    Attributes
+    ----------
+    mechanism
+        The mechanism without the drivers that move the reading, which leads it.
+
+    Raises
+    ------
+    MechanismError
+        If the reading does not determine the motion, or stands still there.
+    """
+
+    def __init__(self, mechanism: Mechanism, over: str, poses: FloatArray) -> None:
+        at = replace(mechanism, initial_guess=tuple((x, y, angle) for x, y, angle in poses.tolist()))
+        released = release_drivers(at, over, {})
+        self.mechanism = replace(released, initial_guess=at.initial_guess, coordinate=over, limits=(), stall_limits=())
+        self._solver = CoordinateSolver(self.mechanism)
+
+    @cached_property
+    def range(self) -> RangeOfMotion:
+        """The range of the driving reading."""
+        return find_range_of_motion(self.mechanism, rotates_with_spindle=False)
+
+    @property
+    def turns_fully(self) -> bool:
+        """Whether the drive turns on without end, one turn like the next."""
+        return math.isclose(self.range.period, math.tau)
+
+    def default_values(self, count: int) -> FloatArray:
+        """Return values (count,) over a whole period from 0 on, or over the travel up to a thousandth of it from both ends."""
+        if self.range.period:
+            return np.linspace(0.0, self.range.period, count)
+        low, high = self.range.ends
+        margin = DEFAULT_MARGIN * (high - low)
+        return np.linspace(low + margin, high - margin, count)
+
+    @cached_property
+    def dead_centres(self) -> tuple[DeadCentre, ...]:
+        """The dead centres of all readings, by reading and in the order of the drive; those of a turn within 0 to its end."""
+        low, high = self.range.low, self.range.high
+        shift = SAMPLE_SHIFT * (high - low) / (N_SAMPLES - 1) if self.range.period else 0.0
+        samples = np.linspace(low, high, N_SAMPLES) + shift
+        motions = self._evaluate(samples)
+        found = list[DeadCentre]()
+        for name, (values, slopes, _) in motions.items():
+            if name != self.mechanism.coordinate and np.ptp(values) > MIN_SPREAD_RATIO * self.mechanism.output_scale(name):
+                found += self._locate(name, samples, slopes)
+        return tuple(sorted(found, key=lambda one: (list(motions).index(one.reading), one.drive)))
+
+    def _evaluate(self, values: FloatArray) -> dict[str, tuple[FloatArray, FloatArray, FloatArray]]:
+        """Return each reading and its two derivatives by the drive at values (n,) of it."""
+        nodes = self._solver.solve_nodes(self.range.path.predict_poses(values), values)
+        return evaluate_reading_motions(self.mechanism, *(np.ascontiguousarray(nodes[:, k]) for k in range(3)))
+
+    def _locate(self, name: str, samples: FloatArray, slopes: FloatArray) -> list[DeadCentre]:
+        """Return the dead centres of a reading between samples (n,), from its derivatives there."""
+        is_rising = slopes >= 0.0
+        starts = np.flatnonzero(is_rising[:-1] != is_rising[1:])
+        if not starts.size:
+            return []
+        tolerance = ROOT_TOLERANCE * self.mechanism.output_scale(self.mechanism.coordinate)
+        places = find_roots(lambda drive: self._evaluate(drive)[name][1:], samples[starts], samples[starts + 1], tolerance)
+        values = self._evaluate(places)[name][0]
+        wrapped = np.mod(places, self.range.period) if self.range.period else places
+        return [
+            DeadCentre(reading=name, drive=float(drive), value=float(value), is_highest=bool(is_rising[start]))
+            for drive, value, start in zip(wrapped, values, starts, strict=True)
+        ]
+
+    @cached_property
+    def toggles(self) -> tuple[Toggle, ...]:
+        """The ends of the travel; none where it is closed."""
+        if self.range.period:
+            return ()
+        ends = zip(self.range.ends, (self.range.low_message, self.range.high_message), strict=True)
+        return tuple(self._make_toggle(end, reason) for end, reason in ends)
+
+    def _make_toggle(self, end: float, reason: str) -> Toggle:
+        """Return the toggle at an end of the travel, with the couplers that are aligned with the links that they move.
+
+        There the sine of the transmission angle vanishes, and the drive is a smooth function of it, which is extrapolated: beside the end
+        positions are exact, and at it the drive does not determine them.
+        """
+        inward = 1.0 if end == self.range.ends[0] else -1.0
+        steps = np.arange(1, N_EXTRAPOLATION_NODES + 1) / N_EXTRAPOLATION_NODES
+        is_turning_point = reason.startswith("turning point")  # there the sine is as the root of the distance
+        distances = EXTRAPOLATED_PART * float(np.diff(self.range.ends)[0]) * (steps**2 if is_turning_point else steps)
+        sines = self._sines(end + inward * distances)
+        aligned = tuple(name for name, values in sines.items() if abs(values[0]) < MAX_EXTRAPOLATED_SINE)
+        places = [
+            inward * float(Polynomial.fit(sines[name], distances, N_EXTRAPOLATION_NODES - 1)(0.0))
+            for name in aligned[:1]
+            if np.all(np.diff(np.abs(sines[name])) > 0.0)
+        ]
+        return Toggle(drive=end + sum(places), couplers=aligned, reason=reason)
+
+    def _sines(self, values: FloatArray) -> dict[str, FloatArray]:
+        """Return the sine of each transmission angle with the sign of the turn from coupler to link, at values (n,) of the drive."""
+        nodes = self._solver.solve_nodes(self.range.path.predict_poses(values), values)
+        motion = Motion(mechanism=self.mechanism, poses=nodes[:, 0], velocities=nodes[:, 1], accelerations=nodes[:, 2], rates={})
+        return {name: transmission_sine(motion, angle) for name, angle in find_transmissions(self.mechanism).items()}
+
+    @cached_property
+    def time_ratios(self) -> dict[str, float]:
+        """Time ratio of each reading with one stroke to and fro in a turn of the drive: the slower stroke over the faster one."""
+        ratios = dict[str, float]()
+        for name in dict.fromkeys(one.reading for one in self.dead_centres) if self.turns_fully else ():
+            drives = [one.drive for one in self.dead_centres if one.reading == name]
+            if len(drives) == 2:
+                stroke = abs(drives[1] - drives[0])
+                ratios[name] = max(stroke, math.tau - stroke) / min(stroke, math.tau - stroke)
+        return ratios

@@ -1,0 +1,126 @@
+"""The figure of a kinematic study: paths of points to one scale, and readings over the drive."""
+
+from __future__ import annotations
+
+from textwrap import shorten
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from governor_mechanism.render.figures.page import SERIES_LINE_STYLES, Page, Panel, add_legend, axis_limits_for
+from governor_mechanism.render.figures.point_paths import draw_paths
+from governor_mechanism.render.number_format import display_unit_of, format_label, format_name
+from governor_mechanism.render.style import INK, MUTED, SERIES_COLOURS
+from governor_mechanism.types import FloatArray
+
+if TYPE_CHECKING:
+    from governor_mechanism.studies.kinematics import KinematicStudy
+
+_WIDTH, _MIN_HEIGHT, _PANEL_HEIGHT, _MARGINS = 11.0, 5.6, 1.65, 1.5
+"""Width of the figure, its least height, and the heights of a panel and of the margins, inches."""
+_MAX_PATHS, _MAX_PANELS, _MAX_CURVES = 4, 6, 4
+_BOTTOM = 0.78
+"""Height of the lower edge of the lowest panels, inches."""
+_LEGEND_LETTERS = 62
+"""Letters of all names in the legend of a panel."""
+_ADVANTAGE_LIMIT = 4.0
+"""Largest value that is shown of a reading that has gaps, relative to the third quartile of its magnitude: it is infinite there."""
+
+_KINDS: Final = ("transmission_angle", "velocity", "acceleration", "mechanical_advantage", "curvature")
+"""Kinds of readings with a panel, in their order; the positions of instantaneous centres are curves beside the paths."""
+_CENTRE: Final = "instantaneous_centre"
+
+
+def kinematics_figure(study: KinematicStudy) -> Page:
+    """Return the figure of a kinematic study; a study without further readings shows those of the mechanism by their units."""
+    groups = _group_readings(study)
+    height = max(_MIN_HEIGHT, _MARGINS + _PANEL_HEIGHT * len(groups))
+    page = Page(_WIDTH, height, subtitle=study.scene.title, subtitle_y=1 - 0.6 / height)
+    page.write_title("Kinematics", y=1 - 0.3 / height)
+    _draw_paths(page, study, height)
+    drive = display_unit_of(study.units.get(study.over, "s"))
+    for number, (heading, names) in enumerate(groups.items()):
+        room = (height - _MARGINS - 0.16) / len(groups)
+        bottom = _BOTTOM + room * (len(groups) - 1 - number)
+        is_last = number == len(groups) - 1
+        panel = page.add_panel((0.57, bottom / height, 0.4, (room - 0.42) / height), format_label(study.over, drive[0]) if is_last else "")
+        _draw_readings(panel, study, heading, names, drive[1])
+        if not is_last:
+            panel.tick_params(labelbottom=False)
+    page.write_footnote(_describe_linkage(study), y=0.14 / height)
+    return page
+
+
+def _group_readings(study: KinematicStudy) -> dict[str, list[str]]:
+    """Return the readings of each panel by its heading."""
+    groups: dict[str, list[str]] = {}
+    for kind in _KINDS:
+        names = [name for name in study.readings if name.startswith(f"{kind}.")]
+        unit = display_unit_of(study.units[names[0]])[0] if names else ""
+        if names:
+            groups[format_label(kind, unit)] = names[:_MAX_CURVES]
+    if groups:
+        return groups
+    for name in study.readings:
+        if name != study.over and "." not in name:
+            unit = display_unit_of(study.units[name])[0]
+            groups.setdefault(f"Readings [{unit.replace('°', 'deg')}]" if unit else "Readings", []).append(name)
+    return {heading: names[:_MAX_CURVES] for heading, names in list(groups.items())[:_MAX_PANELS]}
+
+
+def _draw_paths(page: Page, study: KinematicStudy, height: float) -> None:
+    """Draw the paths of named points, or of the first ones, and the curves of instantaneous centres where they lie beside them."""
+    panel = page.add_panel((0.065, _BOTTOM / height, 0.42, 1 - 1.91 / height), "x [mm]", "y [mm]")
+    named = [name for name in study.paths if any(name == point.name for point in study.scene.mechanism.points)]
+    shown = named or [name for name, path in study.paths.items() if np.ptp(path, axis=0).max() > 0.0] or list(study.paths)
+    draw_paths(panel, {name: study.paths[name] for name in shown[:_MAX_PATHS]})
+    centres = [name.removesuffix(".x") for name in study.readings if name.startswith(f"{_CENTRE}.") and name.endswith(".x")]
+    for number, centre in enumerate(name for name in centres if f"{name}.y" in study.readings):
+        points = 1e3 * np.column_stack([study.readings[f"{centre}.{axis}"] for axis in "xy"])
+        colour = SERIES_COLOURS[(number + 3) % len(SERIES_COLOURS)]
+        label = f"centre of {' and '.join(centre.split('.')[1:])}"
+        panel.plot(points[:, 0], points[:, 1], color=colour, linestyle=(0, (1.5, 1.5)), linewidth=1.1, label=label, zorder=2)
+    add_legend(panel, loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=3, borderaxespad=0.2, fontsize=8)
+
+
+def _draw_readings(panel: Panel, study: KinematicStudy, heading: str, names: list[str], drive_factor: float) -> None:
+    """Draw readings over the drive, with a legend above the panel."""
+    drive = study.values * drive_factor
+    shown = list[FloatArray]()
+    for number, name in enumerate(names):
+        values = study.readings[name] * display_unit_of(study.units[name])[1]
+        label = shorten(_legend_name(name, names), max(_LEGEND_LETTERS // len(names), 8), placeholder=" …")
+        style = {"color": SERIES_COLOURS[number % len(SERIES_COLOURS)], "linestyle": SERIES_LINE_STYLES[number % len(SERIES_LINE_STYLES)]}
+        panel.plot(drive, _without_jumps(values, study.over), linewidth=1.4, label=label, zorder=3, **style)
+        shown.append(values[np.isfinite(values)])
+    everything = np.concatenate(shown)
+    if everything.size:
+        limit = _ADVANTAGE_LIMIT * float(np.quantile(np.abs(everything), 0.75))
+        is_clipped = heading.startswith(("Mechanical", "Curvature")) and float(np.max(np.abs(everything))) > limit > 0.0
+        panel.set_ylim(axis_limits_for(np.clip(everything, -limit, limit) if is_clipped else everything))
+    if heading.startswith("Transmission"):
+        panel.axhline(90.0, color=MUTED, linewidth=0.8, zorder=1)
+    panel.set_xlim(float(drive.min()), float(drive.max()))
+    panel.write_heading(heading, y=1.05, size=9.5)
+    add_legend(panel, {"color": INK}, loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=3, borderaxespad=0.1, fontsize=8)
+
+
+def _legend_name(name: str, names: list[str]) -> str:
+    """Return the name of a reading in the legend of its panel: without its kind, and without a component that all have."""
+    components = {one.rpartition(".")[2] for one in names}
+    whole = name.rpartition(".")[0] if components == {"magnitude"} else name
+    return format_name(whole.partition(".")[2] if "." in whole else whole)
+
+
+def _without_jumps(values: FloatArray, over: str) -> FloatArray:
+    """Return values with a gap where they pass from one infinity to the other."""
+    jumps = np.flatnonzero((values[:-1] * values[1:] < 0.0) & (np.abs(np.diff(values)) > 4.0 * np.nanquantile(np.abs(values), 0.75)))
+    broken = values.copy()
+    broken[jumps] = np.nan
+    return broken
+
+
+def _describe_linkage(study: KinematicStudy) -> str:
+    """Return the speed of the drive, mobility, and the classes of the first four-bars, as a footnote."""
+    classes = [f"{' - '.join(one.links)}: {one.grashof}" for one in study.four_bars]
+    return "; ".join([study.drive_in_words, str(study.mobility), *classes[:2]])
