@@ -7,9 +7,9 @@ from pathlib import Path
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.files.atomic_write import write_all_or_none
 from governor_mechanism.files.results import save_csv, save_netcdf, save_summary
+from governor_mechanism.model.motion_readings import joints_of_reactions
 from governor_mechanism.model.results.film_options import DEFAULT_OPTIONS, FilmFormat, FilmOptions
 from governor_mechanism.model.results.pictures import Figure, Theme
-from governor_mechanism.model.motion_readings import joints_of_reactions
 from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.observables.valve_motion import has_valve_events
 from governor_mechanism.render.figure_files import FigureFiles, FigureFormat
