@@ -4,8 +4,15 @@ import numpy as np
 import pytest
 
 import governor_mechanism as gm
-from governor_mechanism.render.film.frame_painter import PointPaths
+from decoding import unpack_numbers
+from governor_mechanism.notebook.exploring.pose_drawing import PoseDrawing
+from governor_mechanism.render.figures.point_paths import _different_curves
+from governor_mechanism.render.film.frame_canvas import FRAME_DPI
 from governor_mechanism.render.frame_data import FrameData
+from governor_mechanism.render.page.page_data import collect_data, roles_of
+from governor_mechanism.render.page.views import show_run
+from governor_mechanism.render.point_paths import PointPaths
+from governor_mechanism.render.style import ROLE_STYLES
 
 
 @pytest.fixture(scope="module")
@@ -68,3 +75,87 @@ def test_a_film_of_a_part_takes_the_names_of_the_run():
     governor = next(part for part in run.scene.parts if part.name == "governor")
     ends, _, _ = tails(run, governor, ["governor.right ball"], count=3)
     np.testing.assert_allclose(ends[[0, 2], 0], run.paths["governor.right ball"][[0, 20]], atol=1e-9)
+
+
+def test_ends_of_rods_and_points_of_the_ground_have_paths(leg):
+    assert {"crank.start", "crank.end", "ground.O", "ground.B"} <= set(leg.paths)
+    np.testing.assert_allclose(np.hypot(*leg.paths["crank.end"].T), 15e-3, rtol=1e-9)
+    np.testing.assert_array_equal(leg.paths["ground.B"], np.tile([-38e-3, -7.8e-3], (len(leg.times), 1)))
+
+
+def test_requested_paths_are_columns_of_run_table_and_kinematics(leg, tmp_path):
+    assert leg.scene.run.paths == ("foot",)  # the shipped scene names it
+    for axis, name in enumerate(("foot.x", "foot.y")):
+        np.testing.assert_array_equal(leg.readings[name], leg.paths["foot"][:, axis])
+        assert leg.units[name] == "m"
+        assert leg.reading_errors[name] < 1e-9
+    motion = gm.kinematics(leg.scene, over="time", values=leg.times[:3])
+    table = motion.to_dataframe()
+    np.testing.assert_allclose(table["foot.x"], leg.paths["foot"][:3, 0], atol=1e-12)
+    leg.save(tmp_path, figures=False)
+    header, first = (tmp_path / "jansen.csv").read_text(encoding="utf-8").splitlines()[1:3]
+    row = dict(zip(header.split(","), map(float, first.split(",")), strict=True))
+    assert (row["foot.x"], row["foot.y"]) == pytest.approx(tuple(leg.paths["foot"][0]), rel=1e-12)
+    assert gm.open_run(tmp_path).scene.run == leg.scene.run
+
+
+def test_a_data_frame_takes_further_paths(leg):
+    table = leg.to_dataframe(paths=["crank.end"])
+    np.testing.assert_array_equal(table["crank.end.y"], leg.paths["crank.end"][:, 1])
+    assert table.attrs["units"]["crank.end.y"] == "m"
+    with pytest.raises(KeyError, match=r"no point 'crank.tip'.*Did you mean 'crank"):
+        leg.to_dataframe(paths=["crank.tip"])
+
+
+def test_a_scene_with_wrong_names_of_paths_and_readings_is_refused_with_both():
+    scene = gm.load("jansen")
+    with pytest.raises(gm.MechanismError) as refusal:
+        scene.replace({"run.paths": ["fot"], "run.readings": ["reaction.moter"]})
+    assert "run.paths: no point 'fot'; points are ['knee', 'foot', 'crank'" in str(refusal.value)
+    assert "Did you mean 'foot'?" in str(refusal.value)
+    assert "run.readings names 'reaction.moter': no joint 'moter'" in str(refusal.value)
+
+
+def test_a_page_has_the_paths_of_the_run(leg):
+    span = float(leg.times[0]), float(leg.times[-1])
+    shown = show_run(leg, None, span, leg.times, 1.0)  # the samples are the reported times
+    data = collect_data(shown, 1.0)
+    view, picture = data["views"][0], shown.views[0].picture
+    whole = picture.place(leg.paths["foot"])
+    (curve,) = [shape for shape in view["shapes"] if shape["role"] == "path"]
+    np.testing.assert_allclose(np.array(curve["points"]).reshape(-1, 2), whole, atol=0.5)
+    (tail,) = view["trails"]
+    assert tail["role"] == "tail"
+    np.testing.assert_allclose(np.column_stack([unpack_numbers(tail[axis], len(leg.times)) for axis in "xy"]), whole, atol=0.5)
+    assert {"path", "tail"} <= roles_of(data)
+
+
+def test_a_page_draws_other_points_or_none_as_requested(leg, tmp_path):
+    span = float(leg.times[0]), float(leg.times[-1])
+    assert not show_run(leg, None, span, leg.times, 1.0, ()).views[0].trails
+    assert len(show_run(leg, None, span, leg.times, 1.0, ("knee", "crank.end")).views[0].trails) == 2
+    with pytest.raises(gm.MechanismError, match=r"'fot', and no point has this name.*Did you mean 'foot'"):
+        gm.film(leg, tmp_path / "leg.html", paths=["fot"])
+
+
+def test_an_animated_drawing_has_the_curve_and_its_tail(leg, tmp_path):
+    tail = f'stroke="{ROLE_STYLES["tail"].stroke}" stroke-width="{ROLE_STYLES["tail"].width * 72 / FRAME_DPI:.2f}"'
+    for names, is_shown in ((None, True), ([], False)):
+        text = leg.film(tmp_path / "leg.svg", stop=1.0, layout="machine", paths=names).path.read_text(encoding="utf-8")
+        assert (tail in text) == is_shown
+        assert (ROLE_STYLES["path"].stroke in text) == is_shown
+
+
+def test_the_figure_of_paths_shows_each_curve_once_and_no_point_that_rests(leg):
+    moving = _different_curves(leg.paths)
+    assert moving[:2] == ["knee", "foot"]
+    assert not {"crank.start", "thigh.start", "ground.O", "ground.B"} & set(moving)
+
+
+def test_the_view_of_a_notebook_draws_the_path(leg):
+    motion = gm.kinematics(leg.scene, over="crank_angle", values=np.linspace(0.0, 2 * np.pi, 61))
+    drawing = PoseDrawing(scene=leg.scene, poses=motion.poses, readings=dict(motion.readings))
+    left, right, bottom, _ = drawing.box
+    assert bottom <= motion.paths["foot"][:, 1].min()
+    assert left <= motion.paths["foot"][:, 0].min() <= motion.paths["foot"][:, 0].max() <= right
+    assert f'stroke="{ROLE_STYLES["path"].stroke}"' in drawing.draw(motion.poses[0], drawing.box)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import base64
 import dataclasses
 import html
 import json
@@ -16,6 +15,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 import governor_mechanism as gm
+from decoding import unpack_numbers
 from governor_mechanism.effects.clearance import Clearance
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.model.results.pictures import Film
@@ -69,45 +69,29 @@ def page(porter):
     return make_page(porter, part=None, time_span=(0.0, 2.0), slow_down=1.0)
 
 
-def unpack(packed, count):
-    """Integers of a channel, decoded independently: bits of all groups of a number in a row."""
-    if isinstance(packed, int):
-        return np.full(count, packed)
-    n_differences, width = {"a": (1, 8), "b": (2, 8), "c": (1, 4), "d": (2, 4)}[packed[0]]
-    codes, bits = [], ""
-    for byte in base64.b64decode(packed[1:]):
-        for group in [f"{byte:08b}"] if width == 8 else [f"{byte % 16:04b}", f"{byte // 16:04b}"]:
-            bits = group[1:] + bits
-            if group[0] == "0":
-                codes.append(int(bits, 2))
-                bits = ""
-    numbers = np.array([-(code // 2) - 1 if code % 2 else code // 2 for code in codes])
-    for _ in range(n_differences):
-        numbers = np.cumsum(numbers)
-    return numbers
-
-
 def test_numbers_come_back_within_half_a_quantum():
     generator = np.random.default_rng(5)
     letters = set()
     for values in (*(scale * np.cumsum(generator.standard_normal(301)) for scale in (1e-3, 0.02, 1.0, 1e6)), 3.7 * np.arange(301.0)):
         packed = pack_numbers(values, 1e-2)
         letters.add(packed[0])
-        restored = unpack(packed, 301)
+        restored = unpack_numbers(packed, 301)
         assert len(restored) == 301
         assert np.abs(1e-2 * restored - values).max() <= 0.5e-2 * (1 + 1e-9)
     assert letters >= {"a", "c", "d"}
     assert pack_numbers(np.full(7, 3.04), 0.1) == 30
     even = pack_numbers(1e4 * np.arange(500.0), 1.0)
     assert len(even) < 350  # an even motion takes half a byte a sample, in base 64
-    assert list(unpack(even, 500)) == [10_000 * k for k in range(500)]
-    assert list(unpack(pack_numbers(np.array([5.0, 5.0, -70.0]), 1.0), 3)) == [5, 5, -70]
+    assert list(unpack_numbers(even, 500)) == [10_000 * k for k in range(500)]
+    assert list(unpack_numbers(pack_numbers(np.array([5.0, 5.0, -70.0]), 1.0), 3)) == [5, 5, -70]
 
 
 def place(data, view, index, count):
     """Poses (samples, 3) of a track of the page."""
     track = data["views"][view]["tracks"][index]
-    return np.column_stack([unpack(track["x"], count), unpack(track["y"], count), ANGLE_QUANTUM * unpack(track["angle"], count)])
+    return np.column_stack(
+        [unpack_numbers(track["x"], count), unpack_numbers(track["y"], count), ANGLE_QUANTUM * unpack_numbers(track["angle"], count)]
+    )
 
 
 def points_of(data, shape, k):
@@ -115,10 +99,10 @@ def points_of(data, shape, k):
     count = data["times"]["count"]
     if "frames" in shape:
         _, lengths, x, y = [frame for frame in shape["frames"] if frame[0] <= k][-1]
-        return np.column_stack([unpack(x, sum(lengths)), unpack(y, sum(lengths))])
+        return np.column_stack([unpack_numbers(x, sum(lengths)), unpack_numbers(y, sum(lengths))])
     points = np.array(shape["points"], dtype=float).reshape(-1, 2)
     for amplitudes, displacements in shape.get("modes", []):
-        points = points + data["amplitudeQuantum"] * unpack(amplitudes, count)[k] * np.array(displacements).reshape(-1, 2)
+        points = points + data["amplitudeQuantum"] * unpack_numbers(amplitudes, count)[k] * np.array(displacements).reshape(-1, 2)
     return move_points(place(data, 0, shape["track"], count)[k : k + 1], points)[0] if "track" in shape else points
 
 
@@ -134,7 +118,7 @@ def test_the_balls_stand_where_the_arms_hold_them(data, shown):
         drawn = np.array([points_of(data, shape, k)[0] for k in range(len(times))])
         # One unit of rounding, half for the track and half for the outline; the cubic between reported times is exact to 1e-8.
         assert_allclose(drawn, picture.place(expected * [side, 1.0]), atol=1.01)
-        assert_allclose(unpack(shape["radius"], 1)[0] / picture.scale, shown.parts[0].drawing.ball_radius, atol=1 / picture.scale)
+        assert_allclose(unpack_numbers(shape["radius"], 1)[0] / picture.scale, shown.parts[0].drawing.ball_radius, atol=1 / picture.scale)
 
 
 def test_every_shape_of_the_film_is_on_the_page(data, shown):
@@ -175,13 +159,13 @@ def test_the_spindle_has_turned_by_the_integral_of_its_speed(data):
     times = np.linspace(0.0, 2.0, count)
     expected = SPEED * (times + 0.03 * (1 - np.cos(0.5 * RATE * times)) / (0.5 * RATE))
     # The trapezoids of `fake_run` every 10 ms are good to 1e-5 rad; half a quantum is 5e-5.
-    assert_allclose(ANGLE_QUANTUM * unpack(data["views"][0]["spindle"], count), expected, atol=1e-4)
+    assert_allclose(ANGLE_QUANTUM * unpack_numbers(data["views"][0]["spindle"], count), expected, atol=1e-4)
 
 
 def test_forces_are_weight_and_centrifugal_force(data):
     forces, count = data["views"][0]["forces"], data["times"]["count"]
     times = np.linspace(0.0, 2.0, count)
-    arrows = {arrow["name"]: [forces["quantum"] * unpack(arrow[axis], count) for axis in "xy"] for arrow in forces["arrows"]}
+    arrows = {arrow["name"]: [forces["quantum"] * unpack_numbers(arrow[axis], count) for axis in "xy"] for arrow in forces["arrows"]}
     radius = 0.04 + 0.3 * np.sin(MEAN_ANGLE + AMPLITUDE * np.sin(RATE * times))
     speed = SPEED * (1 + 0.03 * np.sin(0.5 * RATE * times))
     tolerance = RELATIVE_QUANTUM * forces["largest"]
@@ -198,7 +182,7 @@ def test_from_outside_the_governor_turns_and_its_frame_does_not(data, shown):
     assert turning == {"frame", "sleeve", "link", "arm", "ball", "pivot"}  # of the sleeve only the lugs, which are beside the axis
     assert {shape["role"] for shape in shapes if shape.get("isInPlaneOnly")} == {"ball shine"}
     ball = next(shape for shape in shapes if shape["role"] == "ball")
-    assert ball["turns"] == pytest.approx(unpack(ball["radius"], 1)[0], abs=0.5)
+    assert ball["turns"] == pytest.approx(unpack_numbers(ball["radius"], 1)[0], abs=0.5)
 
 
 def test_an_enlarged_detail_is_no_part_of_the_machine():
@@ -226,7 +210,7 @@ def test_a_reading_that_is_infinite_at_times_is_bridged(porter):
     shown = show_run(run, None, (0.0, 2.0), run.times, 1.0)
     plots = {plot["name"]: plot for plot in json.loads(json.dumps(collect_data(shown, 1.0), allow_nan=False))["plots"]}
     curve = plots["static force"]["curves"][0]
-    values = plots["static force"]["limits"][0] + curve["quantum"] * unpack(curve["values"], curve["count"])
+    values = plots["static force"]["limits"][0] + curve["quantum"] * unpack_numbers(curve["values"], curve["count"])
     assert_allclose(values, 100.0 + run.times, atol=curve["quantum"])
     assert "never" not in plots
 
@@ -263,7 +247,7 @@ def test_a_damper_pulls_with_the_rate_of_its_length():
 def test_readings_are_those_of_the_run(data, porter):
     plot = next(plot for plot in data["plots"] if plot["name"] == "arm angle")
     curve, times = plot["curves"][0], np.linspace(0.0, 2.0, data["times"]["count"])
-    values = plot["limits"][0] + curve["quantum"] * unpack(curve["values"], curve["count"])
+    values = plot["limits"][0] + curve["quantum"] * unpack_numbers(curve["values"], curve["count"])
     assert plot["unit"] == "°"
     assert_allclose(values, np.degrees(np.interp(times, porter.times, porter.readings["arm_angle"])), atol=curve["quantum"])
     assert curve["quantum"] < 0.5 * 10.0 ** -plot["decimals"]

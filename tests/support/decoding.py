@@ -1,6 +1,8 @@
-"""Frames of films, decoded and as painted."""
+"""Frames of films, decoded and as painted, and the numbers of pages."""
 
 from __future__ import annotations
+
+import base64
 
 import numpy as np
 from PIL import Image
@@ -44,3 +46,21 @@ def words_of(picture):
     renderer = picture.figure.canvas.get_renderer()
     texts = (text for text in picture.figure.findobj(lambda artist: hasattr(artist, "get_text")) if text.get_visible())
     return [(text.get_text(), text.get_window_extent(renderer)) for text in texts if text.get_text().strip()]
+
+
+def unpack_numbers(packed, count):
+    """Return the integers of a channel of a page, decoded independently: bits of all groups of a number in a row."""
+    if isinstance(packed, int):
+        return np.full(count, packed)
+    n_differences, width = {"a": (1, 8), "b": (2, 8), "c": (1, 4), "d": (2, 4)}[packed[0]]
+    codes, bits = [], ""
+    for byte in base64.b64decode(packed[1:]):
+        for group in [f"{byte:08b}"] if width == 8 else [f"{byte % 16:04b}", f"{byte // 16:04b}"]:
+            bits = group[1:] + bits
+            if group[0] == "0":
+                codes.append(int(bits, 2))
+                bits = ""
+    numbers = np.array([-(code // 2) - 1 if code % 2 else code // 2 for code in codes])
+    for _ in range(n_differences):
+        numbers = np.cumsum(numbers)
+    return numbers

@@ -55,6 +55,8 @@ def run(
     kind = None if no_film else film.value
     if kind is not None:
         check_film([loaded], film_options, kind)
+    if film_options.paths is not None:
+        loaded = dataclasses.replace(loaded, run=dataclasses.replace(loaded.run, paths=film_options.paths))
     console.prepare_folder(figures.folder)
     selected_engine = engine if max_steps is None else _limit_steps(engine, loaded, accuracy, max_steps)
     with console.show_status("simulating"):

@@ -416,7 +416,7 @@ def _read_scene(saved: SavedArrays, path: Path) -> Scene:
         )
     scene = parse_scene_document(saved.document, record["scene"])
     settings = RunSettings(**record["run_settings"])
-    run_settings = replace(settings, readings=tuple(settings.readings))  # JSON has lists only
+    run_settings = replace(settings, readings=tuple(settings.readings), paths=tuple(settings.paths))  # JSON has lists only
     scene = replace(scene, title=record["title"], run=run_settings)
     if [body.name for body in scene.mechanism.bodies] != saved.arrays["body"]:
         raise MechanismError(

@@ -47,6 +47,7 @@ def tabulate_run(
     run: Trajectory,
     *,
     rates: bool = False,  # whether the table has the rates, too, as columns "rate of ..."
+    paths: Sequence[str] = (),  # names of points whose coordinates are columns, too
 ) -> DataFrame:
     """Return the readings of a run as a table of pandas, with the times as index.
 
@@ -57,6 +58,9 @@ def tabulate_run(
     if rates:
         columns |= {f"rate of {name}": values for name, values in run.rates.items()}
         units |= {f"rate of {name}": f"{run.units[name]}/s" for name in run.rates}
+    for name in paths:
+        columns |= {f"{name}.{component}": run.paths[name][:, k] for k, component in enumerate("xy")}
+        units |= {f"{name}.{component}": "m" for component in "xy"}
     table = make_data_frame(columns, index=TIME_COLUMN, units=units)
     table.attrs |= {"title": run.scene.title, "outcome": run.message, "error_estimate": run.error_estimate}
     return table

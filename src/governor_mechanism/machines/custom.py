@@ -213,11 +213,14 @@ class MechanismSketch:
         Joints.
     force_elements
         Force elements.
+    ground
+        Positions of the points of the ground that rest, m.
     """
 
     bodies: Sequence[SketchedBody]
     joints: Sequence[Joint]
     force_elements: Sequence[ForceElement]
+    ground: Mapping[str, Vector2] = field(default_factory=dict)
 
     @property
     def length_scale(self) -> float:
@@ -291,6 +294,7 @@ class MechanismSketch:
             force_elements=tuple(self.force_elements),
             valve=valve,
             points=tuple(self._named_points()),
+            ends=tuple(self._ends()),
         )
 
     def _named_points(self) -> Iterator[NamedPoint]:
@@ -299,6 +303,14 @@ class MechanismSketch:
         for body in self.bodies:
             for name, position in body.points.items():
                 yield NamedPoint(name=name if counts[name] == 1 else f"{body.name}.{name}", point=body.point(position))
+
+    def _ends(self) -> Iterator[NamedPoint]:
+        """Yield the ends of rods and the points of the ground, as joints name them."""
+        for body in self.bodies:
+            for name, position in body.shape.points.items():
+                yield NamedPoint(name=f"{body.name}.{name}", point=body.point(position))
+        for name, (x, y) in self.ground.items():
+            yield NamedPoint(name=f"{GROUND}.{name}", point=Point(body=GROUND, x=x, y=y))
 
 
 def _are_conflicting(one: Joint, other: Joint) -> bool:

@@ -171,6 +171,8 @@ class Mechanism:
         Slide valve that the mechanism moves; None if it has none.
     points
         Points that the user named, whose paths can be shown.
+    ends
+        Ends of rods and points of the ground, by the names that joints have for them: "crank.end", "ground.O".
     """
 
     bodies: tuple[Body, ...]
@@ -189,6 +191,7 @@ class Mechanism:
     reading_scales: Mapping[str, float] = field(default_factory=dict, hash=False)
     valve: Valve | None = None
     points: tuple[NamedPoint, ...] = ()
+    ends: tuple[NamedPoint, ...] = ()
 
     def __post_init__(self) -> None:
         require_positive(self.length_scale, "m", "length scale of the mechanism")
@@ -272,12 +275,18 @@ class Mechanism:
 
     @property
     def path_points(self) -> dict[str, Point]:
-        """Points that have paths, by name: first those that the user named, then pins that move, and mass centres of bodies."""
+        """Points that have paths, by name: first those that the user named, then pins that move, mass centres of bodies, and `ends`."""
         moving = [joint for joint in self.joints if isinstance(joint, Pin) and GROUND not in (joint.first.body, joint.second.body)]
-        named = {one.name: one.point for one in self.points}
-        pins = {pin.name: pin.second for pin in moving if pin.name not in named}
-        centres = {body.name: Point(body=body.name) for body in self.bodies if not isinstance(body, Shaft)}
-        return named | pins | {name: point for name, point in centres.items() if name not in named and name not in pins}
+        kinds = [
+            {one.name: one.point for one in self.points},
+            {pin.name: pin.second for pin in moving},
+            {body.name: Point(body=body.name) for body in self.bodies if not isinstance(body, Shaft)},
+            {one.name: one.point for one in self.ends},
+        ]
+        points: dict[str, Point] = {}
+        for kind in kinds:
+            points |= {name: point for name, point in kind.items() if name not in points}
+        return points
 
     def count_drivers(self) -> int:
         """Return the number of drivers."""

@@ -19,6 +19,24 @@ VECTOR_COMPONENTS: Final = ("x", "y", "magnitude")
 
 
 @dataclass(frozen=True, kw_only=True)
+class PathCoordinate(DerivedReading):
+    """Coordinate of a point whose path is requested, m, in the plane of its part.
+
+    Attributes
+    ----------
+    point
+        The point.
+    component
+        'x' or 'y'.
+    """
+
+    unit: ClassVar[str] = "m"
+
+    point: Point
+    component: str
+
+
+@dataclass(frozen=True, kw_only=True)
 class PointVelocity(DerivedReading):
     """Velocity of a point relative to the plane of its part, m/s: a component along an axis of that plane, or the magnitude.
 
@@ -337,9 +355,23 @@ def _explain_unknown(mechanism: Mechanism, kind: str, rest: str, kinds: Mapping[
     return f"{start}; {one.noun}s are {known}.{did_you_mean(rest, known)}"
 
 
-def with_run_readings(mechanism: Mechanism, names: Iterable[str]) -> Mechanism:
-    """Return a mechanism with the readings that a run names. Raise MechanismError as `find_named_readings`."""
-    readings = find_named_readings(mechanism, names, RUN_KINDS, "run.readings")
+def with_run_readings(mechanism: Mechanism, names: Iterable[str], paths: Iterable[str]) -> Mechanism:
+    """Return a mechanism with the readings that a run names, and the coordinates of the points whose paths it names.
+
+    Raise MechanismError with a sentence for each name that the mechanism does not have.
+    """
+    known, problems, readings = mechanism.path_points, list[str](), list[DerivedReading]()
+    try:
+        readings += find_named_readings(mechanism, names, RUN_KINDS, "run.readings")
+    except MechanismError as error:
+        problems += error.problems
+    for name in paths:
+        if name in known:
+            readings += (PathCoordinate(name=f"{name}.{axis}", point=known[name], component=axis) for axis in "xy")
+        else:
+            problems.append(f"run.paths: no point {name!r}; points are {list(known)}.{did_you_mean(name, known)}")
+    if problems:
+        raise MechanismError(*problems)
     return replace(mechanism, derived_readings=(*mechanism.derived_readings, *readings))
 
 

@@ -48,6 +48,8 @@ class RunSettings:
     readings
         Further readings: "velocity.POINT", "acceleration.POINT" and "reaction.JOINT" with components ".x", ".y", ".magnitude" (and
         ".moment" of a joint unless it is a pin or a link), and "transmission_angle.COUPLER".
+    paths
+        Names of the points whose paths are shown, and whose coordinates are readings: "NAME.x", "NAME.y".
     """
 
     duration: float = quantity("time", default=10.0, meaning="the simulated time")
@@ -68,6 +70,9 @@ class RunSettings:
         default=(),
         meaning="further readings: velocity.POINT, acceleration.POINT, transmission_angle.COUPLER, and reaction.JOINT, the force "
         "of a joint on its second body",
+    )
+    paths: tuple[str, ...] = entry(
+        "names", default=(), meaning="points whose paths films and figures show, and whose coordinates are readings, as foot.x and foot.y"
     )
 
     def __post_init__(self) -> None:
@@ -258,7 +263,9 @@ class Scene:
     def system(self) -> CoupledSystem:
         """The coupled mechanism of all parts and free spindles, with the effects along its readings."""
         system = couple_parts(self.parts, self.couplings)
-        return replace(system, mechanism=with_run_readings(system.mechanism, self.run.readings)) if self.run.readings else system
+        if not (self.run.readings or self.run.paths):
+            return system
+        return replace(system, mechanism=with_run_readings(system.mechanism, self.run.readings, self.run.paths))
 
     @property
     def mechanism(self) -> Mechanism:

@@ -19,12 +19,13 @@ from governor_mechanism.mechanics.kinematics.coordinate_assembly import Coordina
 from governor_mechanism.mechanics.kinematics.kinematic_analysis import TIME_VARIABLE, Kinematics, solve_kinematics
 from governor_mechanism.mechanics.kinematics.output_rows import rows_of_readings
 from governor_mechanism.mechanics.kinematics.output_variables import OutputDerivatives, evaluate_output, evaluate_output_value
+from governor_mechanism.mechanics.kinematics.point_paths import point_path
 from governor_mechanism.mechanics.kinematics.time_functions import CubicTimeFunction
 from governor_mechanism.mechanics.reduction.lagrangian import SingleDofReduction
 from governor_mechanism.model.force_elements import CylinderGas, ForceElement, MeanGasTorque, Spring
 from governor_mechanism.model.joints import RotationalDriver, TranslationalDriver
 from governor_mechanism.model.mechanism import Mechanism
-from governor_mechanism.model.motion_readings import PointAcceleration, PointVelocity, TransmissionAngle
+from governor_mechanism.model.motion_readings import PathCoordinate, PointAcceleration, PointVelocity, TransmissionAngle
 from governor_mechanism.model.output_variables import (
     AppliedTorque,
     ControlledValue,
@@ -117,7 +118,16 @@ CONTROL_TOLERANCE = 1e-9
 """Excess over 0 or 1 that counts as rounding of a control at its end."""
 
 
-_EVALUATED_ELSEWHERE = (SpringForce, StaticForce, JointForce, JointMoment, PointVelocity, PointAcceleration, TransmissionAngle)
+_EVALUATED_ELSEWHERE = (
+    SpringForce,
+    StaticForce,
+    JointForce,
+    JointMoment,
+    PathCoordinate,
+    PointVelocity,
+    PointAcceleration,
+    TransmissionAngle,
+)
 """Derived readings that other functions evaluate."""
 
 
@@ -130,7 +140,7 @@ def evaluate_derived_readings(
     Result: values, SI; shape (n,) each. Raises MechanismError as `compute_static_force` does.
     """
     mechanism = scene.mechanism
-    readings = evaluate_static_forces(scene, history.poses)
+    readings = evaluate_static_forces(scene, history.poses) | _evaluate_paths(mechanism, history.poses)
     for output in mechanism.derived_readings:
         match output:
             case ShaftSpeed():
@@ -168,6 +178,12 @@ def evaluate_positional_readings(
             if all(gas.throttle is None and gas.switch is None for gas in gases):
                 readings[output.name] = sum((_pressure(scene, gas.name, history) for gas in gases), nothing)
     return readings
+
+
+def _evaluate_paths(mechanism: Mechanism, poses: FloatArray) -> dict[str, FloatArray]:
+    """Return the coordinates (n,), m, of the points whose paths are requested, at poses (n, bodies, 3)."""
+    outputs = [output for output in mechanism.derived_readings if isinstance(output, PathCoordinate)]
+    return {output.name: point_path(mechanism, poses, output.point)[:, "xy".index(output.component)] for output in outputs}
 
 
 def _kinetic_energy(mechanism: Mechanism, history: StateHistory) -> FloatArray:
@@ -323,6 +339,7 @@ def analyse_kinematics(
     motion = solve_kinematics(scene, over, samples, *derivatives)
     outputs = scene.mechanism.derived_readings
     derived = {one.name: motion.rates[one.reading] for one in outputs if isinstance(one, ShaftSpeed) and one.reading in motion.rates}
+    derived |= _evaluate_paths(scene.mechanism, motion.poses)
     with suppress(MechanismError):
         derived |= evaluate_positional_readings(scene, motion.poses)
     return replace(motion, readings={**motion.readings, **derived})

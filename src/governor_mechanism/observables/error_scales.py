@@ -75,7 +75,7 @@ class MotionScales:
         scales = {reading.name: mechanism.output_scale(reading.name) for reading in mechanism.readings}
         scales |= {name_of_rate(name): rate * scales[name] for name in rates}
         length = mechanism.length_scale
-        unit_scales = {"N": energy_scale / length, "N m": energy_scale, "J": energy_scale, "rad/s": rate, "1": 1.0}
+        unit_scales = {"m": length, "N": energy_scale / length, "N m": energy_scale, "J": energy_scale, "rad/s": rate, "1": 1.0}
         unit_scales |= {"rad": 1.0, "m/s": length * rate, "m/s2": length * rate**2}
         for output in mechanism.derived_readings:
             scales[output.name] = output.scale if isinstance(output, CylinderPressure) else unit_scales[output.unit]

@@ -13,6 +13,8 @@ from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.render.figures.page import READING_NOISE_RATIO, axis_limits_for
 from governor_mechanism.render.geometry.attached import DrawnPart, Moment, at_own_moments
 from governor_mechanism.render.geometry.primitives import BoundingBox, Vec2, enclose_boxes
+from governor_mechanism.render.machines.generic.drawing import GenericDrawing
+from governor_mechanism.render.machines.governor_parts import GovernorDrawing
 from governor_mechanism.render.machines.registry import drawing_of
 from governor_mechanism.render.number_format import display_unit_of
 from governor_mechanism.render.part_run import magnify_motion
@@ -116,6 +118,11 @@ ShownParts = Sequence[FrameData]
 def turns_with_spindle(data: FrameData) -> bool:
     """Return whether a part turns with a spindle: it then has a plan view, and one from outside."""
     return data.part.plane == TURNING_PLANE and "spindle_speed" in data.readings
+
+
+def shows_bodies(data: FrameData) -> bool:
+    """Return whether a drawing shows the bodies where they are; a diagram of a valve gear, for one, has a map of its own."""
+    return isinstance(data.drawing, GovernorDrawing | GenericDrawing)
 
 
 def enclosing_box(column: Sequence[FrameData]) -> BoundingBox:

@@ -24,7 +24,8 @@ def write_machine_figures(run: Trajectory, figure_files: FigureFiles, stem: str)
     A mechanism with a valve has Zeuner's diagram, and one that is reversed the diagrams of all its gears. A slide valve with a finite
     eccentric rod has Marks' construction, too, and a link motion the paths of the die in the link. A slider crank with masses and no
     other loads has the bearing loads, and an engine with a flywheel forces, indicator diagrams and speed, if the run covers a whole turn.
-    A governed engine has its engine room at the end of the run. A run that reports reactions has their polar plots.
+    A governed engine has its engine room at the end of the run. A run that reports reactions has their polar plots,
+    and one that reports paths their curves.
     """
     plates: dict[str, Figure] = {}
     part = run.scene.parts[0] if len(run.scene.parts) == 1 else None
@@ -59,6 +60,10 @@ def write_machine_figures(run: Trajectory, figure_files: FigureFiles, stem: str)
         from governor_mechanism.render.figures.joint_forces import joint_force_figure
 
         plates["reactions"] = joint_force_figure(run, joints)
+    if run.scene.run.paths and len(run.times):
+        from governor_mechanism.render.figures.point_paths import path_figure
+
+        plates["paths"] = path_figure("Paths of points", run.scene.title, run.paths, run.scene.run.paths)
     files = [path for name, plate in plates.items() for path in figure_files.save(plate, f"{stem}_{name}")]
     if part is None and len(run.times) > 1 and find_governed_engine(run.scene):
         from governor_mechanism.render.film.painters import write_still

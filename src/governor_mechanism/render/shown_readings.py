@@ -11,6 +11,7 @@ from governor_mechanism.errors import MechanismError, did_you_mean
 from governor_mechanism.machines.driven_crank import PORT_OPENINGS, VALVE_DISPLACEMENT
 from governor_mechanism.machines.registry import MACHINES
 from governor_mechanism.model.coupling.coupled_system import SPINDLE_ANGLE
+from governor_mechanism.model.motion_readings import PathCoordinate
 from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.model.valve import Valve
@@ -79,9 +80,13 @@ def shown_readings(run: Trajectory) -> dict[str, ShownReading]:
     """Return the readings by name, openings of ports as a viewer expects them: zero while the port is closed.
 
     In a scene of several parts, rates stand for angles of many turns, which look like straight lines, unless the rate is a reading anyway.
+    Coordinates of points whose paths are requested are left out: their paths are shown.
     """
     shown, ports = {}, find_port_openings(run)
+    of_paths = {one.name for one in run.scene.mechanism.derived_readings if isinstance(one, PathCoordinate)}
     for name, values in run.readings.items():
+        if name in of_paths:
+            continue
         unit, scale, error = run.units.get(name, ""), run.scales.get(name, 0.0), run.reading_errors.get(name, 0.0)
         if len(run.scene.parts) > 1 and unit == "rad" and np.ptp(values) > MAX_SHOWN_ANGLE:
             if name.endswith(f".{SPINDLE_ANGLE}") or _is_rate_a_reading(run, name):  # the spindle speed is always one

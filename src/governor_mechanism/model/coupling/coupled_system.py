@@ -53,6 +53,7 @@ _MERGED_FIELDS: Final = (
     "fixed_loads",
     "notes",
     "points",
+    "ends",
 )
 """Fields of a mechanism that are those of all its parts in turn."""
 

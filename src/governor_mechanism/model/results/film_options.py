@@ -113,8 +113,8 @@ def _read_readings(value: Sequence[str] | None) -> tuple[str, ...]:
     return tuple(dict.fromkeys(names))
 
 
-def _read_paths(value: Sequence[str] | None) -> tuple[str, ...]:
-    names = () if value is None else value
+def _read_paths(value: Sequence[str]) -> tuple[str, ...]:
+    names = value
     if not isinstance(names, list | tuple) or not all(isinstance(name, str) for name in names):
         raise FilmOptionError("{paths} of a film must be a list of names of points, as ['foot']; got {found}", found=format_value(value))
     return tuple(dict.fromkeys(names))
@@ -232,12 +232,14 @@ class FilmOptions:
     traces: bool = film_option(
         False, FLAG, "Whether the paths of the mass centres are drawn.", help="Draw the paths of the mass centres on the film."
     )
-    paths: tuple[str, ...] = film_option(
-        (),
+    paths: tuple[str, ...] | None = film_option(
         None,
-        "Names of points whose paths are drawn, as `run.paths` names them: the whole curve, and behind the point its last second of film.",
+        None,
+        "Names of points whose paths are drawn, as `run.paths` names them: the whole curve, and behind the point its last second of film. "
+        "None is what the scene names in `[run] paths`.",
         read=_read_paths,
-        help='Draw the paths of points, for example "foot,crank pin": named points, pins, or bodies (their mass centres).',
+        help='Draw the paths of points, for example "foot,crank pin": named points, pins, bodies (their mass centres), or "crank.end"; '
+        "their coordinates are readings, too. By default those that the scene names.",
     )
     view: FilmView = film_option(
         FilmView.PLANE,

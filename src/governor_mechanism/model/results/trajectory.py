@@ -126,7 +126,7 @@ class Trajectory:
 
     @cached_property
     def paths(self) -> Mapping[str, FloatArray]:
-        """Paths, m, of named points, of moving pins (by the name of the joint) and of mass centres (by the body); shape (n, 2)."""
+        """Paths, m, shape (n, 2): of named points, of moving pins (by the joint), of mass centres (by the body), of "crank.end"."""
         from governor_mechanism.mechanics.kinematics.point_paths import point_paths
 
         return name_values("point", point_paths(self.scene.mechanism, self.poses))
@@ -179,13 +179,15 @@ class Trajectory:
 
         return make_xarray_dataset(self)
 
-    def to_dataframe(self, *, rates: bool = False) -> DataFrame:
+    def to_dataframe(self, *, rates: bool = False, paths: Sequence[str] = ()) -> DataFrame:
         """Return the readings as a table of pandas with the times as index; `attrs["units"]` has the units.
 
         Parameters
         ----------
         rates
             Whether the table has columns "rate of ...", too.
+        paths
+            Names of points, as `paths` names them, whose coordinates are columns "foot.x" and "foot.y", too.
 
         Returns
         -------
@@ -195,11 +197,11 @@ class Trajectory:
         Raises
         ------
         MechanismError
-            If pandas is not installed.
+            If pandas is not installed, or there is no such point.
         """
         from governor_mechanism.files.table import tabulate_run
 
-        return tabulate_run(self, rates=rates)
+        return tabulate_run(self, rates=rates, paths=paths)
 
     def plot(self, *readings: str) -> Figure:
         """Draw readings over time, in everyday units; a notebook shows the figure, and `save` writes it as PNG, SVG or PDF.
@@ -242,7 +244,8 @@ class Trajectory:
     def plot_paths(self, *points: str) -> Figure:
         """Draw the paths of points to one scale on both axes; `save` writes the figure.
 
-        The arguments are names of `paths`; without any, the first eight are drawn: named points stand before pins and mass centres.
+        The arguments are names of `paths`; without any, those are drawn that the scene names in `[run] paths`, or else the first eight of
+        points that move: named points stand before pins, mass centres and ends of rods.
 
         Returns
         -------
@@ -256,7 +259,7 @@ class Trajectory:
         """
         from governor_mechanism.render.figures.point_paths import path_figure
 
-        return path_figure("Paths of points", self.scene.title, self.paths, points)
+        return path_figure("Paths of points", self.scene.title, self.paths, points or self.scene.run.paths)
 
     def plot_reactions(self, *joints: str, axes: str = "plane") -> Figure:
         """Draw the forces of joints as polar plots: the curve of the tip of the force on the second body, to one scale on both axes.

@@ -7,13 +7,26 @@ from html import escape
 
 import numpy as np
 
+from governor_mechanism.mechanics.kinematics.point_paths import point_path
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.render.geometry.pixel_view import PixelRect, PixelView, fit_view
-from governor_mechanism.render.geometry.primitives import BoundingBox, Circle, DrawnShape, Lines, Polygon, TextShape, Vec2, round_step
+from governor_mechanism.render.geometry.primitives import (
+    BoundingBox,
+    Circle,
+    DrawnShape,
+    Lines,
+    Polygon,
+    TextShape,
+    Vec2,
+    bounding_box,
+    enclose_boxes,
+    round_step,
+)
 from governor_mechanism.render.machines.generic.drawing import GenericDrawing
 from governor_mechanism.render.machines.machine_drawing import MachineDrawing
 from governor_mechanism.render.machines.registry import drawing_of
 from governor_mechanism.render.part_run import motion_at_rest
+from governor_mechanism.render.point_paths import curve_shape, requested_points
 from governor_mechanism.render.style import MUTED, PAPER, ROLE_STYLES, SANS_FONT
 from governor_mechanism.types import FloatArray
 
@@ -107,8 +120,8 @@ class PoseDrawing:
 
     @cached_property
     def box(self) -> BoundingBox:
-        """The box (m) that contains the mechanism at all poses."""
-        return self._drawing.bounds
+        """The box (m) that contains the mechanism at all poses, and the paths of its points."""
+        return enclose_boxes([self._drawing.bounds, bounding_box(self._paths)])
 
     def draw(
         self,
@@ -121,8 +134,14 @@ class PoseDrawing:
         view = fit_view(box, _SHAPES_RECT)
         # The poses of the drawing are a curve without time, so that the time at which it stands is any.
         moving = draw_shapes(self._drawing.moving_shapes(pose, 0.0), view)
-        elements = f"{draw_shapes(self._drawing.static_shapes, view)}{moving}{_scale_bar(view)}"
+        elements = f"{draw_shapes((*self._paths, *self._drawing.static_shapes), view)}{moving}{_scale_bar(view)}"
         return frame_picture(elements, WIDTH, HEIGHT, PAPER, f"drawing of {self.scene.title}", is_faded=is_faded)
+
+    @cached_property
+    def _paths(self) -> list[DrawnShape]:
+        """The paths of the points that the scene names."""
+        points = requested_points(self.scene, self.scene.part, None).values()
+        return [curve_shape([point_path(self.scene.part.mechanism, self.poses, point) for point in points])] if points else []
 
     @cached_property
     def _drawing(self) -> MachineDrawing:

@@ -19,15 +19,22 @@ from governor_mechanism.render.film.layout import frame_layout, shift_rect
 from governor_mechanism.render.film.moving_parts import Curve, Panel, plot_curves
 from governor_mechanism.render.film.outside_view import OutsideView, outside_box
 from governor_mechanism.render.forces import DrawnForce, find_forces
-from governor_mechanism.render.frame_data import FrameData, ShownParts, common_axis_limits, enclosing_box, on_one_scale, turns_with_spindle
+from governor_mechanism.render.frame_data import (
+    FrameData,
+    ShownParts,
+    common_axis_limits,
+    enclosing_box,
+    on_one_scale,
+    shows_bodies,
+    turns_with_spindle,
+)
 from governor_mechanism.render.geometry.attached import DrawnPart, Flexible, axes_shifted, axes_turned
 from governor_mechanism.render.geometry.outlines import make_arrow
 from governor_mechanism.render.geometry.pixel_view import PixelRect, PixelView, fit_view, share_scale
 from governor_mechanism.render.geometry.points import arc_points
 from governor_mechanism.render.geometry.primitives import BoundingBox, Circle, DrawnShape, Lines, TextShape, Vec2, enclose_boxes, round_step
-from governor_mechanism.render.machines.generic.drawing import GenericDrawing
-from governor_mechanism.render.machines.governor_parts import GovernorDrawing
 from governor_mechanism.render.number_format import display_unit_of, format_film_speed, format_name, format_numbers
+from governor_mechanism.render.point_paths import PointPaths, last_second
 from governor_mechanism.render.style import GREEN, INK, MUTED, ROLE_STYLES, SERIES_COLOURS, SERIF_FONT, VERMILLION
 from governor_mechanism.types import FloatArray
 
@@ -39,11 +46,6 @@ _MIN_FORCE_RATIO = 0.01
 """Force relative to the largest, below which no arrow is drawn: it would be shorter than a pixel or two."""
 _PLAN_ARROW = math.radians(55)
 """Angle of the arrow of rotation on the ring of the plan view."""
-
-
-def shows_bodies(data: FrameData) -> bool:
-    """Return whether a drawing shows the bodies where they are; a diagram of a valve gear, for one, has a map of its own."""
-    return isinstance(data.drawing, GovernorDrawing | GenericDrawing)
 
 
 def rotation_arrow(data: FrameData, box: BoundingBox) -> list[DrawnShape]:
@@ -93,52 +95,6 @@ def trace_shapes(data: FrameData) -> list[DrawnShape]:
         paths.append(traced)
     moving = [path for path in paths if np.ptp(path, axis=0).max(initial=0.0) > 1e-6 * data.part.mechanism.length_scale]
     return [Lines("path", tuple(tuple(map(tuple, path.tolist())) for path in moving))]
-
-
-TRACE_DURATION = 1.0
-"""Duration (s of film) of the traced path that is shown."""
-
-
-class PointPaths:
-    """Paths of points of a part in the shown time: the whole curves, and behind each point its last second of film."""
-
-    def __init__(self, data: FrameData, names: Sequence[str]) -> None:
-        self._data = data
-        mechanism = data.part.mechanism
-        own_names = [name.removeprefix(f"{data.part.name}.") for name in names]
-        points = [mechanism.path_points[name] for name in own_names if name in mechanism.path_points] if shows_bodies(data) else []
-        sampled = data.poses_at(data.sample_times)
-        self._curves = [point_path(mechanism, sampled, point) for point in points]
-        self._places = [point_path(mechanism, data.poses, point) for point in points]
-
-    def enclosing_box(self, box: BoundingBox) -> BoundingBox:
-        """Return the smallest box (m) around a box and all curves."""
-        return enclose_boxes([box, *((*_span(curve[:, 0]), *_span(curve[:, 1])) for curve in self._curves)])
-
-    @property
-    def shapes(self) -> list[DrawnShape]:
-        """The whole curves."""
-        return [Lines("path", tuple(tuple(map(tuple, curve.tolist())) for curve in self._curves))] if self._curves else []
-
-    def parts(self) -> Iterator[DrawnPart]:
-        """Yield what follows the points, whose moments are the numbers of the frames."""
-        for curve, places in zip(self._curves, self._places, strict=True):
-            yield Flexible(shapes_at=partial(self._tail, curve, places))
-
-    def _tail(self, curve: FloatArray, places: FloatArray, k: int) -> list[DrawnShape]:
-        """Return the last second of film before frame k of a curve (s, 2), m, which ends at its point (f, 2) of the frame."""
-        return [Lines("tail", (last_second(self._data, curve, places, k),))]
-
-
-def _span(values: FloatArray) -> Vec2:
-    return float(values.min()), float(values.max())
-
-
-def last_second(data: FrameData, curve: FloatArray, places: FloatArray, k: int) -> tuple[Vec2, ...]:
-    """Return the part in the last second of film before frame k of a curve (s, 2) m, which ends at its point (f, 2) m of the frame."""
-    time = float(data.times[k])
-    first, last = np.searchsorted(data.sample_times, (time - TRACE_DURATION / data.slow_down, time))
-    return *map(tuple, curve[first:last].tolist()), tuple(places[k].tolist())
 
 
 class ForceArrows:

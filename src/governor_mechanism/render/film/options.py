@@ -14,7 +14,7 @@ PAGE_SUFFIX, DRAWING_SUFFIX = ".html", ".svg"
 """Endings of the names of an interactive page and of an animated drawing, which show one run."""
 VIDEO_SUFFIXES = (".mp4", ".webm")
 """Endings of the names of videos, which need ffmpeg."""
-_OF_PAGES = ("size", "part", "start", "stop", "slow_down")
+_OF_PAGES = ("size", "part", "start", "stop", "slow_down", "paths")
 """Options that a page takes too."""
 _OF_PARTS = ("labels", "forces", "traces", "paths", "view", "exaggerate")
 """Options of the film of a part, which an engine room does not take."""
@@ -27,7 +27,6 @@ def require_suitable_options(options: FilmOptions, scenes: Sequence[Scene], suff
     """
     if suffix == PAGE_SUFFIX:
         _require_page(options, len(scenes))
-        return
     if suffix == DRAWING_SUFFIX:
         _require_drawing(options, len(scenes))
     if find_engine_room(scenes, options.part):
@@ -44,7 +43,7 @@ def require_suitable_options(options: FilmOptions, scenes: Sequence[Scene], suff
 def _require_points(options: FilmOptions, scene: Scene) -> None:
     """Raise FilmOptionError for a path of a point that no shown part of a scene has."""
     known = scene.mechanism.path_points
-    for name in options.paths:
+    for name in options.paths or ():
         if name not in known:
             listed = ", ".join(sorted(known))
             raise FilmOptionError(

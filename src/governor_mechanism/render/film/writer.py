@@ -5,15 +5,15 @@ A second of film is a second of the run, except for very short or long runs; the
 
 import io
 import os
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass, replace
-from itertools import pairwise
+from itertools import pairwise, product
 from pathlib import Path
 from typing import Any, cast
 
 import numpy as np
-from matplotlib.colors import to_hex
+from matplotlib.colors import to_hex, to_rgba
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
@@ -25,7 +25,7 @@ from governor_mechanism.model.results.film_options import DEFAULT_OPTIONS, FilmO
 from governor_mechanism.model.results.pictures import Theme
 from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.model.scene import Scene
-from governor_mechanism.render.film.gif_encoder import GifWriter, Palette, RgbaPixels
+from governor_mechanism.render.film.gif_encoder import RGB_MASK, GifWriter, Palette, RgbaPixels, pack_pixels
 from governor_mechanism.render.film.layout import REFERENCE_SIZE
 from governor_mechanism.render.film.moving_parts import pale_colour
 from governor_mechanism.render.film.options import (
@@ -50,6 +50,10 @@ AddFrame = Callable[[int, int], None]
 """Append the frame of a number, with its display time in hundredths of a second, to a file."""
 N_PALETTE_SAMPLES = 5
 """Number of frames from which the palette is chosen."""
+MIN_AREA = 100
+"""Number of pixels of one colour from which on they are an area: fewer are the edges of other areas."""
+Rgb = tuple[int, int, int]
+"""Red, green and blue, 0 to 255."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -71,10 +75,31 @@ def choose_palette(film: FilmFrames) -> Palette:
     """Return the palette of a film: the colours of its artists, also of those that only show later, and blends from a few frames."""
     painter, n_frames = film.painter, len(film.delays)
     samples = [painter.paint(int(k)).copy() for k in np.unique(np.linspace(0, n_frames - 1, N_PALETTE_SAMPLES).astype(int))]
-    shown = {to_hex(colour) for canvas in painter.canvases for colour in artist_colours(canvas.figure)}
+    shown = [to_rgba(colour) for canvas in painter.canvases for colour in artist_colours(canvas.figure)]
+    names = {to_hex(colour) for colour in shown}
     whole_curves = (pale_colour(colour) for colour in FILM_COLOURS)
     film_colours = (to_hex(themed_colour(colour, film.theme)) for colour in (*FILM_COLOURS, *whole_curves))
-    return Palette([parse_rgb(colour) for colour in film_colours if colour in shown], samples, few_colours=film.few_colours)
+    exact = [parse_rgb(colour) for colour in film_colours if colour in names]
+    translucent = {colour for colour in shown if 0.0 < colour[3] < 1.0}
+    return Palette([*exact, *_find_areas(translucent, exact, samples)], samples, few_colours=film.few_colours)
+
+
+def _find_areas(
+    fills: Iterable[tuple[float, float, float, float]],  # translucent colours, each part from 0 to 1
+    grounds: Sequence[Rgb],
+    samples: Sequence[RgbaPixels],
+) -> Iterator[Rgb]:
+    """Yield the colours of areas with a translucent fill, once or twice over one of the grounds, that are seen in one of the samples."""
+    counts = [dict(zip(*np.unique(pack_pixels(sample) & RGB_MASK, return_counts=True), strict=True)) for sample in samples]
+    for fill in fills:
+        colour, opacity = 255 * np.array(fill[:3]), fill[3]
+        once = [opacity * colour + (1.0 - opacity) * np.array(ground) for ground in grounds]
+        twice = [opacity * colour + (1.0 - opacity) * ground for ground in once]
+        for red, green, blue in np.rint([*once, *twice]).astype(int).tolist():
+            # The renderer rounds in steps of its own.
+            near = [(red + i) | (green + j) << 8 | (blue + k) << 16 for i, j, k in product((-1, 0, 1), repeat=3)]
+            if max(sum(count.get(one, 0) for one in near) for count in counts) > MIN_AREA:
+                yield red, green, blue
 
 
 def artist_colours(figure: Figure) -> Iterator[Any]:
@@ -333,7 +358,7 @@ def _write_page(request: _Request) -> Path:
     limits = float(run.times[0]), float(run.times[-1])
     time_span = select_time_span(limits, options.start, options.stop)
     slow_down = select_slow_down(limits, time_span, options.slow_down, MAX_TRUE_TIME_PAGE_DURATION)
-    write_page(run, request.target, part=options.part, time_span=time_span, slow_down=slow_down)
+    write_page(run, request.target, part=options.part, paths=options.paths, time_span=time_span, slow_down=slow_down)
     if request.progress is not None:
         request.progress(1, 1)
     return request.target

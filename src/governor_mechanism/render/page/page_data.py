@@ -25,7 +25,7 @@ from governor_mechanism.render.machines.engine_room.drawing import EngineRoomDra
 from governor_mechanism.render.number_format import choose_decimals, display_unit_of, format_name
 from governor_mechanism.render.page.part_names import name_part
 from governor_mechanism.render.page.tracks import Track, TrackTable
-from governor_mechanism.render.page.views import PICTURE_SIZE, PageView, Picture, ShownRun
+from governor_mechanism.render.page.views import PICTURE_SIZE, PageView, Picture, ShownRun, Trail
 from governor_mechanism.types import FloatArray
 
 MAX_FIRST_PLOTS = 4
@@ -262,7 +262,7 @@ def _collect_view(view: PageView, n_samples: int) -> dict[str, Any]:
         "slowing": view.rotation_slowing,
         "scales": [_scale_bar(name, unit * picture.scale, width) for name, unit in view.scales.items()],
         "spindle": pack_numbers(view.data.spindle_angle, ANGLE_QUANTUM) if view.has_outside else None,
-        "trace": _collect_trace(view, picture),
+        "trails": [_collect_trail(trail, view, picture) for trail in view.trails] if view.has_plane else [],
         "shapes": collected,
         "forces": _collect_forces(view, names, table, picture) if view.has_plane and view.shows_bodies else None,
         "tracks": [_collect_track(track) for track in table.tracks],
@@ -326,13 +326,11 @@ def _collect_track(track: Track) -> dict[str, Any]:
     return name | {"x": pack_numbers(x, 1.0), "y": pack_numbers(y, 1.0), "angle": pack_numbers(angle, ANGLE_QUANTUM)}
 
 
-def _collect_trace(view: PageView, picture: Picture) -> dict[str, Any] | None:
-    """Return the path that the drawing traces, if there is one."""
-    if view.trace is None or not view.has_plane:
-        return None
-    poses = np.column_stack([view.trace, np.zeros(len(view.trace))])
+def _collect_trail(trail: Trail, view: PageView, picture: Picture) -> dict[str, Any]:
+    """Return what stays behind a point for a second of film."""
+    poses = np.column_stack([trail.places, np.zeros(len(trail.places))])
     x, y, _ = picture.place_poses(view.place_poses(poses)).T
-    return {"x": pack_numbers(x, 1.0), "y": pack_numbers(y, 1.0)}
+    return {"role": trail.role, "x": pack_numbers(x, 1.0), "y": pack_numbers(y, 1.0)}
 
 
 def _collect_forces(view: PageView, bodies: list[str], table: TrackTable, picture: Picture) -> dict[str, Any] | None:
@@ -408,4 +406,5 @@ def _whole_numbers(points: FloatArray) -> list[int]:
 def roles_of(data: dict[str, Any]) -> set[str]:
     """Return the roles of all shapes of a page."""
     shapes: Iterable[dict[str, Any]] = (shape for view in data["views"] for shape in view["shapes"])
-    return {shape[key] for shape in shapes for key in ("role", "seenAs") if key in shape} | {"trace"}
+    trails = {trail["role"] for view in data["views"] for trail in view["trails"]}
+    return {shape[key] for shape in shapes for key in ("role", "seenAs") if key in shape} | trails

@@ -7,17 +7,17 @@ from typing import Any
 import numpy as np
 
 from governor_mechanism.model.results.trajectory import Trajectory
-from governor_mechanism.render.frame_data import FrameData, find_parts
-from governor_mechanism.render.geometry.attached import DrawnPart, shapes_of
+from governor_mechanism.render.frame_data import FrameData, find_parts, shows_bodies
+from governor_mechanism.render.geometry.attached import DrawnPart, fixed, shapes_of
 from governor_mechanism.render.geometry.pixel_view import ELEVATION_RECT, fit_view
 from governor_mechanism.render.geometry.primitives import BoundingBox, DrawnShape, Vec2
 from governor_mechanism.render.machines.engine_room import proportions as room
 from governor_mechanism.render.machines.engine_room.arrangement import EngineRoomParts, find_governed_engine
 from governor_mechanism.render.machines.engine_room.drawing import EngineRoomDrawing
 from governor_mechanism.render.machines.generic.drawing import GenericDrawing
-from governor_mechanism.render.machines.governor_parts import GovernorDrawing
 from governor_mechanism.render.number_format import format_name
 from governor_mechanism.render.page.part_names import ENGINE_ROOM
+from governor_mechanism.render.point_paths import PointPaths
 from governor_mechanism.types import FloatArray
 
 PICTURE_SIZE = 10_000
@@ -61,6 +61,22 @@ MAX_STROKE = 24.0
 
 
 @dataclass(frozen=True, kw_only=True)
+class Trail:
+    """The last second of film of a path.
+
+    Attributes
+    ----------
+    role
+        Role of its style: "trace" behind what moves, or "tail" in front of it.
+    places
+        Where the point is at the samples, in the drawing; shape (samples, 2).
+    """
+
+    role: str
+    places: FloatArray
+
+
+@dataclass(frozen=True, kw_only=True)
 class PageView:
     """One drawing of a page.
 
@@ -90,8 +106,8 @@ class PageView:
         Whether the elevation is shown, and the view from outside of a plane that turns.
     rotation_slowing
         Number of turns for which the drawing shows one.
-    trace
-        Path (samples, 2) that the drawing traces, or None.
+    trails
+        What stays behind a point for a second of film.
     """
 
     name: str
@@ -109,7 +125,7 @@ class PageView:
     has_plane: bool = True
     has_outside: bool = False
     rotation_slowing: int = 1
-    trace: FloatArray | None = None
+    trails: Sequence["Trail"] = ()
 
     @property
     def static_shapes(self) -> Sequence[DrawnShape]:
@@ -143,39 +159,48 @@ class ShownRun:
     room: EngineRoomDrawing | None = None
 
 
-def show_run(run: Trajectory, part: str | None, time_span: Vec2, times: FloatArray, slow_down: float) -> ShownRun:
-    """Return what a page shows of a run, or of one part of it, at sample times (n,) s; `slow_down` is that of its film."""
+def show_run(
+    run: Trajectory,
+    part: str | None,  # name of the only part to show
+    time_span: Vec2,  # the shown time, s
+    times: FloatArray,  # sample times within it, s; shape (n,)
+    slow_down: float,  # seconds of film per second of the run
+    paths: Sequence[str] | None = None,  # names of the points whose paths are drawn; those of the scene if None
+) -> ShownRun:
+    """Return what a page shows of a run, or of one part of it."""
     governed = find_governed_engine(run.scene) if part is None else None
     shown = (governed.engine, governed.governor) if governed else find_parts(run, part)
     parts = [FrameData(run, one, time_span, times, slow_down) for one in shown]
     if governed is None:
-        return ShownRun(run=run, times=times, parts=parts, views=[_view_part(data, len(parts) > 1) for data in parts])
+        views = [_view_part(data, len(parts) > 1, PointPaths(data, paths)) for data in parts]
+        return ShownRun(run=run, times=times, parts=parts, views=views)
     drawing = EngineRoomDrawing(run, governed, parts[0].drawing, parts[1].drawing)
-    governor = _view_part(parts[1], True, has_plane=False)
+    governor = _view_part(parts[1], True, PointPaths(parts[1], ()), has_plane=False)
     return ShownRun(
         run=run, times=times, parts=parts, views=[_view_room(drawing, parts[1], times), governor], governed=governed, room=drawing
     )
 
 
-def _view_part(data: FrameData, is_one_of_many: bool, *, has_plane: bool = True) -> PageView:
-    """Return the view of one part."""
-    drawing, box = data.drawing, data.drawing.bounds
-
+def _view_part(data: FrameData, is_one_of_many: bool, paths: PointPaths, *, has_plane: bool = True) -> PageView:
+    """Return the view of one part, with paths of its points."""
+    drawing, box = data.drawing, paths.enclosing_box(data.drawing.bounds)
+    traced = drawing.traced_path(data.poses)
+    trails = [Trail(role="trace", places=traced)] if traced is not None else []
     return PageView(
         name=format_name(data.part.name) if is_one_of_many else "",
         machine=data.part.machine,
         box=box,
-        fixed=drawing.fixed,
+        fixed=(fixed(paths.shapes, section_only=True), *drawing.fixed),
         moving=drawing.moving,
         moment_at=data.moment_at,
         stroke_scale=1.0 / fit_view(box, ELEVATION_RECT).scale,
         data=data,
         scales={"": 1.0},
-        shows_bodies=isinstance(drawing, GovernorDrawing | GenericDrawing),
+        shows_bodies=shows_bodies(data),
         names_bodies=isinstance(drawing, GenericDrawing),
         has_plane=has_plane,
         has_outside=data.part.turns and "spindle_speed" in data.readings,
-        trace=drawing.traced_path(data.poses),
+        trails=[*trails, *(Trail(role="tail", places=places) for places in paths.places)],
     )
 
 
@@ -198,7 +223,7 @@ def _view_room(drawing: EngineRoomDrawing, governor: FrameData, times: FloatArra
         stroke_scale=1.0,
         data=governor,
         place_poses=place_poses,
-        shows_bodies=isinstance(governor.drawing, GovernorDrawing | GenericDrawing),
+        shows_bodies=shows_bodies(governor),
         rotation_slowing=drawing.rotation_slowing(times),
         scales={drawing.engine.scaled: drawing.engine.pixels_per_metre, "governor": drawing.governor.pixels_per_metre},
     )

@@ -2,7 +2,7 @@
 
 import json
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from html import escape
 from importlib import resources
 from pathlib import Path
@@ -138,6 +138,7 @@ def write_page(
     path: Path,
     *,
     part: str | None,  # name of the part to show; all parts if None
+    paths: Sequence[str] | None,  # names of the points whose paths are drawn; those of the scene if None
     time_span: Vec2,  # start and end of the shown part of the run, s
     slow_down: float,  # seconds of film per second of the run, at first
 ) -> Path:
@@ -146,16 +147,16 @@ def write_page(
     Result: path of the file. No file is left behind if an exception is raised. Raises MechanismError if there
     is no such part, or the file cannot be written.
     """
-    text = make_page(run, part=part, time_span=time_span, slow_down=slow_down)
+    text = make_page(run, part=part, paths=paths, time_span=time_span, slow_down=slow_down)
     with atomic_write(path) as temporary:
         temporary.write_text(text, encoding="utf-8")
     return path
 
 
-def make_page(run: Trajectory, *, part: str | None, time_span: Vec2, slow_down: float) -> str:
+def make_page(run: Trajectory, *, part: str | None, paths: Sequence[str] | None = None, time_span: Vec2, slow_down: float) -> str:
     """Return a run as one interactive HTML document; the arguments are those of `write_page`."""
     times = choose_sample_times(run, time_span, slow_down)
-    data = collect_data(show_run(run, part, time_span, times, slow_down), slow_down)
+    data = collect_data(show_run(run, part, time_span, times, slow_down, paths), slow_down)
     dimensions = _format_list(list_dimensions(run.scene))
     return Template(read_page_file("page.html")).substitute(
         title=escape(run.scene.title),

@@ -137,9 +137,8 @@ class CustomMachineParser:
         joints += [*self._parse_tables("link", {"": LINK}), *drivers]
         # The drivers connect the moving points of the ground to it.
         all_bodies = [*bodies, *self.registry.moving_points.values()]
-        return MechanismSketch(
-            bodies=all_bodies, joints=joints, force_elements=self._parse_tables("force", {"": UNTYPED_FORCE, **FORCE_TABLES})
-        )
+        forces = self._parse_tables("force", {"": UNTYPED_FORCE, **FORCE_TABLES})
+        return MechanismSketch(bodies=all_bodies, joints=joints, force_elements=forces, ground=self.registry.ground)
 
     def _build_part(self, sketch: MechanismSketch, readings: list[Reading], length_scale: float, valve: Valve | None, start: Start) -> Part:
         mechanism = sketch.build(readings, _leading_coordinate(self.document.get("start"), readings), length_scale, valve)

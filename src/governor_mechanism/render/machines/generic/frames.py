@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Iterator, Sequence
+from functools import partial
 
 from governor_mechanism.render.geometry.outlines import make_bar, make_plate_outline, shrink_convex
 from governor_mechanism.render.geometry.points import convex_hull
@@ -33,7 +34,7 @@ def _ribs(points: Sequence[Vec2], corners: Sequence[Vec2], width: float) -> Iter
     for point in sorted(points, key=lambda one: min(math.dist(one, corner) for corner in corners)):
         edges = zip(corners, (*corners[1:], corners[0]), strict=True)
         if min(_distance_to_segment(point, *edge) for edge in edges) > width / 2:
-            yield point, min(joined, key=lambda other, point=point: math.dist(point, other))
+            yield point, min(joined, key=partial(math.dist, point))
             joined.append(point)
 
 

@@ -94,11 +94,11 @@ function makeFrameMover(shape, element) {
   };
 }
 
-/** Path that the drawing traces, over the last second of film before a place. */
-function makeTrace(view, data, parent) {
-  const element = makeElement("path", { class: `${classOf("trace")} lines` }, parent);
-  const x = decodeNumbers(view.trace.x, 1);
-  const y = decodeNumbers(view.trace.y, 1);
+/** A path over the last second of film before a place. */
+function makeTrail(trail, data, parent) {
+  const element = makeElement("path", { class: `${classOf(trail.role)} lines` }, parent);
+  const x = decodeNumbers(trail.x, 1);
+  const y = decodeNumbers(trail.y, 1);
   const { start, stop, count } = data.times;
   const length = Math.ceil((count - 1) / (stop - start) / data.slowDown);
   const valueOf = (values, k) => (typeof values === "number" ? values : values[k]);
@@ -117,11 +117,14 @@ function makeDrawing(view, data) {
   const picture = makePicture(view, box, view.name ? `drawing of the ${view.name}` : "drawing of the mechanism");
   const movers = [];
   const layer = makeElement("g", {}, picture);
-  let isTraceDrawn = !view.trace;
+  const addTrails = (role) => {
+    for (const trail of view.trails) if (trail.role === role) movers.push(makeTrail(trail, data, layer));
+  };
+  let isTraceDrawn = false;
   for (const shape of view.shapes) {
     const isMoving = shape.track !== undefined || shape.modes.length || shape.hidden || shape.frames || typeof shape.radius !== "number";
     if (isMoving && !isTraceDrawn) {
-      movers.push(makeTrace(view, data, layer));
+      addTrails("trace");
       isTraceDrawn = true;
     }
     // The order of the shapes is that of the drawing, from back to front.
@@ -129,6 +132,7 @@ function makeDrawing(view, data) {
     mover({ k: 0, fraction: 0 }, view.tracks.map((track) => poseAt(track, { k: 0, fraction: 0 })));
     if (isMoving) movers.push(mover);
   }
+  addTrails("tail");
   const forces = view.forces ? makeForces(view, picture, box, data.times.count) : null;
   const update = (place, poses) => {
     for (const mover of movers) mover(place, poses);
