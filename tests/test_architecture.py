@@ -53,7 +53,17 @@ INNER_FOLDERS = {
     ],
     "engines/impulse": [{"pymunk"}, {"*"}],
     "papers": [{"errata", "rules"}],
-    "render": [{"*"}, {"machines"}, {"range_bands"}, {"figures"}, {"frame_data"}, {"forces"}, {"page"}, {"film"}, {"results_folder"}],
+    "render": [
+        {"*"},
+        {"machines"},
+        {"range_bands"},
+        {"figures"},
+        {"frame_data"},
+        {"forces", "point_paths"},
+        {"page"},
+        {"film"},
+        {"results_folder"},
+    ],
     "scenes": [
         {"described_scene", "quantities"},
         {"table"},
