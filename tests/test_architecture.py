@@ -339,10 +339,26 @@ def test_the_package_is_imported_without_the_heavy_packages(tmp_path):
     assert not modules_loaded_by("import governor_mechanism", tmp_path) & heavy
 
 
-@pytest.mark.long
-def test_a_run_needs_only_the_packages_of_its_own_engine(tmp_path):
-    loaded = modules_loaded_by("import governor_mechanism as gm\nassert gm.run('porter').outcome.ok", tmp_path)
-    assert not loaded & {"scipy", "numba", "llvmlite", "pymunk", "matplotlib", "pint", "PIL", "rich", "typer"}
+NOT_FOR_RUNS = {"scipy", "numba", "llvmlite", "matplotlib", "pint", "PIL", "rich", "typer", "joblib", "numpy.ma", "numpy.random"}
+"""Packages and modules that take about as long to import as a governor takes to run, or longer."""
+
+
+@pytest.mark.parametrize(("engine", "allowed"), [("reduced", set()), ("multibody", set()), ("impulse", {"pymunk"})])
+def test_a_run_needs_only_the_packages_of_its_own_engine(engine, allowed, tmp_path):
+    code = f"import governor_mechanism as gm\nassert gm.run('porter', {engine!r}, times=[0.0, 0.01]).times.size"
+    assert not modules_loaded_by(code, tmp_path) & ({*NOT_FOR_RUNS, "pymunk"} - allowed)
+
+
+def test_the_command_run_imports_what_draws_and_no_library_of_numerics(tmp_path):
+    code = (
+        "from governor_mechanism.cli.main import main\n"
+        "sys.argv = ['governor-mechanism', 'run', 'porter', '--no-film', '--seconds', '0.1']\n"
+        "try: main()\n"
+        "except SystemExit as end: assert not end.code"
+    )
+    loaded = modules_loaded_by(code, tmp_path)
+    assert not loaded & {"scipy", "numba", "pymunk", "pint", "rich", "joblib", "matplotlib.pyplot"}
+    assert "matplotlib" in loaded  # for the figure
 
 
 def test_what_the_tests_add_to_the_path_bears_the_name_of_no_other_module(pytestconfig):

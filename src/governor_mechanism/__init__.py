@@ -12,11 +12,11 @@ True
 
 import re as _re
 from importlib import import_module as _import_module
-from pkgutil import get_data as _get_data
+from pathlib import Path as _Path
 
 __version__ = "0.1.0"
 
-_PUBLIC_NAMES = (_get_data(__name__, "__init__.pyi") or b"").decode()
+_PUBLIC_NAMES = _Path(__file__).with_suffix(".pyi").read_text(encoding="utf-8")
 _MODULES = {name: module for module, name in _re.findall(r"^from (\S+) import (\w+) as \2$", _PUBLIC_NAMES, _re.MULTILINE)}
 """Modules of the public names, which `__init__.pyi` lists once for type checkers and for this package."""
 

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.files.atomic_write import atomic_write
+from governor_mechanism.files.netcdf_encoding import encode_netcdf
 from governor_mechanism.files.plain_values import plain_value
 from governor_mechanism.model.events import Event, EventKind
 from governor_mechanism.model.results.cost import Cost
@@ -230,24 +231,19 @@ def write_netcdf(run: Trajectory, record: Mapping[str, Any], path: Path) -> None
     Variables have ASCII names, those of readings with the prefix `reading_` and of their rates `rate_`; the attribute `long_name` is the
     name of the reading. Texts are in UTF-8.
     """
-    from scipy.io import netcdf_file  # slow to import
-
+    program = record["versions"]["governor-mechanism"]
+    attributes: dict[str, str | NDArray[Any]] = {
+        **run_attributes(run),
+        "history": f"{datetime.now(UTC):%Y-%m-%dT%H:%M:%SZ} written by governor_mechanism {program}",
+        _VERSION_NAME: np.array([FORMAT_VERSION], dtype=np.int32),
+        _RECORD_NAME: json.dumps(plain_value(record), allow_nan=False, ensure_ascii=False),
+        _DIGEST_NAME: _NO_DIGEST.decode(),
+    }
+    content = encode_netcdf(attributes, [_as_letters(variable) for variable in run_variables(run)])
+    at = _find_digest(content)
+    digest = hashlib.sha256(content).hexdigest().encode()
     with atomic_write(path) as temporary:
-        with netcdf_file(temporary, "w", version=2) as dataset:
-            for name, text in run_attributes(run).items():
-                setattr(dataset, name, text.encode(_TEXT_ENCODING))
-            program = record["versions"]["governor-mechanism"]
-            dataset.history = f"{datetime.now(UTC):%Y-%m-%dT%H:%M:%SZ} written by governor_mechanism {program}".encode()
-            setattr(dataset, _VERSION_NAME, np.int32(FORMAT_VERSION))
-            setattr(dataset, _RECORD_NAME, json.dumps(plain_value(record), allow_nan=False, ensure_ascii=False).encode(_TEXT_ENCODING))
-            setattr(dataset, _DIGEST_NAME, _NO_DIGEST)
-            for variable in run_variables(run):
-                _write_variable(dataset, variable)
-        content = temporary.read_bytes()
-        at = _find_digest(content)
-        with temporary.open("r+b") as stream:
-            stream.seek(at)
-            stream.write(hashlib.sha256(content).hexdigest().encode())
+        temporary.write_bytes(content[:at] + digest + content[at + len(digest) :])
 
 
 def read_netcdf(path: Path) -> SavedArrays:
@@ -291,23 +287,18 @@ def _find_digest(content: bytes) -> int:
     return -1 if at < 0 else at + padded_length + _ATTRIBUTE_HEADER_SIZE
 
 
-def _write_variable(dataset: Any, variable: RunVariable) -> None:
-    """Write an array; texts become characters with a dimension for their longest one."""
-    values, dimensions, kind = variable.values, variable.dimensions, variable.values.dtype.char
-    if kind == "O":
-        texts = [text.encode(_TEXT_ENCODING) for text in values]
-        length = max(1, *map(len, texts)) if texts else 1
-        values = np.array(texts, dtype=f"S{length}").reshape(-1, 1).view("S1").reshape(len(texts), length)
-        dimensions, kind = (*dimensions, f"{variable.name}_letters"), "c"
-    for name, size in zip(dimensions, values.shape, strict=True):
-        if name not in dataset.dimensions:
-            dataset.createDimension(name, size)
-    written = dataset.createVariable(variable.name, kind, dimensions)
-    written[...] = values
-    for name, value in variable.attributes.items():
-        setattr(written, name, value.encode(_TEXT_ENCODING) if isinstance(value, str) else value)
-    if kind == "c":
-        written._Encoding = _TEXT_ENCODING.encode()
+def _as_letters(variable: RunVariable) -> RunVariable:
+    """Return a variable of texts as one of letters, with a dimension for the longest text; any other variable as it is."""
+    if variable.values.dtype.char != "O":
+        return variable
+    texts = [text.encode(_TEXT_ENCODING) for text in variable.values]
+    length = max(1, *map(len, texts)) if texts else 1
+    return RunVariable(
+        name=variable.name,
+        dimensions=(*variable.dimensions, f"{variable.name}_letters"),
+        values=np.array(texts, dtype=f"S{length}").reshape(-1, 1).view("S1").reshape(len(texts), length),
+        attributes={**variable.attributes, "_Encoding": _TEXT_ENCODING},
+    )
 
 
 def _native_values(variable: Any) -> NDArray[Any] | list[str]:

@@ -4,7 +4,6 @@ from functools import cache
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.polynomial import legendre
 from numpy.typing import NDArray
 
 from governor_mechanism.numerics.jit import jit_in_place, record_dtype
@@ -100,6 +99,8 @@ def make_radau_tableau(
     n_stages: int,  # number of stages, odd: of an even number no eigenvalue is real
 ) -> RadauTableau:
     """Compute the coefficients of a method."""
+    from numpy.polynomial import legendre  # only stiff motion needs it
+
     # The nodes on (-1, 1] are the zeros of P_s - P_(s-1), Legendre's polynomials.
     difference = np.zeros(n_stages + 1)
     difference[-2:] = -1.0, 1.0

@@ -39,6 +39,14 @@ class TimeGrid:
         return TimeGrid(self.monitor_times[:n_times], self.reported_indices[self.reported_indices < n_times], self.min_steps[: n_times - 1])
 
 
+def sort_distinct(times: FloatArray) -> FloatArray:
+    """Return times in ascending order, each once: `numpy.unique` would import masked arrays, which takes as long as a short run."""
+    ascending: FloatArray = np.sort(times)
+    is_new = np.ones(len(ascending), dtype=bool)
+    is_new[1:] = ascending[1:] != ascending[:-1]
+    return ascending[is_new]
+
+
 def divide_intervals(
     knots: FloatArray,  # ends of the intervals, ascending; shape (n,)
     n_intervals: IntArray,  # number of equal intervals in each of them; shape (n - 1,)
@@ -70,7 +78,7 @@ def make_time_grid(
     inner_breakpoints = breakpoints[(breakpoints > 0) & (breakpoints <= times[-1] * (1 + SAME_TIME_RATIO))]
     # 0.1 * 3 is not 0.3: a reported time next to a breakpoint is that breakpoint, else there would be an interval of rounding.
     at_breakpoint = np.abs(times[:, np.newaxis] - inner_breakpoints).min(axis=1, initial=np.inf) < SAME_TIME_RATIO * times[-1]
-    knots = np.unique(np.concatenate([[0.0], times[~at_breakpoint], inner_breakpoints]))
+    knots = sort_distinct(np.concatenate([[0.0], times[~at_breakpoint], inner_breakpoints]))
     n_intervals = np.maximum(1, np.ceil(np.diff(knots) / max_interval * (1 - 1e-12)).astype(np.int64))
     monitor_times = divide_intervals(knots, n_intervals)
     min_steps = np.maximum(1, np.ceil(np.minimum(np.diff(monitor_times) / max_step * (1 - 1e-12), MAX_COUNTED_STEPS)).astype(np.int64))

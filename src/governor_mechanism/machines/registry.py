@@ -1,27 +1,20 @@
-"""Registry of machines. `MACHINES` maps the names in scene files to classes."""
+"""Registry of machines: the names in scene files, and their classes."""
 
 from governor_mechanism.machines.base import Machine
-from governor_mechanism.machines.flywheel_engine import FlywheelEngine
-from governor_mechanism.machines.hartnell import HartnellGovernor
-from governor_mechanism.machines.hartung import HartungGovernor
-from governor_mechanism.machines.parabolic import ParabolicGovernor
-from governor_mechanism.machines.pendulum import PendulumGovernor
-from governor_mechanism.machines.proell import ProellGovernor
-from governor_mechanism.machines.slide_valve import SlideValve
-from governor_mechanism.machines.slider_crank import SliderCrank
-from governor_mechanism.machines.stephenson import StephensonGear
+from governor_mechanism.model.later_module import LaterClasses
 
-MACHINES: dict[str, type[Machine]] = {
-    machine.name: machine
-    for machine in (
-        PendulumGovernor,
-        ProellGovernor,
-        ParabolicGovernor,
-        HartnellGovernor,
-        HartungGovernor,
-        SlideValve,
-        SliderCrank,
-        StephensonGear,
-        FlywheelEngine,
-    )
-}
+MACHINES: LaterClasses[type[Machine]] = LaterClasses(
+    __package__,
+    {
+        "pendulum_governor": "pendulum.PendulumGovernor",
+        "proell": "proell.ProellGovernor",
+        "parabolic_governor": "parabolic.ParabolicGovernor",
+        "hartnell": "hartnell.HartnellGovernor",
+        "hartung": "hartung.HartungGovernor",
+        "slide_valve": "slide_valve.SlideValve",
+        "slider_crank": "slider_crank.SliderCrank",
+        "stephenson": "stephenson.StephensonGear",
+        "flywheel_engine": "flywheel_engine.FlywheelEngine",
+    },
+)
+"""Classes of machines by name, each with the module in this folder."""

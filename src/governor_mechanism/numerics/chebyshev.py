@@ -4,8 +4,9 @@ A piece has its values at CHEBYSHEV_NODES, and for faster evaluation the coeffic
 relative to the middle of the piece, -1 to 1.
 """
 
+from collections.abc import Callable
+
 import numpy as np
-from numpy.polynomial import chebyshev
 
 from governor_mechanism.numerics.jit import jit, jit_in_place
 from governor_mechanism.types import FloatArray
@@ -22,14 +23,21 @@ BARYCENTRIC_WEIGHTS = (-1.0) ** np.arange(N_CHEBYSHEV_NODES) * np.sin(np.pi * (n
 STAGNATION_RATIO = 0.1
 """Ratio of the last two coefficients to the three before them above which a fit no longer converges."""
 
-_CHEBYSHEV_TRANSFORM = chebyshev.chebvander(CHEBYSHEV_NODES, N_CHEBYSHEV_NODES - 1).T * (2.0 / N_CHEBYSHEV_NODES)
+
+def _chebyshev_polynomials(one: FloatArray, multiply_by_coordinate: Callable[[FloatArray], FloatArray]) -> FloatArray:
+    """Return Chebyshev polynomials as rows, of ascending degree, in a form in which the first is `one`."""
+    rows = [one, multiply_by_coordinate(one)]
+    while len(rows) < N_CHEBYSHEV_NODES:
+        rows.append(2.0 * multiply_by_coordinate(rows[-1]) - rows[-2])
+    return np.array(rows)
+
+
+_CHEBYSHEV_TRANSFORM = _chebyshev_polynomials(np.ones(N_CHEBYSHEV_NODES), lambda row: CHEBYSHEV_NODES * row) * (2.0 / N_CHEBYSHEV_NODES)
 _CHEBYSHEV_TRANSFORM[0] *= 0.5
 VALUES_TO_CHEBYSHEV = np.ascontiguousarray(_CHEBYSHEV_TRANSFORM)
 """Matrix that maps values at the nodes to Chebyshev coefficients."""
 
-CHEBYSHEV_TO_POWERS = np.ascontiguousarray(
-    np.array([np.pad(chebyshev.cheb2poly(row), (0, N_CHEBYSHEV_NODES))[:N_CHEBYSHEV_NODES] for row in np.eye(N_CHEBYSHEV_NODES)]).T
-)
+CHEBYSHEV_TO_POWERS = np.ascontiguousarray(_chebyshev_polynomials(np.eye(N_CHEBYSHEV_NODES)[0], lambda row: np.roll(row, 1)).T)
 """Matrix that maps Chebyshev coefficients to those of powers, lowest first.
 
 Its rounding error stays small, because the high Chebyshev coefficients of a good fit are small.

@@ -1,8 +1,13 @@
-"""Hermite interpolation: cubic and quintic, also as compiled kernels, and polynomials through several nodes for many functions at once."""
+"""What lies between samples.
+
+Hermite interpolation: cubic and quintic, also as compiled kernels, and polynomials through several nodes for many functions at once;
+integrals of straight lines.
+"""
 
 from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from governor_mechanism.numerics.jit import jit_in_place
 from governor_mechanism.types import FloatArray
@@ -18,6 +23,44 @@ def cubic_hermite(start: Any, end: Any, start_derivative: Any, end_derivative: A
 
 
 cubic_hermite_jit = jit_in_place(cubic_hermite)
+
+
+def interpolate_samples(positions: FloatArray, values: FloatArray, derivatives: FloatArray, at: ArrayLike) -> FloatArray:
+    """Interpolate by the cubics through values and derivatives at each two successive positions.
+
+    The first cubic and the last continue beyond the ends.
+
+    Parameters
+    ----------
+    positions
+        Positions, ascending; shape (n,), n > 1.
+    values
+        Values there; shape (n, ...).
+    derivatives
+        Their derivatives by the position; shape (n, ...).
+    at
+        Positions of the results; shape (m,), or one number.
+
+    Returns
+    -------
+    FloatArray
+        Interpolated values; shape (m, ...), or that of the values at one position.
+    """
+    points = np.asarray(at, dtype=float)
+    start = np.clip(np.searchsorted(positions, points, side="right") - 1, 0, len(positions) - 2)
+    end = start + 1
+    lengths = positions[end] - positions[start]
+    fractions = (points - positions[start]) / lengths
+    shape = (*points.shape, *[1] * (values.ndim - 1))
+    interpolated: FloatArray = cubic_hermite(
+        values[start], values[end], derivatives[start], derivatives[end], lengths.reshape(shape), fractions.reshape(shape)
+    )
+    return interpolated
+
+
+def integrate_samples(positions: FloatArray, values: FloatArray) -> FloatArray:
+    """Return the integrals (n,) from the first position (n,) to each of the straight lines between values (n,)."""
+    return np.concatenate([[0.0], np.cumsum(0.5 * (values[1:] + values[:-1]) * np.diff(positions))])
 
 
 def cubic_hermite_derivative(start: Any, end: Any, start_derivative: Any, end_derivative: Any, length: Any, fraction: Any) -> Any:

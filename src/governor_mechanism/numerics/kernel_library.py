@@ -1,7 +1,6 @@
 """The library of kernels that were compiled beforehand: one file for a platform, and an index of its kernels."""
 
 import ctypes
-import hashlib
 import json
 import os
 import sys
@@ -29,6 +28,8 @@ KERNEL_FOLDERS = ("effects", "engines", "integrators", "mechanics", "numerics")
 @cache
 def digest_sources() -> str:
     """Return a digest of the text of all kernels."""
+    import hashlib  # not before: a wheel needs no digest
+
     digest = hashlib.sha256()
     for folder in KERNEL_FOLDERS:
         for path in sorted((PACKAGE_ROOT / folder).rglob("*.py")):

@@ -9,7 +9,6 @@ from functools import cached_property, partial
 from typing import Any
 
 import numpy as np
-from numpy.polynomial.legendre import leggauss
 
 from governor_mechanism.mechanics.dynamics.characteristic_scales import time_scale
 from governor_mechanism.mechanics.dynamics.equations.inverse_dynamics import InverseDynamics, compute_inverse_dynamics
@@ -150,7 +149,7 @@ def integrate_work(
         start_accelerations = evaluate_motion(times, poses, velocities).accelerations[:-1]
         # A jump at a monitor time belongs to the interval that starts there.
         end_accelerations = evaluate_motion(np.nextafter(times, -np.inf), poses, velocities).accelerations[1:]
-    for node, weight in zip(*leggauss(N_GAUSS_POINTS), strict=True):
+    for node, weight in zip(*np.polynomial.legendre.leggauss(N_GAUSS_POINTS), strict=True):
         fraction = 0.5 * (1.0 + node)
         if contact_modes:
             segment_poses, segment_velocities = cubic_hermite(*ends, h, fraction), cubic_hermite_derivative(*ends, h, fraction)

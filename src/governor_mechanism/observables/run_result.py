@@ -10,6 +10,7 @@ from functools import cached_property, partial
 import numpy as np
 from numpy.typing import NDArray
 
+from governor_mechanism.integrators.time_grid import sort_distinct
 from governor_mechanism.mechanics.dynamics.equations.inverse_dynamics import InverseDynamics, compute_inverse_dynamics
 from governor_mechanism.mechanics.dynamics.forces.contact_modes import ContactMode
 from governor_mechanism.mechanics.dynamics.system.lowering import make_system
@@ -340,10 +341,10 @@ class DeferredMotionAnalysis:
             states, modes, dense_output = states(max_samples)
         bounded_output = BoundedDenseOutput(dense_output)
         dynamics = self._evaluate_dynamics(states, modes)
-        contact_times = np.unique([event.time for event in self.result.contact_events])
+        contact_times = sort_distinct(np.array([event.time for event in self.result.contact_events]))
         motion = states.times, states.poses, states.velocities, dynamics.accelerations
         break_times = list(self.scene.system.breaking_gears.values())
-        breakpoints = np.unique(np.concatenate([break_times, *(one.breakpoints for one in make_system(self.scene)[1])]))
+        breakpoints = sort_distinct(np.concatenate([break_times, *(one.breakpoints for one in make_system(self.scene)[1])]))
         return bounded_output, SampledMotion(*motion, dynamics.pivot_ratios, bounded_output, contact_times, breakpoints)
 
     def _find_crossing(self, crossing: NamedCrossing, motion: SampledMotion) -> list[Event]:

@@ -5,11 +5,11 @@ from dataclasses import replace
 from functools import cached_property
 
 import numpy as np
-from scipy.interpolate import CubicHermiteSpline
 
 from governor_mechanism.errors import MechanismError, did_you_mean
 from governor_mechanism.model.part import TURNING_PLANE, Part
 from governor_mechanism.model.results.trajectory import Trajectory
+from governor_mechanism.numerics.hermite import integrate_samples, interpolate_samples
 from governor_mechanism.render.figures.page import READING_NOISE_RATIO, axis_limits_for
 from governor_mechanism.render.geometry.attached import DrawnPart, Moment, at_own_moments
 from governor_mechanism.render.geometry.primitives import BoundingBox, Vec2, enclose_boxes
@@ -26,11 +26,6 @@ END_TOLERANCE = 1e-9
 
 MAX_SHARED_SCALE_RATIO = 3.0
 """Largest ratio of the sizes of machines that are shown on one scale: beside a larger one, a smaller would be too small to be seen."""
-
-
-def integrate_speed(times: FloatArray, speed: FloatArray) -> FloatArray:
-    """Return the angle (n,) rad from the first of the times (n,) s on of what turns at a speed (n,) rad/s, by the trapezoidal rule."""
-    return np.concatenate([[0.0], np.cumsum(0.5 * (speed[1:] + speed[:-1]) * np.diff(times))])
 
 
 class FrameData:
@@ -62,23 +57,21 @@ class FrameData:
         self.part, self.time_span, self.times, self.slow_down = part, time_span, times, slow_down
         drawn = run if magnification == 1.0 else magnify_motion(run, magnification)
         self.drawing = drawing_of(drawn, part, slow_down, magnification)
-        if len(run.times) > 1:
-            self._motion = CubicHermiteSpline(run.times, self.drawing.poses, self.drawing.select_bodies(drawn.velocities))
-        else:
-            self._motion = None
+        self._velocities = self.drawing.select_bodies(drawn.velocities)
         self.poses = self.poses_at(times)
         first, last = (float(np.clip(time, run.times[0], run.times[-1])) for time in time_span)
         inside = run.times[(run.times > first) & (run.times < last)]
         self.sample_times = np.unique(np.concatenate([[first], inside, [last]]))
         readings = self.drawing.select_entries(shown_readings(run)) | self._select_chosen(run, chosen)
         speed = readings["spindle_speed"].values if "spindle_speed" in readings else np.zeros(len(run.times))
-        self.spindle_angle = np.interp(times, run.times, integrate_speed(run.times, speed))
+        self.spindle_angle = np.interp(times, run.times, integrate_samples(run.times, speed))
         self.readings = {name: replace(one, values=np.interp(times, run.times, one.values)) for name, one in readings.items()}
         self._reported = {name: one.values for name, one in readings.items()}
 
     def poses_at(self, times: FloatArray) -> FloatArray:
         """Return the poses (n, bodies, 3) at times (n,) s within those of the run."""
-        return self.drawing.poses.repeat(len(times), axis=0) if self._motion is None else np.asarray(self._motion(times))
+        reported, poses = self.drawing.run.times, self.drawing.poses
+        return poses.repeat(len(times), axis=0) if len(reported) < 2 else interpolate_samples(reported, poses, self._velocities, times)
 
     @cached_property
     def moments(self) -> Sequence[Moment]:

@@ -5,9 +5,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.interpolate import CubicHermiteSpline
 
 from governor_mechanism.model.results.trajectory import Trajectory
+from governor_mechanism.numerics.hermite import integrate_samples, interpolate_samples
 from governor_mechanism.render.machines.engine_room.arrangement import find_governed_engine
 from governor_mechanism.render.shown_readings import MAX_SHOWN_ANGLE
 from governor_mechanism.types import FloatArray, IntArray
@@ -201,7 +201,7 @@ def _locate_minima(times: FloatArray, values: FloatArray, samples: IntArray) -> 
 
 def _integrate_to(ends: FloatArray, times: FloatArray, values: FloatArray) -> FloatArray:
     """Return the integrals (m,) from the first time to ends (m,) s of the straight lines between samples (n,)."""
-    whole = np.concatenate([[0.0], np.cumsum(0.5 * (values[1:] + values[:-1]) * np.diff(times))])
+    whole = integrate_samples(times, values)
     before = np.clip(np.searchsorted(times, ends, side="right") - 1, 0, len(times) - 2)
     total: FloatArray = whole[before] + 0.5 * (values[before] + np.interp(ends, times, values)) * (ends - times[before])
     return total
@@ -241,5 +241,5 @@ def refine_curve(
     shares = np.arange(1, POINTS_BETWEEN_SAMPLES + 1) / (POINTS_BETWEEN_SAMPLES + 1)
     between = (times[:-1][is_refined, None] + steps[is_refined, None] * shares).ravel()
     order = np.argsort(all_times := np.concatenate([times, between]), kind="stable")
-    all_values = np.concatenate([values, CubicHermiteSpline(times, values, rates)(between)])
+    all_values = np.concatenate([values, interpolate_samples(times, values, rates, between)])
     return all_times[order], all_values[order]

@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from governor_mechanism.engines.impulse.pymunk.applied_forces import StepInputs, lower_scene
+from governor_mechanism.integrators.time_grid import sort_distinct
 from governor_mechanism.mechanics.dynamics.forces.contact_modes import has_contacts
 from governor_mechanism.mechanics.kinematics.time_functions import CubicTimeFunction, SpindleSpeedFunction
 from governor_mechanism.model.joints import RotationalDriver, TranslationalDriver
@@ -47,7 +48,7 @@ class TimeInputs:
         self.n_varying = len(self._varying_functions) + (not self._speed_program.is_constant) + (self._free_spindle is not None)
         start = np.zeros(1)
         self._start_values = np.array([float(function(start)[0]) for function in functions])
-        self.breakpoints: FloatArray = np.unique(np.concatenate([start[:0], *(function.breakpoints for function in functions)]))
+        self.breakpoints: FloatArray = sort_distinct(np.concatenate([start[:0], *(function.breakpoints for function in functions)]))
         """Times (s) of jumps and kinks, at which steps must end."""
         jumps = [function(self.breakpoints) != function(self.breakpoints, left_limit=True) for function in functions]
         self._jump_times = set(self.breakpoints[np.any(jumps, axis=0)].tolist())

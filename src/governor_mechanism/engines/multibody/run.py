@@ -17,7 +17,7 @@ from governor_mechanism.integrators.equation import make_step_buffers
 from governor_mechanism.integrators.radau import RadauLimits
 from governor_mechanism.integrators.stages import StepCounter
 from governor_mechanism.integrators.status import IntegrationStatus
-from governor_mechanism.integrators.time_grid import make_time_grid
+from governor_mechanism.integrators.time_grid import make_time_grid, sort_distinct
 from governor_mechanism.mechanics.contact.event_log import drop_cancelled_events
 from governor_mechanism.mechanics.contact.scene_contacts import SceneContacts
 from governor_mechanism.mechanics.contact.tolerances import SIMULTANEITY_TOLERANCE
@@ -116,7 +116,7 @@ class ConstrainedIntegrator:
         self.model = self.system, make_system_workspace(self.system)
         break_times = list(self.scene.system.breaking_gears.values())
         self._max_step_scale = max_step_scale(self.scene)
-        breakpoints = np.unique(np.concatenate([break_times, *(function.breakpoints for function in self.input_functions)]))
+        breakpoints = sort_distinct(np.concatenate([break_times, *(function.breakpoints for function in self.input_functions)]))
         self.counters = np.zeros(len(StepCounter), dtype=np.int64)
         self.implicit_steps, self.stiffness_onset = 0, np.inf
         self.output_force_counts = np.zeros(SLIDING_FRICTION + 1, dtype=np.int64)

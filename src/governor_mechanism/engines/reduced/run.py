@@ -14,6 +14,7 @@ from governor_mechanism.engines.reduced.settings import ReducedSettings
 from governor_mechanism.integrators.dop853 import StepLimits
 from governor_mechanism.integrators.stages import StepCounter
 from governor_mechanism.integrators.status import IntegrationStatus
+from governor_mechanism.integrators.time_grid import sort_distinct
 from governor_mechanism.mechanics.contact.event_log import drop_cancelled_events, select_start_events
 from governor_mechanism.mechanics.contact.rules import HELD
 from governor_mechanism.mechanics.contact.scene_contacts import InputModes
@@ -91,7 +92,7 @@ class ReducedRun:
         self.has_contacts, self._has_tables = bool(self._subjects), bool(reading_tables_of(scene))
         is_monitored = self.has_contacts or self._has_tables
         self._max_step = settings.max_step_ratio * max_step_scale(scene) * (settings.event_step_ratio if is_monitored else 1.0)
-        self.breakpoints = np.unique(np.concatenate([function.breakpoints for function in self.motion_table.time_functions]))
+        self.breakpoints = sort_distinct(np.concatenate([function.breakpoints for function in self.motion_table.time_functions]))
 
     def _make_initial_mode(self) -> IntArray:
         """Return the contact mode before the search for the one at the start, with the segments of tables at the start."""

@@ -6,7 +6,6 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-from scipy.interpolate import CubicHermiteSpline
 
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.mechanics.kinematics.assembly import mobility_of
@@ -21,6 +20,7 @@ from governor_mechanism.model.scene import Scene
 from governor_mechanism.notebook.exploring.plot_svg import GIVEN_DASHES, GIVEN_NAME, Plot, label_axis
 from governor_mechanism.notebook.exploring.pose_drawing import PoseDrawing
 from governor_mechanism.notebook.exploring.sliders import Slider, ViewState, travel_within_stops
+from governor_mechanism.numerics.hermite import interpolate_samples
 from governor_mechanism.observables.derived_readings import analyse_kinematics
 from governor_mechanism.render.figures.page import axis_limits_for
 from governor_mechanism.render.style import BLUE, INK, MUTED
@@ -111,7 +111,7 @@ class MotionView:
             f"{format_reading_name(name)} {_format_number(value, unit)}" for (name, unit), value in zip(choices, values, strict=True)
         ]
         sentence = f"At {here}: {', '.join(numbers)}." if numbers else f"At {here}."
-        return ViewState(value=place, position=place, pose=np.asarray(self._pose_curve(place)), sentences=(sentence,))
+        return ViewState(value=place, position=place, pose=self._pose_at(place), sentences=(sentence,))
 
     def plot(self, state: ViewState, reading: str, *, is_faded: bool) -> str:
         """Return a reading over the variable with the state marked."""
@@ -132,9 +132,9 @@ class MotionView:
         alone = _without_free_spindle(scene)
         return replace(self, scene=alone, kinematics=analyse_kinematics(alone, self.kinematics.over, self.kinematics.values))
 
-    @cached_property
-    def _pose_curve(self) -> CubicHermiteSpline:
-        return CubicHermiteSpline(self.kinematics.values, self.kinematics.poses, self.kinematics.velocities)
+    def _pose_at(self, place: float) -> FloatArray:
+        """Return the poses (bodies, 3) at a value of the variable."""
+        return interpolate_samples(self.kinematics.values, self.kinematics.poses, self.kinematics.velocities, place)
 
 
 def make_motion_view(scene: Scene) -> MotionView:
@@ -215,7 +215,7 @@ def _plot_values(motion: Kinematics) -> FloatArray:
 def _reading_at(motion: Kinematics, name: str, values: float | FloatArray) -> FloatArray:
     """Return a reading (SI) at one or several values of the variable."""
     if name in motion.rates:
-        return np.asarray(CubicHermiteSpline(motion.values, motion.readings[name], motion.rates[name])(values))
+        return interpolate_samples(motion.values, motion.readings[name], motion.rates[name], values)
     return np.asarray(np.interp(values, motion.values, motion.readings[name]))
 
 

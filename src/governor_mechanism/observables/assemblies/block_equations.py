@@ -4,6 +4,8 @@ The position of a body is p = x + i y, its direction z = exp(i angle). With thei
 equation in the first and one in the second group, and every other row one that is bilinear in both.
 """
 
+from __future__ import annotations
+
 import cmath
 import math
 from dataclasses import dataclass

@@ -5,11 +5,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.interpolate import CubicHermiteSpline
 
 from governor_mechanism.model.results.film_options import FilmOptionError
 from governor_mechanism.model.results.trajectory import Trajectory
-from governor_mechanism.render.frame_data import find_parts, integrate_speed
+from governor_mechanism.numerics.hermite import integrate_samples, interpolate_samples
+from governor_mechanism.render.frame_data import find_parts
 from governor_mechanism.render.geometry.primitives import Vec2, round_step
 from governor_mechanism.render.part_run import PartRun
 from governor_mechanism.types import FloatArray
@@ -45,10 +45,9 @@ class Motion:
         speed = np.zeros(len(run.times)) if spindle is None else spindle
         self._shown_speed = np.abs(speed) if shows_rotation else np.zeros(len(run.times))
         self._speed = speed
-        self._turns = integrate_speed(run.times, speed) / (2 * math.pi) if shows_rotation and spindle is not None else None
+        self._turns = integrate_samples(run.times, speed) / (2 * math.pi) if shows_rotation and spindle is not None else None
         self.times, self.poses, self._velocities = run.times, part_run.poses, part_run.select_bodies(run.velocities)
         self._length_scale = part_run.part.mechanism.length_scale
-        self._spline = CubicHermiteSpline(run.times, self.poses, self._velocities) if len(run.times) > 1 else None
 
     def turn_time(self, begin: float, end: float) -> float:
         """Return the shortest duration (s) of a turn between two times (s) of a body that makes whole turns; infinite without one.
@@ -77,11 +76,12 @@ class Motion:
 
     def difference(self, times: FloatArray, begin: float, scales: FloatArray) -> FloatArray:
         """Return the largest difference (n,) of the columns at times (n,) s from those at the begin (s), relative to their scales."""
-        if self._spline is None:
+        if len(self.times) < 2:
             return np.zeros(len(times))
         # Clipped: a run may end before the others.
         at = np.clip(np.concatenate([[begin], times]), self.times[0], self.times[-1])
-        columns = self._columns(np.asarray(self._spline(at)), np.interp(at, self.times, self._speed))
+        poses = interpolate_samples(self.times, self.poses, self._velocities, at)
+        columns = self._columns(poses, np.interp(at, self.times, self._speed))
         largest: FloatArray = np.abs((columns[1:] - columns[0]) / scales).max(axis=1, initial=0.0)
         return largest
 

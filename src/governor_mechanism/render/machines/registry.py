@@ -1,32 +1,28 @@
 """Registry of machine drawings. Every mechanism that is not listed is drawn from its bodies and joints."""
 
+from governor_mechanism.model.later_module import LaterClasses
 from governor_mechanism.model.part import Part
 from governor_mechanism.model.results.trajectory import Trajectory
-from governor_mechanism.render.machines.flywheel_engine import FlywheelEngineDrawing
 from governor_mechanism.render.machines.generic.drawing import GenericDrawing
-from governor_mechanism.render.machines.hartnell import HartnellDrawing
-from governor_mechanism.render.machines.hartung import HartungDrawing
 from governor_mechanism.render.machines.machine_drawing import MachineDrawing
-from governor_mechanism.render.machines.parabolic import ParabolicDrawing
-from governor_mechanism.render.machines.pendulum import PendulumDrawing
-from governor_mechanism.render.machines.proell import ProellDrawing
-from governor_mechanism.render.machines.slide_valve import SlideValveDrawing
-from governor_mechanism.render.machines.slider_crank import SliderCrankDrawing
-from governor_mechanism.render.machines.stephenson import StephensonDrawing
 from governor_mechanism.render.machines.valve_gear import ValveGearDrawing
 from governor_mechanism.render.machines.valve_gear_proportions import is_valve_gear, may_be_valve_gear
 
-MACHINE_DRAWINGS: dict[str, type[MachineDrawing]] = {
-    "pendulum_governor": PendulumDrawing,
-    "proell": ProellDrawing,
-    "hartnell": HartnellDrawing,
-    "hartung": HartungDrawing,
-    "parabolic_governor": ParabolicDrawing,
-    "slide_valve": SlideValveDrawing,
-    "stephenson": StephensonDrawing,
-    "slider_crank": SliderCrankDrawing,
-    "flywheel_engine": FlywheelEngineDrawing,
-}
+MACHINE_DRAWINGS: LaterClasses[type[MachineDrawing]] = LaterClasses(
+    __package__,
+    {
+        "pendulum_governor": "pendulum.PendulumDrawing",
+        "proell": "proell.ProellDrawing",
+        "hartnell": "hartnell.HartnellDrawing",
+        "hartung": "hartung.HartungDrawing",
+        "parabolic_governor": "parabolic.ParabolicDrawing",
+        "slide_valve": "slide_valve.SlideValveDrawing",
+        "stephenson": "stephenson.StephensonDrawing",
+        "slider_crank": "slider_crank.SliderCrankDrawing",
+        "flywheel_engine": "flywheel_engine.FlywheelEngineDrawing",
+    },
+)
+"""Classes of drawings by the name of the machine, each with the module in this folder."""
 
 
 def find_drawing_class(part: Part) -> type[MachineDrawing]:

@@ -11,7 +11,6 @@ from functools import cached_property
 from itertools import pairwise
 
 import numpy as np
-from scipy.interpolate import CubicHermiteSpline
 
 from governor_mechanism.effects.gas_pressure import SWITCH_COEFFICIENT, gas_work
 from governor_mechanism.engines.rotating_part import rotating_part_alone
@@ -26,6 +25,7 @@ from governor_mechanism.model.force_elements import CylinderGas, ForceElement, T
 from governor_mechanism.model.part import Start
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.model.time_functions import InputFunction
+from governor_mechanism.numerics.hermite import interpolate_samples
 from governor_mechanism.numerics.roots import find_root
 from governor_mechanism.statics.equilibrium_speed import equilibrium_speed_squared, evaluate_readings
 from governor_mechanism.studies.plain_runs import SLEEVE_READING
@@ -335,13 +335,12 @@ class GovernedEngine:
         Result: work: exact for a load in steps, else with the error of the reported times.
         """
         load = self.load.fraction
-        angle_at = CubicHermiteSpline(times, angles, speeds)
         changes = [one for one in dict.fromkeys(load.times) if times[0] < one < times[-1]]
         work = 0.0
         for start, end in pairwise([float(times[0]), *changes, float(times[-1])]):
             instants = np.linspace(start, end, N_WORK_POINTS)
             fraction = CubicTimeFunction(load)(0.5 * (instants[1:] + instants[:-1]))
-            work += float(np.sum(fraction * np.diff(angle_at(instants))))
+            work += float(np.sum(fraction * np.diff(interpolate_samples(times, angles, speeds, instants))))
         return self.load.rated_torque * work
 
     def with_constant_load(self, torque: float) -> Scene:

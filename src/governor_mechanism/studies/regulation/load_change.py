@@ -7,7 +7,6 @@ from enum import StrEnum
 from typing import Any
 
 import numpy as np
-from scipy.interpolate import CubicHermiteSpline
 
 from governor_mechanism.effects.dry_friction import DryFriction
 from governor_mechanism.engines import select_engine
@@ -17,6 +16,7 @@ from governor_mechanism.model.results.result import Column, Result
 from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.model.time_functions import InputFunction
+from governor_mechanism.numerics.hermite import interpolate_samples
 from governor_mechanism.studies.regulation.governed_engine import GovernedEngine, OperatingPoint
 from governor_mechanism.types import FloatArray
 from governor_mechanism.units.quantities import format_value, parse_quantity
@@ -141,9 +141,8 @@ def average_over_turns(
     Result: averages over the turns that lie between the first and the last time; one for each time at which
     such a turn ends.
     """
-    time_at = CubicHermiteSpline(angles, times, 1.0 / speeds)
     ends = np.flatnonzero(angles >= angles[0] + math.tau)
-    starts = time_at(angles[ends] - math.tau)
+    starts = interpolate_samples(angles, times, 1.0 / speeds, angles[ends] - math.tau)
     first = np.searchsorted(angles, angles[ends] - math.tau)
     periods = times[ends] - starts
     means = math.tau / periods

@@ -34,15 +34,26 @@ def find_coupled_rows(row_bodies: IntArray) -> IntArray:
 
 
 def bandwidth_reducing_order(row_bodies: IntArray) -> IntArray:
-    """Return an order of the rows that keeps coupled rows together (reverse Cuthill-McKee)."""
-    from scipy.sparse import coo_array
-    from scipy.sparse.csgraph import reverse_cuthill_mckee
-
-    pairs, n_rows = find_coupled_rows(row_bodies), len(row_bodies)
-    if n_rows == 0:  # bodies on springs alone
-        return np.zeros(0, dtype=np.int64)
-    graph = coo_array((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape=(n_rows, n_rows)).tocsr()
-    return np.asarray(reverse_cuthill_mckee((graph + graph.T).tocsr(), symmetric_mode=True), dtype=np.int64)
+    """Return an order of the rows that keeps coupled rows together (reverse Cuthill-McKee), the same on every machine."""
+    coupled: list[set[int]] = [set() for _ in row_bodies]
+    for row, other_row in find_coupled_rows(row_bodies)[:, :2].tolist():
+        coupled[row].add(other_row)
+        coupled[other_row].add(row)
+    by_degree = sorted(range(len(coupled)), key=lambda row: len(coupled[row]))
+    place = {row: k for k, row in enumerate(by_degree)}
+    waiting = dict.fromkeys(by_degree)
+    order: list[int] = []
+    n_followed = 0
+    while waiting:
+        # Rows without a path to those before begin with that of the fewest coupled rows.
+        reached = [next(iter(waiting))] if n_followed == len(order) else []
+        if not reached:
+            reached = sorted((row for row in coupled[order[n_followed]] if row in waiting), key=place.__getitem__)
+            n_followed += 1
+        for row in reached:
+            del waiting[row]
+        order += reached
+    return np.array(order[::-1], dtype=np.int64)
 
 
 def disable_rows(constraint_table: ConstraintTable, joints: Sequence[int]) -> RecordArray:

@@ -7,8 +7,6 @@ from itertools import pairwise
 from typing import Any, Final
 
 import numpy as np
-from scipy.integrate import cumulative_trapezoid
-from scipy.interpolate import CubicHermiteSpline
 
 from governor_mechanism.mechanics.kinematics.time_functions import CubicTimeFunction
 from governor_mechanism.model.coupling.coupled_system import SPINDLE_ANGLE
@@ -19,6 +17,7 @@ from governor_mechanism.model.part import Part
 from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.model.time_functions import InputFunction
+from governor_mechanism.numerics.hermite import integrate_samples, interpolate_samples
 from governor_mechanism.render.geometry.primitives import round_step
 from governor_mechanism.render.part_run import sample_input
 from governor_mechanism.types import FloatArray
@@ -186,7 +185,7 @@ def engine_torque(run: Trajectory, governed: EngineRoomParts) -> tuple[FloatArra
         return run.times, whole + load_torque(run, governed)
     if stored is None:
         return run.times, torque
-    work = stored + cumulative_trapezoid(load_torque(run, governed), run.readings[governed.crank_angle], initial=0.0)
+    work = stored + integrate_samples(run.readings[governed.crank_angle], load_torque(run, governed))
     changes = _changes_over_turns(run, governed, work, torque)
     return (run.times, torque) if changes is None else (changes[0], changes[1] / (2 * np.pi))
 
@@ -214,8 +213,7 @@ def _changes_over_turns(
     if turns < 2 or len(angles) < MIN_SAMPLES_PER_TURN * turns or not bool(np.all(np.diff(angles) > 0)):
         return None
     inside = (angles >= angles[0] + np.pi) & (angles <= angles[-1] - np.pi)
-    curve = CubicHermiteSpline(angles, values, slopes)
-    before, after = (curve(angles[inside] + half_turn) for half_turn in (-np.pi, np.pi))
+    before, after = (interpolate_samples(angles, values, slopes, angles[inside] + half_turn) for half_turn in (-np.pi, np.pi))
     return run.times[inside], after - before
 
 
