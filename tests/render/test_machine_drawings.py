@@ -17,8 +17,9 @@ from governor_mechanism.render.film.frame_painter import FramePainter
 from governor_mechanism.render.frame_data import FrameData
 from governor_mechanism.render.geometry.outlines import first_free_position, horizontal_extents, make_bar, make_hatching
 from governor_mechanism.render.geometry.primitives import Circle, Lines, Polygon, TextShape, bounding_box, drawn_ball_radius, round_step
+from governor_mechanism.render.machines import registry
 from governor_mechanism.render.machines.generic.drawing import GenericDrawing
-from governor_mechanism.render.machines.registry import MACHINE_DRAWINGS, drawing_of
+from governor_mechanism.render.machines.registry import drawing_of
 from stub_run import GOVERNOR_DIMENSIONS, fake_run, sleeve_height
 
 
@@ -179,7 +180,7 @@ def test_a_machine_is_drawn_by_what_is_registered_for_it(monkeypatch):
         def moving_shapes(self, pose, time):
             return (Circle("ball", 1.0, 2.0, 3.0),)
 
-    monkeypatch.setitem(MACHINE_DRAWINGS, "nobody's machine", Dot)
+    monkeypatch.setattr(registry, "MACHINE_DRAWINGS", {"nobody's machine": Dot})
     drawing = drawing_of(run, as_unknown(run.scene.part))
     assert drawing.moving_shapes(run.poses[0], 0.0) == (Circle("ball", 1.0, 2.0, 3.0),)
 
