@@ -6,7 +6,7 @@ import json
 import os
 import re
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any, Final
@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.files.atomic_write import atomic_write
-from governor_mechanism.files.netcdf_encoding import encode_netcdf
+from governor_mechanism.files.netcdf_encoding import RunVariable, encode_netcdf
 from governor_mechanism.files.plain_values import plain_value
 from governor_mechanism.model.events import Event, EventKind
 from governor_mechanism.model.results.cost import Cost
@@ -43,28 +43,6 @@ ENERGY_VARIABLES: Final = {
     "dissipated_energy": ("energy_dissipated", "energy dissipated since the start"),
 }
 """Names and long names of the variables of the fields of `Energy`."""
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class RunVariable:
-    """An array of a run.
-
-    Attributes
-    ----------
-    name
-        Name of ASCII letters, digits and underscores.
-    dimensions
-        Names of the dimensions; none for a number.
-    values
-        Numbers in SI, or texts.
-    attributes
-        Unit, long name, and links to other variables.
-    """
-
-    name: str
-    dimensions: tuple[str, ...]
-    values: NDArray[Any]
-    attributes: Mapping[str, Any] = field(default_factory=dict)
 
 
 def run_variables(run: Trajectory) -> list[RunVariable]:

@@ -2,12 +2,11 @@
 
 import math
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
-
-from governor_mechanism.files.run_dataset import RunVariable
 
 _START: Final = b"CDF\x02"
 """Start of a file whose arrays may lie more than 2 GB behind it."""
@@ -20,6 +19,28 @@ _TYPES: Final = {"b": (1, ">i1"), "S": (2, "S1"), "i": (4, ">i4"), "d": (6, ">f8
 
 _MAX_SIZE: Final = 2**32 - 1
 """What stands for the size of a larger array."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class RunVariable:
+    """An array of a run.
+
+    Attributes
+    ----------
+    name
+        Name of ASCII letters, digits and underscores.
+    dimensions
+        Names of the dimensions; none for a number.
+    values
+        Numbers in SI, or texts.
+    attributes
+        Unit, long name, and links to other variables.
+    """
+
+    name: str
+    dimensions: tuple[str, ...]
+    values: NDArray[Any]
+    attributes: Mapping[str, Any] = field(default_factory=dict)
 
 
 def encode_netcdf(attributes: Mapping[str, str | NDArray[Any]], variables: Sequence[RunVariable]) -> bytes:
