@@ -17,6 +17,7 @@ from governor_mechanism.errors import MechanismError
 from governor_mechanism.model.results.film_options import FilmKeywords, FilmLayout, FilmOptions
 from governor_mechanism.model.results.pictures import Theme
 from governor_mechanism.render.film.frame_painter import ForceArrows, FramePainter
+from governor_mechanism.render.film.motion_layers import MotionLayers
 from governor_mechanism.render.film.moving_parts import CurvePanel
 from governor_mechanism.render.film.svg_animation import TOLERANCE, key_frames
 from governor_mechanism.render.film.timing import MIN_FRAMES_PER_TURN, select_timing
@@ -115,6 +116,35 @@ def test_force_arrows_are_as_long_as_the_forces(porter):
     lengths = [abs(head.points[0][0] - shaft.lines[0][0][0]) for shaft, head in zip(shafts, heads, strict=True)]
     assert lengths == pytest.approx(2 * [mass * speed**2 * data.poses[2, 0, 0] * arrows.scale], rel=1e-9)
     assert arrows.kinds == list(dict.fromkeys(force.kind for force in forces))
+
+
+def test_layers_show_the_velocities_of_pins_and_the_pole_of_the_coupler():
+    run = gm.run(gm.load("drag_link").replace({"run.duration": "0.5 s", "run.output_interval": "0.01 s"}))
+    data = FrameData(run, run.scene.part, (0.0, 0.5), np.linspace(0.0, 0.5, 6))
+    layers = MotionLayers(data, data.drawing.bounds, FilmOptions(layers=["velocity", "acceleration", "poles"]).layers)
+    frame = 3
+    shapes = list(shapes_of(layers.parts(), frame))
+    crank, speed = float(data.readings["crank_angle"].values[frame]), float(run.rates["crank_angle"][0])
+    tip = 0.12 * np.exp(1j * crank)
+    follower = float(data.readings["follower_angle"].values[frame])
+    direction = np.exp(1j * follower)
+    # Crank and follower meet in the pole: s tip = 0.05 + t direction.
+    pole = tip * 0.05 * direction.imag / (tip.real * direction.imag - tip.imag * direction.real)
+    mark = next(shape for shape in shapes if shape.role == "instantaneous centre")
+    centre = np.mean([complex(*point) for point in mark.lines[1]])
+    assert abs(centre - pole) < 1e-6  # between reported times velocities are interpolated
+    shafts, heads = ([one for one in shapes if one.role == "velocity" and isinstance(one, Lines) == is_line] for is_line in (True, False))
+    starts = np.array([complex(*shaft.lines[0][0]) for shaft in shafts])
+    tips = np.array([complex(*head.points[0]) for head in heads])
+    arrows = tips - starts
+    assert abs(starts[0] - tip) < 1e-9
+    assert (arrows[0] / (1j * speed * tip)).real > 0.0
+    # Normal to both cranks, and as long as the velocities: their ratio is that of the distances from the pole.
+    rates = np.abs(arrows) / np.abs(starts - pole)
+    assert rates[0] == pytest.approx(rates[1], rel=1e-3)
+    for start, arrow in zip(starts, arrows, strict=True):
+        assert abs(((start - pole).conjugate() * arrow).real) < 1e-3 * abs(start - pole) * abs(arrow)
+    assert [words.split(" ")[0] for _, words in layers.captions] == ["v", "a", "poles"]
 
 
 def test_a_periodic_run_closes_on_its_last_whole_period(porter):

@@ -53,6 +53,7 @@ _PARSERS: Final[Mapping[str, Callable[[str], object]]] = {
     "size": parse_film_size,
     "readings": partial(_parse_names, "--readings", "arm_angle,sleeve_lift"),
     "paths": partial(_parse_names, "--paths", "foot,crank pin"),
+    "layers": partial(_parse_names, "--layers", "velocity,poles"),
     "start": number_or_text,
     "stop": number_or_text,
 }

@@ -73,6 +73,10 @@ class FrameData:
         reported, poses = self.drawing.run.times, self.drawing.poses
         return poses.repeat(len(times), axis=0) if len(reported) < 2 else interpolate_samples(reported, poses, self._velocities, times)
 
+    def velocities_at(self, times: FloatArray) -> FloatArray:
+        """Return the velocities (n, bodies, 3) at times (n,) s within those of the run."""
+        return np.zeros((len(times), *self.drawing.poses.shape[1:])) if self._motion is None else np.asarray(self._motion(times, 1))
+
     @cached_property
     def moments(self) -> Sequence[Moment]:
         """The moments of the frames, at which shapes are placed."""

@@ -48,6 +48,14 @@ class FilmView(StrEnum):
     BOTH = "both"
 
 
+class FilmLayer(StrEnum):
+    """What may be drawn of the motion over a part."""
+
+    VELOCITY = "velocity"
+    ACCELERATION = "acceleration"
+    POLES = "poles"
+
+
 class FilmOptionError(MechanismError):
     """A mistake in an option of a film, in words for Python and, on the command line, with the names of its options.
 
@@ -120,6 +128,17 @@ def _read_paths(value: Sequence[str]) -> tuple[str, ...]:
     return tuple(dict.fromkeys(names))
 
 
+def _read_layers(value: Sequence[str] | None) -> tuple[FilmLayer, ...]:
+    names = () if value is None else value
+    if not isinstance(names, list | tuple) or not all(isinstance(name, str) for name in names):
+        raise FilmOptionError("{layers} of a film must be a list, as ['velocity', 'poles']; got {found}", found=format_value(value))
+    for name in names:
+        if name not in set(FilmLayer):
+            template = f"{{layers}} of a film are {', '.join(FilmLayer)}; got {{found!r}}.{{hint}}"
+            raise FilmOptionError(template, found=name, hint=did_you_mean(name, FilmLayer))
+    return tuple(dict.fromkeys(map(FilmLayer, names)))
+
+
 def _read_exaggerate(value: float) -> float:
     if value < 1.0:
         raise FilmOptionError("{exaggerate} must be a number of at least 1, which is the true motion; got {found:g}", found=value)
@@ -164,6 +183,7 @@ class FilmKeywords(TypedDict, total=False):
     forces: bool
     traces: bool
     paths: Sequence[str] | None
+    layers: Sequence[str] | None
     view: str
     exaggerate: float
     part: str | None
@@ -241,6 +261,15 @@ class FilmOptions:
         help='Draw the paths of points, for example "foot,crank pin": named points, pins, bodies (their mass centres), or "crank.end"; '
         "their coordinates are readings, too. By default those that the scene names.",
     )
+    layers: tuple[FilmLayer, ...] = film_option(
+        (),
+        None,
+        'What is drawn of the motion: "velocity" and "acceleration" of named points (else of pins) as arrows, each on a scale of its own, '
+        'and "poles", the instantaneous centres of bodies against the plane. Accelerations are differences of velocities at the reported '
+        "times.",
+        read=_read_layers,
+        help='Draw of the motion, for example "velocity,poles": velocity, acceleration (arrows at points), poles (instantaneous centres).',
+    )
     view: FilmView = film_option(
         FilmView.PLANE,
         TEXT,
@@ -309,7 +338,7 @@ class FilmOptions:
             raise FilmOptionError(
                 "a film of the {layout} 'machine' plots no readings; leave {readings} out, or choose the {layout} 'machine+plots' or 'wide'"
             )
-        overlays = [name for name in ("labels", "forces", "traces", "paths") if getattr(self, name)]
+        overlays = [name for name in ("labels", "forces", "traces", "paths", "layers") if getattr(self, name)]
         if overlays and self.view is FilmView.OUTSIDE:
             raise FilmOptionError(
                 f"{list_options(overlays)} are drawn on the turning plane, which the {{view}} 'outside' does not show; "
@@ -317,6 +346,8 @@ class FilmOptions:
             )
         if self.forces and self.exaggerate > 1.0:
             raise FilmOptionError("{forces} are those of the true positions, which {exaggerate} does not show; leave one of the two out")
+        if self.layers and self.exaggerate > 1.0:
+            raise FilmOptionError("{layers} are those of the true motion, which {exaggerate} does not show; leave one of the two out")
 
 
 def _read(name: str, value: object, default: object) -> object:

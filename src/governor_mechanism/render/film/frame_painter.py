@@ -16,6 +16,7 @@ from governor_mechanism.render.film import layout
 from governor_mechanism.render.film.frame_canvas import LINE_PITCH, FrameCanvas, PlotHeading
 from governor_mechanism.render.film.labels import LABEL_HEIGHT, LETTER_WIDTH, AngleArc, PlacedLabel, find_labels, place_labels
 from governor_mechanism.render.film.layout import frame_layout, shift_rect
+from governor_mechanism.render.film.motion_layers import MotionLayers
 from governor_mechanism.render.film.moving_parts import Curve, Panel, plot_curves
 from governor_mechanism.render.film.outside_view import OutsideView, outside_box
 from governor_mechanism.render.forces import DrawnForce, find_forces
@@ -166,7 +167,8 @@ class ElevationOverlay:
         self._paths = PointPaths(data, options.paths)
         self.static_shapes += self._paths.shapes
         self.arrows = ForceArrows(data, box, is_shown=options.forces)
-        self.box = self._paths.enclosing_box(self.arrows.enclosing_box(self.box))
+        self.layers = MotionLayers(data, box, options.layers if shows_bodies(data) else ())
+        self.box = self.layers.enclosing_box(self._paths.enclosing_box(self.arrows.enclosing_box(self.box)))
         self._angle = AngleArc(data) if options.labels else None
         self._labels = [*find_labels(data), *self._angle.labels] if self._angle is not None else []
         if self._labels and not shows_bodies(data):
@@ -191,6 +193,7 @@ class ElevationOverlay:
         """Yield the parts that move, whose moments are the numbers of the frames."""
         yield from self._paths.parts()
         yield from self.arrows.parts()
+        yield from self.layers.parts()
         if self._angle is not None:
             yield Flexible(shapes_at=self._angle.shapes_at)
         if self._placed:
@@ -203,7 +206,7 @@ class ElevationOverlay:
 MAX_SHOWN_READINGS = {True: 3, False: 4}
 """Number of readings in the side panel, with and without the dial."""
 FORCE_NAMES_HEIGHT = 16.0
-"""Height (pixels) that the names of forces take from the elevation."""
+"""Height (pixels) that the names of forces, or of layers, take from the elevation."""
 FORCE_NAMES = {"centrifugal": "centrifugal force", "spring": "spring force", "damping": "damping force"}
 """Names of kinds of forces; a weight is called so."""
 
@@ -288,8 +291,8 @@ class FramePainter(FrameCanvas):
         frame_data, (shift, above) = self._shown_parts[index], place
         rect = shift_rect(self._places.elevation, shift + self._shift, above)
         overlay = ElevationOverlay(frame_data, enclosing_box(on_one_scale(self._columns[index], frame_data)), self._options)
-        if overlay.arrows.largest:
-            rect = shift_rect(rect, 0.0, FORCE_NAMES_HEIGHT)
+        n_lines = bool(overlay.arrows.largest) + bool(overlay.layers.captions)
+        rect = shift_rect(rect, 0.0, n_lines * FORCE_NAMES_HEIGHT)
         if overlay.label_width:
             rect = (*rect[:2], rect[2] - overlay.label_width, rect[3])
         return overlay, fit_view(overlay.box, rect)
@@ -400,13 +403,17 @@ class FramePainter(FrameCanvas):
     def _add_scale_bars(self, frame_data: FrameData, view: PixelView, shift: float, above: float, overlay: ElevationOverlay) -> None:
         """Add a scale bar of a round length in millimetres below the elevation of a part, one of its forces, and how fast the film is."""
         left, top, _, bottom = shift_rect(self._places.caption, shift)
+        names_top = self._places.elevation[1] + above + 7.0
+        layers_top = names_top + (FORCE_NAMES_HEIGHT if overlay.arrows.largest else 0.0)
+        self._write_in_colours(overlay.layers.captions, (left, layers_top))
         if not overlay.arrows.largest:
             self._add_view_caption(view, shift, "seen in the turning plane" if frame_data.part.plane == TURNING_PLANE else "", frame_data)
             return
         end = self._add_length_bar(view, shift)
         force = round_step(0.5 * overlay.arrows.largest, 1)
         self._add_scale_bar((end + 14.0, (top + bottom) / 2), force * overlay.arrows.scale * view.scale, f"{force:g} N")
-        self._name_forces(overlay.arrows.kinds, (left, self._places.elevation[1] + above + 7.0))
+        names = [(f"{kind} force", FORCE_NAMES.get(kind, kind)) for kind in overlay.arrows.kinds]
+        self._write_in_colours(names, (left, names_top))
         plane = "turning plane" if frame_data.part.plane == TURNING_PLANE else ""
         # The bars take the whole line.
         self._add_view_words(plane, frame_data, shift, -14.0)
@@ -431,11 +438,11 @@ class FramePainter(FrameCanvas):
         if text:
             self.add_text(text, (right, (top + bottom) / 2 + rise), 9.5, color=MUTED, ha="right")
 
-    def _name_forces(self, kinds: Sequence[str], start: Vec2) -> None:
-        """Write the names of kinds of forces in their colours, in one line from a position on."""
+    def _write_in_colours(self, captions: Sequence[tuple[str, str]], start: Vec2) -> None:
+        """Write words in the colours of their roles, in one line from a position on."""
         x, y = start
-        for kind in kinds:
-            text = self.add_text(FORCE_NAMES.get(kind, kind), (x, y), 9.5, color=ROLE_STYLES[f"{kind} force"].stroke)
+        for role, words in captions:
+            text = self.add_text(words, (x, y), 9.5, color=ROLE_STYLES[role].stroke)
             x += self._width_of(text) + 9.0
 
     def _add_scale_bar(self, start: Vec2, length: float, words: str) -> float:

@@ -16,7 +16,7 @@ VIDEO_SUFFIXES = (".mp4", ".webm")
 """Endings of the names of videos, which need ffmpeg."""
 _OF_PAGES = ("size", "part", "start", "stop", "slow_down", "paths")
 """Options that a page takes too."""
-_OF_PARTS = ("labels", "forces", "traces", "paths", "view", "exaggerate")
+_OF_PARTS = ("labels", "forces", "traces", "paths", "layers", "view", "exaggerate")
 """Options of the film of a part, which an engine room does not take."""
 
 
