@@ -109,7 +109,7 @@ def test_a_film_without_footer_has_no_words_below_and_states_a_failure(porter):
 
 def test_force_arrows_are_as_long_as_the_forces(porter):
     data = FrameData(porter, porter.scene.part, (0.0, 4.0), np.linspace(0.0, 4.0, 5))
-    arrows, forces = ForceArrows(data, data.drawing.bounds, is_shown=True), find_forces(data)
+    arrows, forces = ForceArrows(data, data.drawing.bounds, shows_all=True), find_forces(data)
     speed, mass = data.readings["spindle_speed"].values[2], 5.0
     shafts = [shape for shape in shapes_of(arrows.parts(), 2) if isinstance(shape, Lines) and shape.role == "centrifugal force"]
     heads = [shape for shape in shapes_of(arrows.parts(), 2) if not isinstance(shape, Lines) and shape.role == "centrifugal force"]

@@ -1,7 +1,8 @@
-"""Forces on the bodies of a part over time, from the laws of the engines: weight, centrifugal force, springs and dashpots. All in N."""
+"""Forces on the bodies of a part over time, N: weight, centrifugal force, springs and dashpots by their laws, and those of joints."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from typing import Final
 
 import numpy as np
 
@@ -12,12 +13,15 @@ from governor_mechanism.mechanics.kinematics.point_paths import point_path
 from governor_mechanism.model.effect import OutputForce
 from governor_mechanism.model.force_elements import Damper, Spring
 from governor_mechanism.model.joints import GROUND, Point
+from governor_mechanism.model.motion_readings import joints_of_reactions
 from governor_mechanism.model.output_variables import PointCoordinate
 from governor_mechanism.observables.motion_readings import point_velocity
 from governor_mechanism.render.frame_data import FrameData
 from governor_mechanism.render.machines.machine_drawing import MachineDrawing
 from governor_mechanism.types import FloatArray
 
+REACTION: Final = "reaction"
+"""Kind of the forces of joints."""
 MIN_FORCE_RATIO = 1e-6
 """Largest force relative to that of all, below which a force is left out."""
 
@@ -29,7 +33,7 @@ class DrawnForce:
     Attributes
     ----------
     kind
-        "weight", "centrifugal", "spring" or "damping".
+        "weight", "centrifugal", "spring", "damping", or REACTION.
     name
         What it is.
     point
@@ -44,13 +48,15 @@ class DrawnForce:
     components: FloatArray
 
 
-def find_forces(data: FrameData) -> list[DrawnForce]:
+def find_forces(data: FrameData, *, only_reactions: bool = False) -> list[DrawnForce]:
     """Return the forces on the bodies of a part at its sample times, without those that are practically zero.
 
-    They are computed at the reported times, and are linear between these.
+    They are computed at the reported times, and are linear between these. Joints have those that are readings of the run.
     """
     drawing = data.drawing
-    forces = [*_weights(drawing), *_centrifugal_forces(drawing), *_element_forces(drawing), *_effect_forces(drawing)]
+    forces = list(_joint_forces(drawing))
+    if not only_reactions:
+        forces = [*_weights(drawing), *_centrifugal_forces(drawing), *_element_forces(drawing), *_effect_forces(drawing), *forces]
     largest = max((_magnitude(force) for force in forces), default=0.0)
     shown = [force for force in forces if _magnitude(force) > MIN_FORCE_RATIO * largest]
     return [replace(force, components=_interpolate(drawing.run.times, force.components, data.times)) for force in shown]
@@ -99,6 +105,19 @@ def _element_forces(drawing: MachineDrawing) -> Iterator[DrawnForce]:
             if point.body != GROUND:
                 components = sign * pull[:, None] * direction
                 yield DrawnForce(kind=kind, name=f"{element.name} on {point.body}", point=point, components=components)
+
+
+def _joint_forces(drawing: MachineDrawing) -> Iterator[DrawnForce]:
+    """Yield the forces of the joints that are readings, on their second bodies, or on the first if the second is the ground."""
+    requested = drawing.select_entries(dict.fromkeys(joints_of_reactions(drawing.run.scene.mechanism)))
+    if not requested or drawing.shows_joint_forces:
+        return
+    reactions = drawing.select_entries(drawing.run.reactions)
+    for joint in drawing.part.mechanism.joints:
+        if joint.name in requested:
+            point, sign = (joint.first, -1.0) if joint.second.body == GROUND else (joint.second, 1.0)
+            components = sign * reactions[joint.name].force
+            yield DrawnForce(kind=REACTION, name=f"{joint.name} on {point.body}", point=point, components=components)
 
 
 def _follow(drawing: MachineDrawing, point: Point) -> tuple[FloatArray, FloatArray]:

@@ -105,6 +105,7 @@ _STYLES = {
     "centrifugal force": ShapeStyle(fill=VERMILLION, stroke=VERMILLION, width=1.8),
     "spring force": ShapeStyle(fill=GREEN, stroke=GREEN, width=1.8),
     "damping force": ShapeStyle(fill=MUTED, stroke=MUTED, width=1.6),
+    "reaction force": ShapeStyle(fill="#7a3600", stroke="#7a3600", width=1.8),
     "velocity": ShapeStyle(fill=BLUE, stroke=BLUE, width=1.8),
     "acceleration": ShapeStyle(fill=VERMILLION, stroke=VERMILLION, width=1.8),
     "instantaneous centre": ShapeStyle(stroke=GREEN, width=1.5),

@@ -246,7 +246,8 @@ class FilmOptions:
     forces: bool = film_option(
         False,
         FLAG,
-        "Whether the forces on the bodies are drawn: weight, centrifugal force, springs and dampers.",
+        "Whether the forces on the bodies are drawn: weight, centrifugal force, springs and dampers. Forces of joints that the scene names "
+        "in `[run] readings` are drawn in any case; a bar states the scale.",
         help="Draw weights, centrifugal forces, springs and dampers as arrows on the film.",
     )
     traces: bool = film_option(

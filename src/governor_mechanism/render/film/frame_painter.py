@@ -19,7 +19,7 @@ from governor_mechanism.render.film.layout import frame_layout, shift_rect
 from governor_mechanism.render.film.motion_layers import MotionLayers
 from governor_mechanism.render.film.moving_parts import Curve, Panel, plot_curves
 from governor_mechanism.render.film.outside_view import OutsideView, outside_box
-from governor_mechanism.render.forces import DrawnForce, find_forces
+from governor_mechanism.render.forces import REACTION, DrawnForce, find_forces
 from governor_mechanism.render.frame_data import (
     FrameData,
     ShownParts,
@@ -99,13 +99,16 @@ def trace_shapes(data: FrameData) -> list[DrawnShape]:
 
 
 class ForceArrows:
-    """Arrows of the forces on the bodies of a part, all on one scale for a drawing in a box (m)."""
+    """Arrows of the forces on the bodies of a part, all on one scale for a drawing in a box (m).
 
-    def __init__(self, data: FrameData, box: BoundingBox, *, is_shown: bool) -> None:
+    Without `shows_all` they are those of joints that are readings of the run, and there are none where the motion is magnified.
+    """
+
+    def __init__(self, data: FrameData, box: BoundingBox, *, shows_all: bool, is_magnified: bool = False) -> None:
         left, right, bottom, top = box
         size = max(right - left, top - bottom)
         self._head = _FORCE_HEAD * size
-        forces = find_forces(data) if is_shown and shows_bodies(data) else []
+        forces = find_forces(data, only_reactions=not shows_all) if shows_bodies(data) and not is_magnified else []
         self.largest = max((_magnitude(force) for force in forces), default=0.0)
         self._forces = [force for force in forces if _magnitude(force) > _MIN_FORCE_RATIO * self.largest]
         # Metres per newton.
@@ -166,7 +169,7 @@ class ElevationOverlay:
             self.static_shapes += trace_shapes(data)
         self._paths = PointPaths(data, options.paths)
         self.static_shapes += self._paths.shapes
-        self.arrows = ForceArrows(data, box, is_shown=options.forces)
+        self.arrows = ForceArrows(data, box, shows_all=options.forces, is_magnified=options.exaggerate > 1.0)
         self.layers = MotionLayers(data, box, options.layers if shows_bodies(data) else ())
         self.box = self.layers.enclosing_box(self._paths.enclosing_box(self.arrows.enclosing_box(self.box)))
         self._angle = AngleArc(data) if options.labels else None
@@ -207,7 +210,7 @@ MAX_SHOWN_READINGS = {True: 3, False: 4}
 """Number of readings in the side panel, with and without the dial."""
 FORCE_NAMES_HEIGHT = 16.0
 """Height (pixels) that the names of forces, or of layers, take from the elevation."""
-FORCE_NAMES = {"centrifugal": "centrifugal force", "spring": "spring force", "damping": "damping force"}
+FORCE_NAMES = {"centrifugal": "centrifugal force", "spring": "spring force", "damping": "damping force", REACTION: "force of a joint"}
 """Names of kinds of forces; a weight is called so."""
 
 

@@ -53,6 +53,11 @@ class MachineDrawing(PartRun, ABC):
     def moving_parts(self) -> Iterable[DrawnPart]:
         """Return what moves, in front of what does not, back to front."""
 
+    @property
+    def shows_joint_forces(self) -> bool:
+        """Whether the forces of the joints are among the shapes."""
+        return False
+
     @cached_property
     def fixed(self) -> tuple[Attached, ...]:
         """What does not move, which takes long to find."""

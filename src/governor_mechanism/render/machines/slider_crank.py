@@ -52,6 +52,11 @@ class SliderCrankDrawing(GenericDrawing):
         yield from super().moving_parts()
         yield Flexible(shapes_at=self._reaction_shapes, section_only=True)
 
+    @property
+    def shows_joint_forces(self) -> bool:
+        """Whether the forces of the joints are among the shapes."""
+        return bool(self._loads)
+
     def _reaction_shapes(self, moment: Moment) -> Iterator[DrawnShape]:
         """Yield the forces of the joints at a moment."""
         pose, time = moment

@@ -1,6 +1,6 @@
 // The page: it makes the drawings and the plots, and connects them with the clock and the controls.
 
-const FORCE_NAMES = { weight: "weight", centrifugal: "centrifugal force", spring: "spring", damping: "damper" };
+const FORCE_NAMES = { weight: "weight", centrifugal: "centrifugal force", spring: "spring", damping: "damper", reaction: "force of a joint" };
 const HINT = "Point at a part to see what it is.";
 /** Width over height of all drawings together from which on the plots stand below them. */
 const WIDE_ASPECT = 1.9;
@@ -142,7 +142,8 @@ function listForces(pictures) {
   if (hasLoads) find("force-legend").append(makeNode("span", "key force-load", "applied load"));
   const largest = Math.max(0, ...groups.map((group) => group.largest));
   if (largest) find("force-legend").append(makeNode("span", "", `longest arrow ${Number(largest.toPrecision(3))} N`));
-  return { groups, hasLoads };
+  // Applied loads belong to the drawing, and forces of joints are requested: they are shown at first.
+  return { groups, areShownFirst: hasLoads || groups.some((group) => group.kinds.includes("reaction")) };
 }
 
 /** Show or hide the forces, as their switch stands. */
@@ -252,8 +253,7 @@ function startPage() {
   page.player = makePlayer(page, () => refresh(page));
   page.player.time = page.data.times.start;
   showRun(page, page.data);
-  // Applied loads belong to the drawing, and are shown at first.
-  find("forces").checked = page.forces.hasLoads;
+  find("forces").checked = page.forces.areShownFirst;
   find("forces").addEventListener("change", () => showForces(page));
   showForces(page);
   connectParts();
