@@ -74,8 +74,9 @@ class FrameData:
         return poses.repeat(len(times), axis=0) if len(reported) < 2 else interpolate_samples(reported, poses, self._velocities, times)
 
     def velocities_at(self, times: FloatArray) -> FloatArray:
-        """Return the velocities (n, bodies, 3) at times (n,) s within those of the run."""
-        return np.zeros((len(times), *self.drawing.poses.shape[1:])) if self._motion is None else np.asarray(self._motion(times, 1))
+        """Return the velocities (n, bodies, 3) at times (n,) s within those of the run, linear between its reported times."""
+        columns = self._velocities.reshape(len(self._velocities), -1).T
+        return np.stack([np.interp(times, self.drawing.run.times, column) for column in columns], axis=1).reshape(-1, *self.poses.shape[1:])
 
     @cached_property
     def moments(self) -> Sequence[Moment]:
