@@ -11,7 +11,7 @@ from governor_mechanism.engines.base import RunRequest
 from governor_mechanism.engines.multibody.engine import MultibodyEngine, MultibodyRunner
 from governor_mechanism.engines.multibody.implicit import RadauLimits
 from governor_mechanism.mechanics.kinematics.constraint_equations import make_curve_segments
-from governor_mechanism.mechanics.kinematics.constraint_kernels import evaluate_curve
+from governor_mechanism.mechanics.kinematics.constraint_kernels import evaluate_curve, evaluate_polar_curve
 from governor_mechanism.model.joints import CurveSlot
 from governor_mechanism.scenes.parser import parse_scene_document
 
@@ -67,6 +67,7 @@ def follow_curve() -> None:
     (curve, *_) = (joint.curve for joint in gm.load("parabolic").mechanism.joints if isinstance(joint, CurveSlot))
     segments = make_curve_segments(curve)
     evaluate_curve(segments, 0, len(segments), 0.1)
+    evaluate_polar_curve(segments, 0, len(segments), 0.1)
 
 
 USES: Mapping[str, Callable[[], object]] = {

@@ -12,6 +12,7 @@ from governor_mechanism.errors import MechanismError
 from governor_mechanism.machines.base import rotate_point
 from governor_mechanism.machines.custom import MechanismSketch, SketchedBody
 from governor_mechanism.mechanics.kinematics.assembly import PositionSolver
+from governor_mechanism.model.curves import PolarCurve
 from governor_mechanism.model.joints import (
     GROUND,
     ArcSlot,
@@ -195,6 +196,8 @@ def _shift(joint: Joint, first_angle: float, offset: float, scale: float) -> tup
     if isinstance(joint, Distance | ArcSlot):
         length = joint.length if isinstance(joint, Distance) else joint.radius
         return rotate_point(length, 0.0, math.pi * (offset - 0.5))
+    if isinstance(joint, CurveSlot) and isinstance(joint.curve, PolarCurve):
+        return rotate_point(joint.curve.typical_radius, 0.0, math.pi * (offset - 0.5))
     direction = joint.angle if isinstance(joint, Slider | CurveSlot | TranslationalDriver) else 0.0
     return rotate_point(offset * scale, 0.0, first_angle + direction)
 

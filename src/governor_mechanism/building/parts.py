@@ -227,11 +227,19 @@ class JointBuilder(DocumentTables):
         coefficients: Sequence[Quantity] | None = None,
         # points [x, y] of a spline, in place of the coefficients
         points: Sequence[Sequence[Quantity]] | None = None,
-        angle: Quantity | None = None,  # direction of x in the axes of the first body; None for 0
+        # points [x, y] of a closed spline about the first point, in place of the others
+        closed: Sequence[Sequence[Quantity]] | None = None,
+        # points [angle, radius] of a closed spline, in place of the others
+        polar: Sequence[Sequence[Quantity]] | None = None,
+        radius: Quantity | None = None,  # mean radius of a closed curve of harmonics, in place of the others
+        # of the radius, each { "amplitude": ..., "order": ..., "phase": ... }
+        harmonics: Sequence[Mapping[str, Quantity]] | None = None,
+        angle: Quantity | None = None,  # direction of x, or of angle 0, in the axes of the first body; None for 0
         name: str = "",
     ) -> None:
-        """Guide the second point on a curve y(x) of the first body."""
-        curve = given_values(coefficients=plain_list(coefficients), points=plain_list(points))
+        """Guide the second point on a curve y(x) of the first body, or on a closed curve about the first point."""
+        lists = {"coefficients": coefficients, "points": points, "closed": closed, "polar": polar, "harmonics": harmonics}
+        curve = given_values(radius=radius, **{key: plain_list(value) for key, value in lists.items()})
         self._join("curve", first, second, name, curve=curve, angle=angle)
 
     def link(
@@ -254,9 +262,11 @@ class JointBuilder(DocumentTables):
         # angle of the second body at zero angle of the first; None for that of the first configuration
         offset: Quantity | None = None,
         name: str = "",
+        carrier: BuiltBody | None = None,  # the body that carries both wheels, from which the angles count; None for the ground
     ) -> None:
-        """Couple the angles of two bodies."""
-        self._couple("gear", first, second, name, ratio=ratio, offset=offset)
+        """Couple the angles of two bodies, as seen from the body that carries them."""
+        carried = {} if carrier is None else {"carrier": body_reference("gear", carrier)}
+        self._couple("gear", first, second, name, ratio=ratio, offset=offset, **carried)
 
     def rack(
         self,

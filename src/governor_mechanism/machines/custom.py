@@ -247,7 +247,7 @@ class MechanismSketch:
     def unconnected_bodies(self) -> list[str]:
         """Names of the bodies that no chain of joints, springs or dampers connects to the ground."""
         connecting_types = (Spring, Damper, TorsionSpring, TorsionDamper)
-        connections = [(joint.first.body, joint.second.body) for joint in self.joints]
+        connections = [joint.bodies for joint in self.joints]
         connections += [load.bodies for load in self.force_elements if isinstance(load, connecting_types)]
         connected, previous_count = {GROUND}, 0
         while len(connected) > previous_count:

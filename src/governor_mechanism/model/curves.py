@@ -1,13 +1,15 @@
-"""Guide curves y = f(x) for points, in their own axes. Frozen values without mathematics."""
+"""Guide curves y = f(x) and closed curves r = f(angle) for points, in their own axes. Frozen values without mathematics."""
 
+import math
 from dataclasses import dataclass
 
-from governor_mechanism.errors import MechanismError, require_finite, require_rising
+from governor_mechanism.errors import MechanismError, require_finite, require_positive, require_rising
+from governor_mechanism.model.time_functions import AngleHarmonic
 
 
 @dataclass(frozen=True, kw_only=True)
 class Curve:
-    """Base class of a curve y = f(x); x and y in m."""
+    """Base class of a curve that guides a point; lengths in m."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -51,3 +53,82 @@ class SplineCurve(Curve):
             require_finite(x, "m", "x of a curve's point")
             require_finite(y, "m", "y of a curve's point")
         require_rising(self.x, "x of a curve's points", " m")
+
+
+@dataclass(frozen=True, kw_only=True)
+class PolarCurve(Curve):
+    """Base class of a closed curve about its origin, with one radius (m) in each direction."""
+
+    @property
+    def typical_radius(self) -> float:
+        """A radius between the smallest and the largest, m."""
+        raise NotImplementedError
+
+
+@dataclass(frozen=True, kw_only=True)
+class PolarSpline(PolarCurve):
+    """A periodic cubic spline of the radius over the angle, with continuous curvature everywhere.
+
+    Attributes
+    ----------
+    angles
+        Directions, rad, strictly rising within one turn; three or more.
+    radii
+        Radii, m, positive; as many as angles.
+    """
+
+    angles: tuple[float, ...]
+    radii: tuple[float, ...]
+
+    def __post_init__(self) -> None:
+        if len(self.angles) != len(self.radii) or len(self.angles) < 3:
+            raise MechanismError(
+                f"the table of a closed curve needs three points or more, angle and radius each; got {len(self.angles)} and {len(self.radii)}"
+            )
+        for angle, radius in zip(self.angles, self.radii, strict=True):
+            require_finite(angle, "rad", "angle of a closed curve's point")
+            require_positive(radius, "m", "radius of a closed curve's point")
+        require_rising(self.angles, "angles of a closed curve's points", " rad")
+        span = self.angles[-1] - self.angles[0]
+        if span >= math.tau:
+            raise MechanismError(
+                f"the angles of a closed curve's points must lie within one turn; from the first to the last it is {math.degrees(span):.6g} deg. "
+                "The curve closes by itself: leave out a point that repeats the first"
+            )
+
+    @property
+    def typical_radius(self) -> float:
+        """The radius of the first point, m."""
+        return self.radii[0]
+
+
+@dataclass(frozen=True, kw_only=True)
+class PolarHarmonics(PolarCurve):
+    """A closed curve with the radius r = radius + the sum of amplitude * sin(order * angle + phase).
+
+    Attributes
+    ----------
+    radius
+        Mean radius, m; larger than the sum of all amplitudes.
+    harmonics
+        The harmonics, of whole orders, so that the curve closes.
+    """
+
+    radius: float
+    harmonics: tuple[AngleHarmonic, ...] = ()
+
+    def __post_init__(self) -> None:
+        require_positive(self.radius, "m", "radius of a closed curve")
+        for one in self.harmonics:
+            if one.order != round(one.order) or one.order < 1:
+                raise MechanismError(f"a closed curve has a harmonic of order {one.order:g}; it closes with orders 1, 2, 3, ... only")
+        if (total := sum(abs(one.amplitude) for one in self.harmonics)) >= self.radius:
+            raise MechanismError(
+                f"the amplitudes of a closed curve add up to {total:g} m and must be less than its radius, {self.radius:g} m: "
+                "it goes round its origin"
+            )
+
+    @property
+    def typical_radius(self) -> float:
+        """The mean radius, m."""
+        return self.radius

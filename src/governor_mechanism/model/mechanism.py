@@ -196,7 +196,7 @@ class Mechanism:
     def __post_init__(self) -> None:
         require_positive(self.length_scale, "m", "length scale of the mechanism")
         names = [body.name for body in self.bodies]
-        references = [("joint", joint.name, {joint.first.body, joint.second.body}) for joint in self.joints]
+        references = [("joint", joint.name, set(joint.bodies)) for joint in self.joints]
         references += [("force element", element.name, set(element.bodies)) for element in self.force_elements]
         counts = Counter([*(("body", name) for name in names), *((what, name) for what, name, _ in references)])
         problems = [f"{what} {name!r} occurs {n} times; names must differ" for (what, name), n in counts.items() if n > 1]
@@ -294,7 +294,7 @@ class Mechanism:
 
     def count_free_shafts(self) -> int:
         """Return the number of shafts that no joint couples to another body."""
-        coupled = {point.body for joint in self.joints for point in (joint.first, joint.second)}
+        coupled = {body for joint in self.joints for body in joint.bodies}
         return sum(isinstance(body, Shaft) and body.name not in coupled for body in self.bodies)
 
     @cached_property

@@ -14,7 +14,7 @@ from governor_mechanism.mechanics.dynamics.forces.contact_modes import has_conta
 from governor_mechanism.mechanics.dynamics.forces.loads import reading_functions_of
 from governor_mechanism.mechanics.kinematics.constraint_equations import constraint_equations_of
 from governor_mechanism.model.effect import Effect
-from governor_mechanism.model.joints import JOINT_TYPES, Joint
+from governor_mechanism.model.joints import JOINT_TYPES, Gear, Joint
 from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.model.scene import Scene
 
@@ -117,6 +117,8 @@ class ImpulseEngine(ImpulseSettings, Engine):
         if massless := ", ".join(body.name for body in scene.part.mechanism.bodies if body.mass == 0.0):
             return f"engine 'impulse' cannot model bodies without mass and moving points of the ground: {massless}; use engine 'multibody'"
         mechanism = scene.part.mechanism
+        if carried := [joint.name for joint in mechanism.joints if isinstance(joint, Gear) and joint.is_carried]:
+            return f"engine 'impulse' cannot model a gear with a carrier, which joins three bodies, here {carried[0]!r}; use engine 'multibody'"
         if points := ", ".join(body.name for body in mechanism.bodies if cannot_rotate_in_pymunk(mechanism, body)):
             return f"engine 'impulse' cannot rotate point masses without a pin to the ground, here {points}; use engine 'multibody'"
         if not self.plain:

@@ -12,7 +12,7 @@ from governor_mechanism.mechanics.kinematics import constraint_kernels
 from governor_mechanism.mechanics.kinematics.constraint_kernels import ConstraintRows
 from governor_mechanism.mechanics.kinematics.points import Origins, attachment_fields
 from governor_mechanism.mechanics.kinematics.time_functions import CubicTimeFunction
-from governor_mechanism.model.curves import Curve, PolynomialCurve, SplineCurve
+from governor_mechanism.model.curves import Curve, PolarHarmonics, PolarSpline, PolynomialCurve, SplineCurve
 from governor_mechanism.model.joints import Joint
 from governor_mechanism.model.joints.constraint_row import ConstraintRow, RowKind
 from governor_mechanism.model.mechanism import Mechanism
@@ -24,7 +24,7 @@ from governor_mechanism.types import NO_INDEX, FloatArray, IntArray, RecordArray
 def make_row_table(n_rows: int) -> RecordArray:
     """Return rows without parameters and drives."""
     table = np.zeros(n_rows, dtype=constraint_kernels.CONSTRAINT_ROW_DTYPE)
-    table["first_point_weight"], table["drive_scale"], table["drive"] = 1.0, 1.0, NO_INDEX
+    table["first_point_weight"], table["drive_scale"], table["drive"], table["third"] = 1.0, 1.0, NO_INDEX, NO_INDEX
     return table
 
 
@@ -78,6 +78,7 @@ def make_constraint_table(
         set_fields(table[i], attachment_fields(mechanism, joint.first, joint.second, origins or {}))
         set_fields(table[i], row.parameters)
         table[i]["kind"], table[i]["drive_scale"] = row.kind, row.drive_scale
+        table[i]["third"] = NO_INDEX if row.third is None else mechanism.body_index(row.third)
         table[i]["drive"] = NO_INDEX if row.motion is None else len(motions)
         table[i]["first_segment"], table[i]["n_segments"] = n_segments, n_own_segments
         curve_segments += segments
@@ -97,9 +98,11 @@ def _concatenate_segments(parts: list[FloatArray]) -> FloatArray:
 
 
 def bodies_of_rows(table: RecordArray) -> IntArray:
-    """Return the first and second body of each row; shape (n, 2)."""
-    bodies = np.empty((len(table), 2), dtype=table.dtype["first"])
-    bodies[:, 0], bodies[:, 1] = table["first"], table["second"]
+    """Return the first and second body of each row, and the third one if any row has it; shape (n, 2 or 3)."""
+    sides = ("first", "second", "third") if (table["third"] != NO_INDEX).any() else ("first", "second")
+    bodies = np.empty((len(table), len(sides)), dtype=table.dtype["first"])
+    for side, name in enumerate(sides):
+        bodies[:, side] = table[name]
     return bodies
 
 
@@ -110,7 +113,7 @@ def _is_trivially_satisfied(mechanism: Mechanism, joint: Joint, row: ConstraintR
     """
     if row.kind != RowKind.FIXED_DIRECTION or {"direction_x", "direction_y"} & set(row.parameters):
         return False
-    bodies = [mechanism.body_index(point.body) for point in (joint.first, joint.second)]
+    bodies = [mechanism.body_index(name) for name in joint.bodies]
     if any(index >= 0 and mechanism.bodies[index].can_rotate for index in bodies):
         return False
     if row.motion is not None or row.parameters["constant"] != 0.0:
@@ -122,12 +125,12 @@ def _is_trivially_satisfied(mechanism: Mechanism, joint: Joint, row: ConstraintR
 
 
 def make_curve_segments(
-    curve: Curve,  # polynomial or spline curve y = f(x), m
+    curve: Curve,  # polynomial or spline curve y = f(x), m, or closed curve r = f(angle), m and rad
 ) -> FloatArray:
     """Return a guide curve as polynomial segments.
 
-    Result: start of each segment along x (m), then its coefficients, highest power first; shape (segments,
-    columns). Raises TypeError if there are no segments for this type of curve.
+    Result: start of each segment along x (m) or of the angle (rad), then its coefficients, highest power
+    first; shape (segments, columns). Raises TypeError if there are no segments for this type of curve.
     """
     if isinstance(curve, PolynomialCurve):
         return np.array([[0.0, *reversed(curve.coefficients)]])
@@ -136,7 +139,32 @@ def make_curve_segments(
 
         spline = CubicSpline(curve.x, curve.y)
         return np.column_stack([spline.x[:-1], spline.c.T])
+    if isinstance(curve, PolarSpline):
+        from scipy.interpolate import CubicSpline
+
+        angles, radii = (np.append(values, end) for values, end in ((curve.angles, curve.angles[0] + math.tau), (curve.radii, curve.radii[0])))
+        spline = CubicSpline(angles, radii, bc_type="periodic")
+        return np.column_stack([spline.x[:-1], spline.c.T])
+    if isinstance(curve, PolarHarmonics):
+        return _harmonic_segments(curve)
     raise TypeError(f"no segments are defined for curves of type {type(curve).__name__}")
+
+
+SEGMENTS_PER_CYCLE, TAYLOR_DEGREE = 16, 13
+"""Segments per cycle of the highest harmonic of a closed curve, and degree of its Taylor polynomial in each: radius and second derivative are
+exact to 2e-17 and 3e-14 of the amplitude and its second derivative."""
+
+
+def _harmonic_segments(curve: PolarHarmonics) -> FloatArray:
+    """Return a closed curve of harmonics as Taylor polynomials, exact to rounding."""
+    n_segments = SEGMENTS_PER_CYCLE * int(max((one.order for one in curve.harmonics), default=1))
+    starts, powers = math.tau * np.arange(n_segments) / n_segments, np.arange(TAYLOR_DEGREE, -1, -1)
+    factorials = np.array([math.factorial(power) for power in powers])
+    coefficients = np.where(powers == 0, curve.radius, np.zeros((n_segments, 1)))
+    for one in curve.harmonics:
+        phases = one.order * starts + one.phase
+        coefficients = coefficients + one.amplitude * one.order**powers / factorials * np.sin(phases[:, np.newaxis] + powers * math.pi / 2)
+    return np.column_stack([starts, coefficients])
 
 
 class ConstraintEquations:

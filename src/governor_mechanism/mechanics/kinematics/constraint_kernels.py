@@ -2,7 +2,8 @@
 
 Every joint is one to three rows of a few kinds. The residual of a row is the distance (m) between a point of a first
 and a point of a second body along a direction that depends on the kind, less the value that a drive prescribes. Bodies
-are indices into poses (bodies, 3); -1 is the ground.
+are indices into poses (bodies, 3); -1 is the ground. Where the rows of a mechanism contain the angle of a third body,
+all arrays by the bodies of a row have three sides instead of two.
 """
 
 import math
@@ -30,8 +31,10 @@ CONSTRAINT_ROW_DTYPE = record_dtype(
     ("direction_y", "f8"),
     ("first_angle_factor", "f8"),  # FIXED_DIRECTION: multiples of the angles of the bodies, m/rad
     ("second_angle_factor", "f8"),
+    ("third", "i8"),  # FIXED_DIRECTION: a third body, whose angle counts too, or NO_INDEX
+    ("third_angle_factor", "f8"),
     ("first_point_weight", "f8"),  # FIXED_DIRECTION: factor on the position of the first point
-    ("angle", "f8"),  # BODY_NORMAL: angle of the line; ARC_POSITION: direction of zero, rad
+    ("angle", "f8"),  # BODY_NORMAL: angle of the line; ARC_POSITION, POLAR_CURVE: direction of zero, rad
     ("radius", "f8"),  # ARC_POSITION, m
     ("rod_x", "f8"),  # FOLLOWER_HEIGHT: weighted other end of the rod, x from the guide of the follower, m
     ("rod_y", "f8"),
@@ -40,8 +43,8 @@ CONSTRAINT_ROW_DTYPE = record_dtype(
     ("follower_sign", "f8"),  # FOLLOWER_HEIGHT
     ("drive_scale", "f8"),  # m per unit of the drive
     ("drive", "i8"),  # input that drives the row, or NO_INDEX
-    ("first_segment", "i8"),  # BODY_NORMAL: first segment of the guide curve
-    ("n_segments", "i8"),  # BODY_NORMAL: number of its segments, 0 for a straight line
+    ("first_segment", "i8"),  # BODY_NORMAL, POLAR_CURVE: first segment of the guide curve
+    ("n_segments", "i8"),  # number of its segments; BODY_NORMAL: 0 for a straight line
 )
 """One constraint row; fields of other kinds are zero, but for the weight of the first point, which is 1."""
 
@@ -76,9 +79,10 @@ class ConstraintRows(NamedTuple):
     table
         Records of `CONSTRAINT_ROW_DTYPE`; shape (rows,).
     row_bodies
-        First and second body of each row, as in `table`; shape (rows, 2).
+        First, second and, if any row has one, third body of each row, as in `table`; shape (rows, sides).
     curve_segments
-        Polynomial segments of all guide curves: start (m), then coefficients, highest power first; shape (segments, columns).
+        Polynomial segments of all guide curves: start (m; rad for closed ones), then coefficients, highest power first; shape
+        (segments, columns).
     """
 
     table: RecordArray
@@ -110,15 +114,35 @@ def evaluate_curve(
 
     Result: value, m, first derivative, and second derivative, 1/m.
     """
-    k = first_segment
-    while k + 1 < first_segment + n_segments and x >= curve_segments[k + 1, 0]:
-        k += 1
+    k, end = first_segment, first_segment + n_segments
+    while end - k > 1:
+        middle = (k + end) // 2
+        if x >= curve_segments[middle, 0]:
+            k = middle
+        else:
+            end = middle
     local_x, value, derivative, half_second_derivative = x - curve_segments[k, 0], 0.0, 0.0, 0.0
     for column in range(1, curve_segments.shape[1]):
         half_second_derivative = half_second_derivative * local_x + derivative
         derivative = derivative * local_x + value
         value = value * local_x + curve_segments[k, column]
     return value, derivative, 2.0 * half_second_derivative
+
+
+@jit_in_place
+def evaluate_polar_curve(
+    # polynomial segments of one turn: start (rad), then coefficients, highest power first; shape (segments, columns)
+    curve_segments: FloatArray,
+    first_segment: int,
+    n_segments: int,
+    angle: float,  # direction, rad, of any turn
+) -> tuple[float, float, float]:
+    """Return the radius of a closed curve in a direction and its first two derivatives by the angle.
+
+    Result: radius, m, first derivative, m/rad, and second derivative, m/rad2.
+    """
+    n_turns = math.floor((angle - curve_segments[first_segment, 0]) / (2.0 * math.pi))
+    return evaluate_curve(curve_segments, first_segment, n_segments, angle - 2.0 * math.pi * n_turns)
 
 
 class PointMotion(NamedTuple):
@@ -178,9 +202,11 @@ def _distance_row(dx: float, dy: float, du: float, dv: float) -> RowGeometry:
 
 
 @jit_in_place
-def _fixed_direction_row(row: RecordArray, dx: float, dy: float, first_angle: float, second_angle: float) -> RowGeometry:
+def _fixed_direction_row(
+    row: RecordArray, dx: float, dy: float, first_angle: float, second_angle: float, third_angle: float
+) -> RowGeometry:
     nx, ny, first_factor, second_factor = row.direction_x, row.direction_y, row.first_angle_factor, row.second_angle_factor
-    value = nx * dx + ny * dy + first_factor * first_angle + second_factor * second_angle
+    value = nx * dx + ny * dy + first_factor * first_angle + second_factor * second_angle + row.third_angle_factor * third_angle
     return RowGeometry(value, nx, ny, first_factor, second_factor, 0.0)
 
 
@@ -244,25 +270,46 @@ def _body_normal_row(row: RecordArray, curve_segments: FloatArray, first: PointM
 
 
 @jit_in_place
-def _evaluate_row(row: RecordArray, curve_segments: FloatArray, first: PointMotion, second: PointMotion) -> RowGeometry:
+def _polar_curve_row(row: RecordArray, curve_segments: FloatArray, first: PointMotion, second: PointMotion) -> RowGeometry:
+    """Return how far the second point lies outside a closed curve about the first, along the line through both."""
+    dx, dy, du, dv = second.x - first.x, second.y - first.y, second.u - first.u, second.v - first.v
+    distance = math.hypot(dx, dy)
+    ux, uy = dx / distance, dy / distance
+    radial_velocity, direction_rate = ux * du + uy * dv, (ux * dv - uy * du) / distance
+    radius, slope, second_derivative = evaluate_polar_curve(
+        curve_segments, row.first_segment, row.n_segments, math.atan2(dy, dx) - row.angle - first.angle
+    )
+    curve_rate = direction_rate - first.angular_velocity
+    quadratic_term = (distance * direction_rate + 2.0 * slope * radial_velocity / distance) * direction_rate
+    quadratic_term -= second_derivative * curve_rate * curve_rate
+    nx, ny = ux + slope * uy / distance, uy - slope * ux / distance
+    return RowGeometry(distance - radius, nx, ny, slope, 0.0, quadratic_term)
+
+
+@jit_in_place
+def _evaluate_row(
+    row: RecordArray, curve_segments: FloatArray, first: PointMotion, second: PointMotion, third_angle: float
+) -> RowGeometry:
     """Return the value of a row of any kind, and its derivatives."""
     dx, dy, du, dv = second.x - first.x, second.y - first.y, second.u - first.u, second.v - first.v
     if row.kind == RowKind.DISTANCE:
         return _distance_row(dx, dy, du, dv)
     if row.kind == RowKind.FIXED_DIRECTION:
-        return _fixed_direction_row(row, dx, dy, first.angle, second.angle)
+        return _fixed_direction_row(row, dx, dy, first.angle, second.angle, third_angle)
     if row.kind == RowKind.LINE_ANGLE:
         return _line_angle_row(dx, dy, du, dv)
     if row.kind == RowKind.ARC_POSITION:
         return _arc_position_row(row, dx, dy, du, dv, first.angle)
     if row.kind == RowKind.FOLLOWER_HEIGHT:
         return _follower_height_row(row, first, second)
+    if row.kind == RowKind.POLAR_CURVE:
+        return _polar_curve_row(row, curve_segments, first, second)
     return _body_normal_row(row, curve_segments, first, second)
 
 
 @jit_in_place
 def evaluate_rows(rows: ConstraintRows, poses: FloatArray, velocities: FloatArray, row_values: FloatArray, jacobian: FloatArray) -> None:
-    """Fill residual and gamma of row_values (rows, 5), and the Jacobian (rows, 2, 3) with respect to both bodies' poses.
+    """Fill residual and gamma of row_values (rows, 5), and the Jacobian (rows, sides, 3) with respect to the poses of the bodies.
 
     The prescribed motion is in row_values already. J * accelerations = gamma keeps the joints closed and follows the
     drives.
@@ -274,7 +321,11 @@ def evaluate_rows(rows: ConstraintRows, poses: FloatArray, velocities: FloatArra
         weight = row.first_point_weight
         if weight != 1.0:
             first = _scale_point(first, weight)
-        geometry = _evaluate_row(row, rows.curve_segments, first, second)
+        third_angle = 0.0
+        if row.third != NO_INDEX:
+            third_angle = poses[row.third, 2]
+            jacobian[i, 2, 0], jacobian[i, 2, 1], jacobian[i, 2, 2] = 0.0, 0.0, row.third_angle_factor
+        geometry = _evaluate_row(row, rows.curve_segments, first, second, third_angle)
         nx, ny, w1, w2 = geometry.normal_x, geometry.normal_y, first.angular_velocity, second.angular_velocity
         row_values[i, RowColumn.RESIDUAL] = geometry.value - row.constant - row_values[i, RowColumn.DRIVE_VALUE]
         jacobian[i, 0, 0], jacobian[i, 0, 1] = -weight * nx, -weight * ny
@@ -328,7 +379,7 @@ def evaluate_jacobian(
     n_states, n_bodies, _ = poses.shape
     jacobian = np.zeros((n_states, len(rows.table), n_bodies + 1, 3))  # the ground, of index -1, is the last body
     indices = np.arange(len(rows.table))
-    for side in range(2):
+    for side in range(rows.row_bodies.shape[1]):
         jacobian[:, indices, rows.row_bodies[:, side]] += row_jacobians[:, :, side]
     return np.ascontiguousarray(jacobian[:, :, :n_bodies])
 
@@ -371,8 +422,8 @@ def _directional_derivatives(rows: ConstraintRows, row_jacobians: FloatArray, di
 
 @jit_in_place
 def add_directional_derivatives(
-    row_bodies: IntArray,  # first and second body of each row; -1 for the ground; shape (rows, 2)
-    # derivatives of each residual by the poses of both bodies; shape (n, rows, 2, 3)
+    row_bodies: IntArray,  # bodies of each row; -1 for the ground; shape (rows, sides)
+    # derivatives of each residual by the poses of its bodies; shape (n, rows, sides, 3)
     row_jacobians: FloatArray,
     directions: FloatArray,  # changes of the poses; shape (n, bodies, 3)
     result: FloatArray,  # sums of derivatives; shape (n, rows)
@@ -380,7 +431,7 @@ def add_directional_derivatives(
     """Add the derivatives of residuals along directions of the poses."""
     for k in range(result.shape[0]):
         for i in range(result.shape[1]):
-            for side in range(2):
+            for side in range(row_bodies.shape[1]):
                 body = row_bodies[i, side]
                 if body >= 0:
                     for c in range(3):
@@ -390,9 +441,9 @@ def add_directional_derivatives(
 def _evaluate_rows_at_states(
     rows: ConstraintRows, poses: FloatArray, velocities: FloatArray, drive_values: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """Return row values (n, rows, columns) and Jacobians (n, rows, 2, 3) at many states."""
+    """Return row values (n, rows, columns) and Jacobians (n, rows, sides, 3) at many states."""
     n_states, n_rows = len(poses), len(rows.table)
-    row_values, row_jacobians = np.empty((n_states, n_rows, N_ROW_COLUMNS)), np.empty((n_states, n_rows, 2, 3))
+    row_values, row_jacobians = np.empty((n_states, n_rows, N_ROW_COLUMNS)), np.zeros((n_states, *rows.row_bodies.shape, 3))
     row_values[:, :, :3] = drive_values
     evaluate_rows_at_states(rows, np.ascontiguousarray(poses), np.ascontiguousarray(velocities), row_values, row_jacobians)
     return row_values, row_jacobians
@@ -402,6 +453,6 @@ def _evaluate_rows_at_states(
 def evaluate_rows_at_states(
     rows: ConstraintRows, poses: FloatArray, velocities: FloatArray, row_values: FloatArray, row_jacobians: FloatArray
 ) -> None:
-    """Fill row values (n, rows, columns), which contain the prescribed motion, and Jacobians (n, rows, 2, 3) at n states."""
+    """Fill row values (n, rows, columns), which contain the prescribed motion, and Jacobians (n, rows, sides, 3) at n states."""
     for k in range(poses.shape[0]):
         evaluate_rows(rows, poses[k], velocities[k], row_values[k], row_jacobians[k])

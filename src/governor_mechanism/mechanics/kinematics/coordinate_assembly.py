@@ -107,7 +107,7 @@ def make_assembly_workspace(arrays: AssemblyArrays) -> AssemblyWorkspace:
     n_rows, n_coordinates = len(arrays.rows.table), len(arrays.pose_scales)
     return AssemblyWorkspace(
         row_values=np.zeros((n_rows, N_ROW_COLUMNS)),
-        jacobian=np.zeros((n_rows, 2, 3)),
+        jacobian=np.zeros((*arrays.rows.row_bodies.shape, 3)),
         matrix=np.zeros((n_rows, len(arrays.free_indices))),
         row_order=np.zeros(n_rows, dtype=np.int64),
         rhs=np.zeros(n_rows),
@@ -178,14 +178,14 @@ def _fill_scaled_jacobian(arrays: AssemblyArrays, workspace: AssemblyWorkspace) 
     """Fill the dimensionless Jacobian (rows, free coordinates); dense_row (3 bodies,) is a buffer of zeros before and after."""
     row_bodies, pose_scales, dense_row = arrays.rows.row_bodies, arrays.pose_scales, workspace.dense_row
     for i in range(row_bodies.shape[0]):
-        for side in range(2):
+        for side in range(row_bodies.shape[1]):
             body = row_bodies[i, side]
             if body >= 0:
                 for c in range(3):
                     dense_row[3 * body + c] += arrays.row_scales[i] * workspace.jacobian[i, side, c] * pose_scales[3 * body + c]
         for k in range(arrays.free_indices.size):
             workspace.matrix[i, k] = dense_row[arrays.free_indices[k]]
-        for side in range(2):
+        for side in range(row_bodies.shape[1]):
             body = row_bodies[i, side]
             if body >= 0:
                 dense_row[3 * body : 3 * body + 3] = 0.0

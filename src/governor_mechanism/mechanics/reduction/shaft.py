@@ -58,7 +58,7 @@ def _is_shaft(part: Part) -> bool:
     pinned = [point for joint in joints if isinstance(joint, Pin) for point in (joint.first, joint.second) if point.body != GROUND]
     return (
         part.plane == FIXED_PLANE
-        and all(isinstance(joint, Pin | Gear) for joint in joints)
+        and all(isinstance(joint, Pin) or (isinstance(joint, Gear) and not joint.is_carried) for joint in joints)
         and sorted(point.body for point in pinned) == sorted(body.name for body in part.mechanism.bodies)
         and all(point.x == point.y == 0.0 for point in pinned)
     )

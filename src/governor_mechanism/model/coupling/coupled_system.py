@@ -36,7 +36,9 @@ SPINDLE_TORQUE: Final = "spindle_torque"
 LOAD_NAME: Final = "load"
 """Name of the load of a scene, and of that of an engine."""
 
-_NAME_FIELDS: Final = frozenset(("name", "body", "reference_body", "reading", "spring", "element", "elements", "first", "second"))
+_NAME_FIELDS: Final = frozenset(
+    ("name", "body", "reference_body", "carrier", "reading", "spring", "element", "elements", "first", "second")
+)
 """Fields of descriptions that hold the name of a body, a reading or an element, or names of elements."""
 
 

@@ -112,6 +112,11 @@ class Joint:
             raise MechanismError(f"joint {self.name!r} joins body {self.first.body!r} to itself; a joint needs two different bodies")
         require_valid_fields(self, f"{self.noun or class_words(self)} {self.name!r}")
 
+    @property
+    def bodies(self) -> tuple[str, ...]:
+        """Names of the bodies that it joins, the ground among them."""
+        return self.first.body, self.second.body
+
     @classmethod
     def create(cls, **values: Any) -> Self:
         """Return the joint with the values of its table in a scene file."""

@@ -5,17 +5,17 @@ from dataclasses import dataclass
 from typing import Any
 
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.model.joints.base import FirstConfiguration, Glyph, Joint
+from governor_mechanism.model.joints.base import GROUND, FirstConfiguration, Glyph, Joint
 from governor_mechanism.model.joints.constraint_row import ConstraintRow, RowKind
 from governor_mechanism.model.joints.impulse_parts import AngleRatio, ImpulsePart
-from governor_mechanism.units.fields import quantity
+from governor_mechanism.units.fields import entry, quantity
 
 
 @dataclass(frozen=True, kw_only=True)
 class Gear(Joint):
     """A gear pair: the angle of the second body is ratio * angle of the first + offset. It removes one degree of freedom.
 
-    Both angles are measured in the plane. The points only give the centres of the wheels.
+    Both angles are measured from the carrier, which holds the axes of both wheels. The points only give the centres of the wheels.
 
     Attributes
     ----------
@@ -23,6 +23,8 @@ class Gear(Joint):
         Ratio of the angles; negative for external teeth, not 0.
     offset
         Angle of the second body at zero angle of the first, rad.
+    carrier
+        Name of the body that carries the wheels, as the arm of an epicyclic gear; by default the ground.
     """
 
     type_name = "gear"
@@ -42,20 +44,41 @@ class Gear(Joint):
         meaning="the angle of the second body where the first has none; by default that of the initial configuration",
     )
 
+    carrier: str = entry(
+        "body", default=GROUND, meaning='the body that carries both wheels, as the arm of an epicyclic gear; by default "ground"'
+    )
+
     def __post_init__(self) -> None:
         super().__post_init__()
         if self.ratio == 0.0:
             raise MechanismError(f"ratio of gear {self.name!r} must not be 0; to fix a body use a weld")
+        if self.is_carried and self.carrier in (self.first.body, self.second.body):
+            raise MechanismError(
+                f"gear {self.name!r} has {self.carrier!r} as a wheel and as its carrier; the carrier is a third body, or left out"
+            )
+
+    @property
+    def bodies(self) -> tuple[str, ...]:
+        """Names of both wheels, and of the carrier if it is not the ground."""
+        return (*super().bodies, self.carrier) if self.is_carried else super().bodies
+
+    @property
+    def is_carried(self) -> bool:
+        """Whether a body other than the ground carries the wheels."""
+        return self.carrier != GROUND
 
     @classmethod
     def initial_values(cls, given: Mapping[str, Any], first_configuration: FirstConfiguration) -> Mapping[str, Any]:
         """Return the offset."""
-        return {"offset": first_configuration.relative_angle(given["first"], given["second"], given["ratio"])}
+        relative_angle = first_configuration.relative_angle(given["first"], given["second"], given["ratio"])
+        return {"offset": relative_angle + (given["ratio"] - 1.0) * first_configuration.poses[given["carrier"]][2]}
 
     def constraint_rows(self, length_scale: float) -> list[ConstraintRow]:
         """Return the equations of the joint; `length_scale` (m) converts angles to lengths."""
         factors = {"first_angle_factor": -length_scale * self.ratio, "second_angle_factor": length_scale}
-        return [ConstraintRow(RowKind.FIXED_DIRECTION, {**factors, "constant": length_scale * self.offset})]
+        if self.is_carried:
+            factors["third_angle_factor"] = length_scale * (self.ratio - 1.0)
+        return [ConstraintRow(RowKind.FIXED_DIRECTION, {**factors, "constant": length_scale * self.offset}, third=self.carrier)]
 
     def impulse_parts(self) -> tuple[ImpulsePart, ...]:
         """Return the pymunk constraints that make up the joint."""

@@ -39,7 +39,7 @@ class AngleRatio(ImpulsePart):
 
 @dataclass(frozen=True)
 class Guide(ImpulsePart):
-    """The second point stays on a line of the first body at an angle (rad), or on a curve in axes at that angle."""
+    """The second point stays on a line of the first body at an angle (rad), or on an open or closed curve in axes at that angle."""
 
     angle: float
     curve: Curve | None = None

@@ -313,35 +313,36 @@ class BlockEquations:
 
     def _has_unknown_angle_factor(self, row: int) -> bool:
         """Return whether the row contains an unknown angle itself; known ones are part of its constant."""
+        return any(body in self.turned for body, _ in self._angle_factors(row))
+
+    def _angle_factors(self, row: int) -> list[tuple[int, float]]:
+        """Return the bodies whose own angles a row contains, and their factors."""
         record = self._record(row)
-        pairs = ((record["first"], record["first_angle_factor"]), (record["second"], record["second_angle_factor"]))
-        return any(factor != 0.0 and int(body) in self.turned for body, factor in pairs)
+        pairs = ((int(record[side]), float(record[f"{side}_angle_factor"])) for side in ("first", "second", "third"))
+        return [(body, factor) for body, factor in pairs if body >= 0 and factor != 0.0]
 
     def _follow_angles(self) -> dict[int, tuple[int, float]]:
         """Return for each body whose angle follows from another unknown or known one (-1 for the ground) this body and the difference."""
         followers: dict[int, tuple[int, float]] = {}
         for row in self.angle_rows:
             record = self._record(row)
-            first, second = int(record["first"]), int(record["second"])
-            factors = float(record["first_angle_factor"]), float(record["second_angle_factor"])
             if record["direction_x"] or record["direction_y"]:
                 raise UnsuitableBlockError
-            is_unknown = first in self.turned, second in self.turned
-            if all(is_unknown):
-                if not math.isclose(factors[0], -factors[1]):
+            factors = self._angle_factors(row)
+            unknown = [(body, factor) for body, factor in factors if body in self.turned]
+            known = sum(factor * float(self.poses[body, 2]) for body, factor in factors if body not in self.turned)
+            value = (float(self.constants[row]) - known) / unknown[-1][1]
+            if len(unknown) > 2:
+                raise UnsuitableBlockError
+            if len(unknown) == 2:
+                if not math.isclose(unknown[0][1], -unknown[1][1]):
                     raise UnsuitableBlockError
-                one, other, difference = first, second, float(self.constants[row]) / factors[1]
-                (one, shift), (other, other_shift) = _root(followers, one), _root(followers, other)
+                (one, shift), (other, other_shift) = (_root(followers, body) for body, _ in unknown)
                 if one == other:
                     raise UnsuitableBlockError
-                followers[other] = one, difference + shift - other_shift
+                followers[other] = one, value + shift - other_shift
             else:
-                body, factor, known, known_factor = (
-                    (second, factors[1], first, factors[0]) if is_unknown[1] else (first, factors[0], second, factors[1])
-                )
-                known_angle = 0.0 if known < 0 else float(self.poses[known, 2])
-                value = (float(self.constants[row]) - known_factor * known_angle) / factor
-                body, shift = _root(followers, body)
+                body, shift = _root(followers, unknown[0][0])
                 if body < 0:
                     raise UnsuitableBlockError
                 followers[body] = -1, value - shift
@@ -402,12 +403,8 @@ class BlockEquations:
 
     def _constant(self, row: int) -> float:
         """Return what is subtracted from a row, less its known angles, in length scales."""
-        record = self._record(row)
-        value = float(self.constants[row])
-        for body, factor in ((record["first"], record["first_angle_factor"]), (record["second"], record["second_angle_factor"])):
-            if factor and body >= 0:
-                value -= float(factor) * float(self.poses[body, 2])
-        return value / self.scale
+        known = sum(factor * float(self.poses[body, 2]) for body, factor in self._angle_factors(row))
+        return (float(self.constants[row]) - known) / self.scale
 
     def _is_coincidence(self, row: int, other: int) -> bool:
         """Return whether two rows are the components x and y of one gap."""

@@ -12,11 +12,11 @@ from governor_mechanism.errors import MechanismError
 from governor_mechanism.machines.base import MassElement
 from governor_mechanism.machines.custom import BodyShape, InitialConfiguration, SketchedBody
 from governor_mechanism.mechanics.kinematics.time_functions import CubicTimeFunction
-from governor_mechanism.model.curves import Curve, PolynomialCurve, SplineCurve
+from governor_mechanism.model.curves import Curve, PolarHarmonics, PolarSpline, PolynomialCurve, SplineCurve
 from governor_mechanism.model.joints import GROUND, Joint, Point, TranslationalDriver
 from governor_mechanism.model.time_functions import PrescribedMotion
 from governor_mechanism.scenes import quantities
-from governor_mechanism.scenes.loads import LOAD_TYPES, harmonic_table, parse_harmonics
+from governor_mechanism.scenes.loads import LOAD_TYPES, angle_harmonic_table, harmonic_table, parse_harmonics
 from governor_mechanism.scenes.table import TABLE_TYPE, Table
 from governor_mechanism.units.fields import declare
 from governor_mechanism.units.problems import KEY, ProblemCode, mistake, parse_each, unknown_name, wrong_value
@@ -133,10 +133,18 @@ def parse_named_points(value: object) -> dict[str, quantities.FloatPair]:
 
 
 def _parse_curve(value: object) -> Curve:
-    keys = list(value) if isinstance(value, Mapping) else []
-    if not isinstance(value, Mapping) or keys not in (["coefficients"], ["points"]):
-        raise wrong_value(value, "must be { coefficients = [c0, c1, ...] } or { points = [[x, y], ...] }")
-    (curve,) = parse_each(_parse_spline if keys == ["points"] else _parse_polynomial, value.values(), paths=[f"{KEY}.{keys[0]}"])
+    keys = set(value) if isinstance(value, Mapping) else set()
+    if isinstance(value, Mapping) and keys in ({"radius"}, {"radius", "harmonics"}):
+        harmonic_curve: Curve = _HARMONIC_CURVE.build(value)
+        return harmonic_curve
+    if not isinstance(value, Mapping) or len(keys) != 1 or not keys <= _CURVES.keys():
+        raise wrong_value(
+            value,
+            "must be { coefficients = [c0, c1, ...] } or { points = [[x, y], ...] }, or for a closed curve { closed = [[x, y], ...] }, "
+            "{ polar = [[angle, radius], ...] } or { radius = r, harmonics = [...] }",
+        )
+    (key,) = keys
+    (curve,) = parse_each(_CURVES[key], value.values(), paths=[f"{KEY}.{key}"])
     return curve
 
 
@@ -150,6 +158,52 @@ def _parse_polynomial(value: object) -> Curve:
         raise wrong_value(value, "must be a list of numbers")
     numbers = (quantities.parse_si(item, "coefficient" if power else "length", f"{KEY}, c{power}") for power, item in enumerate(value))
     return PolynomialCurve(coefficients=tuple(numbers))
+
+
+def _parse_polar_spline(value: object) -> Curve:
+    angles, radii = quantities.parse_points(value, ("angle", "length"), ("angle", "radius"))
+    return PolarSpline(angles=angles, radii=radii)
+
+
+def _parse_closed_spline(value: object) -> Curve:
+    """Return a closed curve through points [x, y] as its radius over the angle."""
+    if not isinstance(value, list | tuple):
+        raise wrong_value(value, "must be a list of points [x, y]")
+    points = parse_each(quantities.parse_position, value, paths=[f"{KEY}, point {number}" for number in range(1, len(value) + 1)])
+    angles = np.unwrap([math.atan2(y, x) for x, y in points])
+    if len(points) > 1 and angles[-1] < angles[0]:
+        angles, points = angles[::-1], points[::-1]
+    steps = np.diff(angles, append=angles[:1] + math.tau)
+    if len(points) < 3 or np.any(steps <= 0.0) or np.any(steps >= math.pi):
+        raise mistake(
+            ProblemCode.OUT_OF_RANGE,
+            f"{KEY} must be three or more points that go once round the first point of the joint, with one point in each direction from "
+            "there and less than half a turn from one to the next; the curve closes by itself",
+        )
+    return PolarSpline(angles=tuple(angles.tolist()), radii=tuple(math.hypot(x, y) for x, y in points))
+
+
+_CURVES: Final[Mapping[str, Callable[[object], Curve]]] = {
+    "coefficients": _parse_polynomial,
+    "points": _parse_spline,
+    "closed": _parse_closed_spline,
+    "polar": _parse_polar_spline,
+}
+"""Readers of the values of curves by the only key of their table."""
+
+_RADIUS_HARMONICS = quantities.without_context(
+    lambda value: parse_harmonics(angle_harmonic_table("length"), value), quantities.list_of(quantities.TABLE)
+)
+_HARMONIC_CURVE: Final = Table(
+    make=PolarHarmonics,
+    fields={
+        "radius": declare("quantity", "length", meaning="the mean radius"),
+        "harmonics": declare("harmonics", default=(), meaning="a list of { amplitude, order, phase }: sines of the angle"),
+    },
+    types={**quantities.VALUE_TYPES, "harmonics": _RADIUS_HARMONICS},
+    example='{ radius = "50 mm", harmonics = [{ amplitude = "10 mm", order = 2 }] }',
+)
+"""A closed curve of harmonics."""
 
 
 MotionBuilder = Callable[[float], PrescribedMotion]

@@ -11,10 +11,10 @@ from governor_mechanism.engines.impulse.pymunk.applied_forces import StepInputs
 from governor_mechanism.engines.impulse.pymunk.bodies import AttachedPoint, Poses, to_body_axes
 from governor_mechanism.errors import UnsupportedEffect
 from governor_mechanism.mechanics.kinematics.constraint_equations import make_curve_segments
-from governor_mechanism.mechanics.kinematics.constraint_kernels import evaluate_curve
-from governor_mechanism.model.curves import Curve
+from governor_mechanism.mechanics.kinematics.constraint_kernels import evaluate_curve, evaluate_polar_curve
+from governor_mechanism.model.curves import Curve, PolarCurve
 from governor_mechanism.model.joints import Joint, impulse_parts
-from governor_mechanism.types import NO_INDEX
+from governor_mechanism.types import NO_INDEX, FloatArray
 
 GROOVE_HALF_LENGTH_RATIO = 1e3
 """Half length of a groove relative to the length scale of the mechanism.
@@ -135,22 +135,38 @@ def _make_reanchored_pin(
     """
     pin = _make_pin(first, second, length_scale)
     segments = make_curve_segments(curve) if curve else None
+    offset_from_curve = _offset_from_polar_curve if isinstance(curve, PolarCurve) else _offset_from_curve
 
     def update(poses: Poses, inputs: StepInputs) -> None:
         """Re-anchor the pin at the predicted pose."""
         x1, y1, body_angle = first.locate(poses)
         x2, y2, _ = second.locate(poses)
-        ux, uy = math.cos(angle + body_angle), math.sin(angle + body_angle)
-        nx, ny = -uy, ux
-        residual = nx * (x2 - x1) + ny * (y2 - y1)
-        if segments is not None:
-            height, derivative, _ = evaluate_curve(segments, 0, len(segments), ux * (x2 - x1) + uy * (y2 - y1))
-            normal_length = math.hypot(1.0, derivative)
-            residual = (residual - height) / normal_length
-            nx, ny = (nx - derivative * ux) / normal_length, (ny - derivative * uy) / normal_length
+        if segments is None:
+            nx, ny = -math.sin(angle + body_angle), math.cos(angle + body_angle)
+            residual = nx * (x2 - x1) + ny * (y2 - y1)
+        else:
+            residual, nx, ny = offset_from_curve(segments, angle + body_angle, x2 - x1, y2 - y1)
         if drive != NO_INDEX:
             residual = (residual - inputs.values[drive]) * inputs.h / inputs.next_h
         length = length_scale + residual
         pin.anchor_a = to_body_axes(poses, first.index, (x2 - length * nx, y2 - length * ny))
 
     return JointConstraints((pin,), (update,))
+
+
+def _offset_from_curve(segments: FloatArray, angle: float, dx: float, dy: float) -> tuple[float, float, float]:
+    """Return the distance (m) of a point from a curve in axes at an angle (rad), and the normal of the curve there."""
+    ux, uy = math.cos(angle), math.sin(angle)
+    height, derivative, _ = evaluate_curve(segments, 0, len(segments), ux * dx + uy * dy)
+    normal_length = math.hypot(1.0, derivative)
+    offset = (ux * dy - uy * dx - height) / normal_length
+    return offset, (-uy - derivative * ux) / normal_length, (ux - derivative * uy) / normal_length
+
+
+def _offset_from_polar_curve(segments: FloatArray, angle: float, dx: float, dy: float) -> tuple[float, float, float]:
+    """Return the distance (m) of a point from a closed curve about the origin in axes at an angle (rad), and its normal there."""
+    distance = math.hypot(dx, dy)
+    radius, derivative, _ = evaluate_polar_curve(segments, 0, len(segments), math.atan2(dy, dx) - angle)
+    ux, uy, slope = dx / distance, dy / distance, derivative / distance
+    normal_length = math.hypot(1.0, slope)
+    return (distance - radius) / normal_length, (ux + slope * uy) / normal_length, (uy - slope * ux) / normal_length

@@ -32,15 +32,15 @@ def assemble_schur_band(
 
 @jit_in_place
 def subtract_minv_jt(
-    row_bodies: IntArray,  # first and second body of each row; shape (rows, 2)
-    jacobian: FloatArray,  # Jacobian of each row with respect to both poses; shape (rows, 2, 3)
+    row_bodies: IntArray,  # bodies of each row; shape (rows, sides)
+    jacobian: FloatArray,  # Jacobian of each row with respect to their poses; shape (rows, sides, 3)
     inverse_mass: FloatArray,  # inverse masses and moments of inertia; shape (bodies, 3)
     vector: FloatArray,  # multipliers of the rows; shape (rows,)
     target: FloatArray,  # accelerations, velocities or poses; shape (bodies, 3)
 ) -> None:
     """Subtract M^-1 J^T vector from target, in place."""
     for i in range(vector.size):
-        for side in range(2):
+        for side in range(row_bodies.shape[1]):
             k = row_bodies[i, side]
             if k >= 0:
                 for c in range(3):
@@ -49,15 +49,15 @@ def subtract_minv_jt(
 
 @jit_in_place
 def apply_jacobian(
-    row_bodies: IntArray,  # first and second body of each row; shape (rows, 2)
-    jacobian: FloatArray,  # Jacobian of each row with respect to both poses; shape (rows, 2, 3)
+    row_bodies: IntArray,  # bodies of each row; shape (rows, sides)
+    jacobian: FloatArray,  # Jacobian of each row with respect to their poses; shape (rows, sides, 3)
     body_vectors: FloatArray,  # accelerations or velocities of the body origins; shape (bodies, 3)
     result: FloatArray,  # result: the product; shape (rows,)
 ) -> None:
     """Evaluate the product of the Jacobian and a vector."""
     for i in range(result.size):
         total = 0.0
-        for side in range(2):
+        for side in range(row_bodies.shape[1]):
             k = row_bodies[i, side]
             if k >= 0:
                 for c in range(3):

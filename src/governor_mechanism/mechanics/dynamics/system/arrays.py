@@ -127,7 +127,7 @@ class SystemWorkspace(NamedTuple):
     row_values
         Prescribed motion, residual and gamma of each row; shape (rows, 5).
     jacobian
-        Jacobian of each row with respect to both poses; shape (rows, 2, 3).
+        Jacobian of each row with respect to the poses of its bodies; shape (rows, sides, 3).
     band
         Band of J M^-1 J^T; shape (rows, bandwidth + 1).
     factor
@@ -195,7 +195,7 @@ def make_system_workspace(system: System) -> SystemWorkspace:
     band = (rows, system.bandwidth + 1)
     return SystemWorkspace(
         row_values=np.zeros((rows, N_ROW_COLUMNS)),
-        jacobian=np.zeros((rows, 2, 3)),
+        jacobian=np.zeros((*system.constraint_rows.row_bodies.shape, 3)),
         band=np.zeros(band),
         factor=np.zeros(band),
         eigen=np.zeros((2, rows, rows)),

@@ -17,7 +17,7 @@ from governor_mechanism.types import IntArray, RecordArray
 
 
 def find_coupled_rows(row_bodies: IntArray) -> IntArray:
-    """Return the pairs of rows that share a body, from the bodies of all rows (rows, 2).
+    """Return the pairs of rows that share a body, from the bodies of all rows (rows, sides).
 
     Each pair is (row, earlier or same row, side of the body in the first, side in the second); shape (pairs, 4).
     """
@@ -60,7 +60,7 @@ def disable_rows(constraint_table: ConstraintTable, joints: Sequence[int]) -> Re
     """Return the rows of the joints, those of broken ones without effect."""
     table: RecordArray = constraint_table.rows.table.copy()
     is_broken = np.isin(constraint_table.joint_indices, joints)
-    for name in ("direction_x", "direction_y", "first_angle_factor", "second_angle_factor", "constant"):
+    for name in ("direction_x", "direction_y", "first_angle_factor", "second_angle_factor", "third_angle_factor", "constant"):
         table[name][is_broken] = 0.0
     return table
 
@@ -85,7 +85,7 @@ def _row_order_in_mode(scene: Scene, mode: ContactMode) -> IntArray:
 
 def order_rows(rows: ConstraintRows, holding_rows: RecordArray) -> IntArray:
     """Return the order of joint rows and holding rows that gives a narrow band."""
-    return bandwidth_reducing_order(np.concatenate([rows.row_bodies, bodies_of_rows(holding_rows)]))
+    return bandwidth_reducing_order(bodies_of_rows(np.concatenate([rows.table, holding_rows])))
 
 
 def make_holding_rows(scene: Scene, mode: ContactMode, output_rows: ConstraintRows) -> RecordArray:
