@@ -118,7 +118,8 @@ class ImpulseEngine(ImpulseSettings, Engine):
             return f"engine 'impulse' cannot model bodies without mass and moving points of the ground: {massless}; use engine 'multibody'"
         mechanism = scene.part.mechanism
         if carried := [joint.name for joint in mechanism.joints if isinstance(joint, Gear) and joint.is_carried]:
-            return f"engine 'impulse' cannot model a gear with a carrier, which joins three bodies, here {carried[0]!r}; use engine 'multibody'"
+            text = f"a gear with a carrier, which joins three bodies, here {carried[0]!r}"
+            return f"engine 'impulse' cannot model {text}; use engine 'multibody'"
         if points := ", ".join(body.name for body in mechanism.bodies if cannot_rotate_in_pymunk(mechanism, body)):
             return f"engine 'impulse' cannot rotate point masses without a pin to the ground, here {points}; use engine 'multibody'"
         if not self.plain:

@@ -31,6 +31,9 @@ TURNING_POINT_OFFSET = 1e-3
 MAX_ACCELERATION_RESIDUAL = 1e-6
 """Part of the accelerations that the joints demand and cannot have, relative to them, above which the velocities lie on no branch."""
 
+PARTING_STEP = 1e-3
+"""Change of all coordinates, in length scales and rad, that parts coincident points; different for each, so that no two move alike."""
+
 MAX_NEWTON_STEP = 0.3
 """Largest Newton step, in length scales and rad; near a turning point longer steps can cycle without converging."""
 
@@ -60,7 +63,7 @@ class PositionSolver:
     free_coordinate_scales
         SI value of a length scale, or of a radian, of each free coordinate; shape (free coordinates,).
     initial_guess
-        Poses of the mechanism's initial guess; shape (bodies, 3).
+        Poses of the mechanism's initial guess, with points that are to be apart a little apart; shape (bodies, 3).
     free_masses
         Mass (kg) or moment of inertia (kg m2) of each free coordinate; shape (free coordinates,).
     """
@@ -71,7 +74,7 @@ class PositionSolver:
         self.free_mask = np.array([body.moves for body in mechanism.bodies], dtype=np.bool_).ravel()
         self.pose_scales = np.array([mechanism.length_scale, mechanism.length_scale, 1.0])
         self.free_coordinate_scales = np.tile(self.pose_scales, len(mechanism.bodies))[self.free_mask]
-        self.initial_guess = np.array(mechanism.initial_guess, dtype=np.float64)
+        self.initial_guess = self._part_coincident_points(np.array(mechanism.initial_guess, dtype=np.float64))
         inertias = [[body.mass, body.mass, body.planar_inertia] for body in mechanism.bodies]
         self.free_masses: FloatArray = np.array(inertias).ravel()[self.free_mask]
 
@@ -124,7 +127,8 @@ class PositionSolver:
         (the message names the joint that stays open), or if a value is farther than `MAX_TRAVEL` from the
         guess.
         """
-        poses = self._move_off_turning_point(self._gauss_newton(self.initial_guess if guess is None else guess, {}), values)
+        start = self.initial_guess if guess is None else self._part_coincident_points(guess)
+        poses = self._move_off_turning_point(self._gauss_newton(start, {}), values)
         displacements = {name: -self._output_residual(name, value, poses) for name, value in values.items()}
         max_displacement = max((abs(change) / self.mechanism.output_scale(name) for name, change in displacements.items()), default=0.0)
         if max_displacement > MAX_TRAVEL:
@@ -211,6 +215,12 @@ class PositionSolver:
         """Return the Jacobian of the joints and then of the named outputs with respect to the free coordinates."""
         gradients = [evaluate_output(self.mechanism, name, poses).gradient.reshape(1, -1)[:, self.free_mask] for name in names]
         return np.concatenate([self.joint_jacobian(poses), *gradients])
+
+    def _part_coincident_points(self, poses: FloatArray) -> FloatArray:
+        """Return poses in which no points coincide that are to be apart: nothing says in which direction they would part."""
+        if np.isfinite(self.equations.jacobian(poses)).all():
+            return poses
+        return poses + self.expand_free(self.free_coordinate_scales * np.linspace(PARTING_STEP, 2 * PARTING_STEP, self.free_mask.sum()))
 
     def _gauss_newton(self, poses: FloatArray, values: Mapping[str, float]) -> FloatArray:
         """Solve joints and requested output values by Gauss-Newton iteration with minimum-norm steps."""

@@ -142,7 +142,9 @@ def make_curve_segments(
     if isinstance(curve, PolarSpline):
         from scipy.interpolate import CubicSpline
 
-        angles, radii = (np.append(values, end) for values, end in ((curve.angles, curve.angles[0] + math.tau), (curve.radii, curve.radii[0])))
+        angles, radii = (
+            np.append(values, end) for values, end in ((curve.angles, curve.angles[0] + math.tau), (curve.radii, curve.radii[0]))
+        )
         spline = CubicSpline(angles, radii, bc_type="periodic")
         return np.column_stack([spline.x[:-1], spline.c.T])
     if isinstance(curve, PolarHarmonics):

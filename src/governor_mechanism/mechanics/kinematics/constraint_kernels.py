@@ -287,9 +287,7 @@ def _polar_curve_row(row: RecordArray, curve_segments: FloatArray, first: PointM
 
 
 @jit_in_place
-def _evaluate_row(
-    row: RecordArray, curve_segments: FloatArray, first: PointMotion, second: PointMotion, third_angle: float
-) -> RowGeometry:
+def _evaluate_row(row: RecordArray, curve_segments: FloatArray, first: PointMotion, second: PointMotion, third_angle: float) -> RowGeometry:
     """Return the value of a row of any kind, and its derivatives."""
     dx, dy, du, dv = second.x - first.x, second.y - first.y, second.u - first.u, second.v - first.v
     if row.kind == RowKind.DISTANCE:

@@ -100,6 +100,13 @@ def make_band(role: str, chain: Sequence[Vec2], width: float) -> Polygon:
     return Polygon(role, (*sides[0], *tip, *sides[1][::-1], *arc_points(chain[0], headings[0] + math.pi / 2, math.pi, half)))
 
 
+def make_parallel_outline(outline: Sequence[Vec2], distance: float) -> tuple[Vec2, ...]:
+    """Return the curve at a distance (m) outside of a closed one, which goes round anticlockwise; inside for a negative distance."""
+    before, after = (outline[-1], *outline[:-1]), (*outline[1:], outline[0])
+    headings = [math.atan2(b[1] - a[1], b[0] - a[0]) for a, b in zip(before, after, strict=True)]
+    return tuple((x + distance * math.sin(h), y - distance * math.cos(h)) for (x, y), h in zip(outline, headings, strict=True))
+
+
 def make_arrow(role: str, chain: Sequence[Vec2], head: float) -> tuple[Lines, Polygon]:
     """Return a line and a head of a length (m) at its end; empty shapes for a line without length."""
     length = sum(math.dist(a, b) for a, b in pairwise(chain))

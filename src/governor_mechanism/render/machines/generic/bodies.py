@@ -109,7 +109,7 @@ class _BodyOutline(NamedTuple):
 @once_per_object
 def _find_outlines(extents: MechanismExtents) -> Sequence[_BodyOutline]:
     """Return the outlines of all bodies."""
-    toothed, outlines = toothed_bodies(extents.part.mechanism), []
+    toothed, outlines = toothed_bodies(extents), []
     for body in extents.part.mechanism.bodies:
         points = _outline_points(extents, body)
         is_slotted = bool(_guides_on(extents, body))
@@ -157,7 +157,7 @@ def _outline_points(extents: MechanismExtents, body: Body) -> list[Vec2]:
     tolerance = _COINCIDENCE_DISTANCE * extents.length_scale
     marked = [*_joint_and_force_points(extents, body), *_reading_points(extents, body), *_slot_points(extents, body)]
     points = distinct_points(marked, tolerance)
-    is_wheel = body.name in toothed_bodies(extents.part.mechanism)
+    is_wheel = body.name in toothed_bodies(extents)
     if not points or (is_wheel and all(math.hypot(*point) <= tolerance for point in points)):
         return points  # a wheel about its own centre; an eccentric wheel is drawn as a rod with a wheel
     if len(points) == 1 and not _is_sliding_block(extents, body):

@@ -11,15 +11,32 @@ import numpy as np
 from governor_mechanism.mechanics.kinematics.point_paths import point_path
 from governor_mechanism.mechanics.kinematics.points import rotate_vector
 from governor_mechanism.model import joints
-from governor_mechanism.model.curves import Curve, PolynomialCurve, SplineCurve
+from governor_mechanism.model.curves import Curve, PolarCurve, PolynomialCurve, SplineCurve
 from governor_mechanism.model.force_elements import Damper
 from governor_mechanism.model.joints import GROUND, Glyph, Point, Slider
 from governor_mechanism.model.mechanism import Mechanism
 from governor_mechanism.numerics.once_per_object import once_per_object
 from governor_mechanism.render.geometry import attached
 from governor_mechanism.render.geometry.attached import Attached, Frame, Moment
-from governor_mechanism.render.geometry.outlines import make_arrow, make_band, make_bar, make_box, make_hatching, make_rectangle, make_wall
-from governor_mechanism.render.geometry.points import arc_points, axes_to_plane, distinct_points, place_points, wheel_radii
+from governor_mechanism.render.geometry.outlines import (
+    make_arrow,
+    make_band,
+    make_bar,
+    make_box,
+    make_hatching,
+    make_parallel_outline,
+    make_rectangle,
+    make_wall,
+)
+from governor_mechanism.render.geometry.points import (
+    arc_points,
+    axes_to_plane,
+    closed_curve_points,
+    distinct_points,
+    place_points,
+    wheel_centres,
+    wheel_radii,
+)
 from governor_mechanism.render.geometry.primitives import Circle, DrawnShape, Lines, Polygon, PoseTuple, TextShape, Vec2
 from governor_mechanism.render.machines.generic.placed_mechanism import LoadFunction, MechanismExtents, PlacedMechanism
 from governor_mechanism.render.number_format import format_name
@@ -138,6 +155,8 @@ def guide_centreline(joint: joints.Joint, extents: MechanismExtents) -> Sequence
         case joints.ArcSlot(radius=radius):
             extension = min(0.6 * extension / radius, 0.2)
             return arc_points((0.0, 0.0), low - extension, high - low + 2 * extension, radius, _N_SLOT_SEGMENTS)
+        case joints.CurveSlot(curve=PolarCurve() as curve):
+            return closed_curve_points(curve, 2 * _N_SLOT_SEGMENTS)
         case joints.CurveSlot(curve=curve):
             first, last = low - 0.6 * extension, high + 0.6 * extension
             if isinstance(curve, SplineCurve):
@@ -225,10 +244,12 @@ def _slot_shapes(joint: joints.Joint, extents: MechanismExtents, axes: PoseTuple
     u = extents.length_scale
     low, high = extents.joint_travels[joint.name]
     rim = "frame plate" if fixed else "plate"
+    edges = ((rim, STRIP_WIDTH), ("slot", _SLOT_WIDTH), (rim, -_SLOT_WIDTH))
     if isinstance(joint, joints.ArcSlot) and high - low > 2 * math.pi - 0.4:
-        edges = (("", STRIP_WIDTH), ("slot", _SLOT_WIDTH), (rim, -_SLOT_WIDTH))
-        return [Circle(role or rim, axes[0], axes[1], joint.radius + w * u / 2) for role, w in edges]
+        return [Circle(role, axes[0], axes[1], joint.radius + width * u / 2) for role, width in edges]
     chain = place_points(axes, guide_centreline(joint, extents))
+    if isinstance(joint, joints.CurveSlot) and isinstance(joint.curve, PolarCurve):
+        return [Polygon(role, make_parallel_outline(chain, width * u / 2)) for role, width in edges]
     return [*([make_band(rim, chain, STRIP_WIDTH * u)] if fixed else []), make_band("slot", chain, _SLOT_WIDTH * u)]
 
 
@@ -306,10 +327,10 @@ def _foot_shape(position: Vec2, u: float, *, above: bool) -> tuple[DrawnShape, .
     return (Polygon("frame", ((x, y), (x - half_width, base), (x + half_width, base))), make_hatching("hatching", box, 0.034 * u), line)
 
 
-def toothed_bodies(mechanism: Mechanism) -> set[str]:
+def toothed_bodies(extents: MechanismExtents) -> set[str]:
     """Return the names of bodies drawn as wheels or racks."""
-    meshing = [joint for joint in mechanism.joints if joint.glyphs & {Glyph.WHEELS, Glyph.RACK}]
-    return {point.body for joint in meshing for point in (joint.first, joint.second)}
+    wheels = {point.body for joint in extents.part.mechanism.joints for point, _ in _wheels_of(extents, joint)}
+    return wheels | rack_bodies(extents.part.mechanism)
 
 
 def rack_bodies(mechanism: Mechanism) -> set[str]:
@@ -323,7 +344,7 @@ def wheel_parts(placed: PlacedMechanism) -> Iterator[Attached]:
     # A wheel can mesh with several others.
     wheels: dict[tuple[str, float, float, int], tuple[joints.Point, float]] = {}
     for joint in placed.mechanism.joints:
-        for point, radius in _wheels_of(placed, joint):
+        for point, radius in _wheels_of(placed.extents, joint):
             wheels.setdefault((point.body, point.x, point.y, round(200 * radius / u)), (point, radius))
     for point, radius in sorted(wheels.values(), key=lambda wheel: -wheel[1]):
         wheel = spoked_wheel(radius, max(radius - 0.035 * u, 0.72 * radius), 0.045 * u, (point.x, point.y))
@@ -343,19 +364,24 @@ def spoked_wheel(radius: float, rim_radius: float, max_hub_radius: float, centre
     ]
 
 
-def _wheels_of(placed: PlacedMechanism, joint: joints.Joint) -> list[tuple[joints.Point, float]]:
+def _wheels_of(extents: MechanismExtents, joint: joints.Joint) -> list[tuple[joints.Point, float]]:
     """Return the centres on their bodies and the radii (m) of the wheels of a joint."""
+    mechanism, u = extents.part.mechanism, extents.length_scale
     if isinstance(joint, joints.RackAndPinion):
         return [(joint.first, abs(joint.radius))]
     if not isinstance(joint, joints.Gear):
         return []
-    centre_distance = math.dist(placed.position(joint.first), placed.position(joint.second))
-    if centre_distance > 0.02 * placed.unit:
-        first, second = (float(radius[0]) for radius in wheel_radii(joint.ratio, np.array([centre_distance])))
+    centres = wheel_centres(mechanism, extents.poses, joint)
+    if not centres:
+        return []
+    positions = (point_path(mechanism, extents.poses[:1], centre)[0] for centre in centres)
+    centre_distance = math.dist(*positions)
+    if centre_distance > 0.02 * u:
+        radii = [float(radius[0]) for radius in wheel_radii(joint.ratio, np.array([centre_distance]))]
     else:
-        second = _CONCENTRIC_WHEEL_RADIUS * placed.unit / max(abs(joint.ratio), 1.0)
-        first = abs(joint.ratio) * second
-    return [(joint.first, first), (joint.second, second)]
+        second = _CONCENTRIC_WHEEL_RADIUS * u / max(abs(joint.ratio), 1.0)
+        radii = [abs(joint.ratio) * second, second]
+    return list(zip(centres, radii, strict=True))
 
 
 def rack_parts(placed: PlacedMechanism) -> Iterator[Attached]:
