@@ -83,7 +83,8 @@ class PolarSpline(PolarCurve):
     def __post_init__(self) -> None:
         if len(self.angles) != len(self.radii) or len(self.angles) < 3:
             raise MechanismError(
-                f"the table of a closed curve needs three points or more, angle and radius each; got {len(self.angles)} and {len(self.radii)}"
+                "the table of a closed curve needs three points or more, angle and radius each; "
+                f"got {len(self.angles)} and {len(self.radii)}"
             )
         for angle, radius in zip(self.angles, self.radii, strict=True):
             require_finite(angle, "rad", "angle of a closed curve's point")
@@ -92,7 +93,8 @@ class PolarSpline(PolarCurve):
         span = self.angles[-1] - self.angles[0]
         if span >= math.tau:
             raise MechanismError(
-                f"the angles of a closed curve's points must lie within one turn; from the first to the last it is {math.degrees(span):.6g} deg. "
+                "the angles of a closed curve's points must lie within one turn; "
+                f"from the first to the last it is {math.degrees(span):.6g} deg. "
                 "The curve closes by itself: leave out a point that repeats the first"
             )
 

@@ -153,8 +153,8 @@ def make_curve_segments(
 
 
 SEGMENTS_PER_CYCLE, TAYLOR_DEGREE = 16, 13
-"""Segments per cycle of the highest harmonic of a closed curve, and degree of its Taylor polynomial in each: radius and second derivative are
-exact to 2e-17 and 3e-14 of the amplitude and its second derivative."""
+"""Segments per cycle of the highest harmonic of a closed curve, and degree of its Taylor polynomial in each: radius and second
+derivative are exact to 2e-17 and 3e-14 of the amplitude and its second derivative."""
 
 
 def _harmonic_segments(curve: PolarHarmonics) -> FloatArray:

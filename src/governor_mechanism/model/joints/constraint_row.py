@@ -13,11 +13,12 @@ class RowKind(IntEnum):
     """Kind of a constraint row; d is the vector from the point of the first body to that of the second.
 
     DISTANCE: |d|. FIXED_DIRECTION: the component of d along a direction fixed in the plane, plus multiples of both body
-    angles and of that of a third body. BODY_NORMAL: the component of d normal to a line of the first body, or the distance
-    from a curve on that line. POLAR_CURVE: |d| less the radius of a closed curve of the first body in that direction. LINE_ANGLE: the angle of d from the downward vertical (rad). FOLLOWER_HEIGHT: the height of a follower that hangs by a
-    link from a rod through the second point, plus the height of the first point. ARC_POSITION: the angle of d in the axes
-    of the first body, times a radius. LINE_ANGLE, FOLLOWER_HEIGHT and ARC_POSITION serve as outputs only. Of each the constant of
-    the row is subtracted.
+    angles and of the angle of a third body. BODY_NORMAL: the component of d normal to a line of the first body, or the
+    distance from a curve on that line. POLAR_CURVE: |d| less the radius of a closed curve of the first body in that
+    direction. LINE_ANGLE: the angle of d from the downward vertical (rad). FOLLOWER_HEIGHT: the height of a follower that
+    hangs by a link from a rod through the second point, plus the height of the first point. ARC_POSITION: the angle of d in
+    the axes of the first body, times a radius. LINE_ANGLE, FOLLOWER_HEIGHT and ARC_POSITION serve as outputs only. Of each
+    the constant of the row is subtracted.
     """
 
     DISTANCE = 0
@@ -34,7 +35,8 @@ class ConstraintRow:
     """One constraint equation of a joint.
 
     `parameters` are the fields of `CONSTRAINT_ROW_DTYPE` that its kind has. `motion` drives the row, in units of `drive_scale` (m per
-    unit of the motion). `curve` is the guide curve of a curve slot. `third` is the name of a third body, whose angle the row contains, or the ground.
+    unit of the motion). `curve` is the guide curve of a curve slot. `third` is the name of a third body, or the ground, whose angle
+    the row contains.
     """
 
     kind: RowKind

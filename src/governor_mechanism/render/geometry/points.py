@@ -74,8 +74,8 @@ def drawn_point_paths(mechanism: Mechanism, poses: FloatArray) -> FloatArray:
     paths = [poses[:, :, :2], *(point_path(mechanism, poses, point)[:, None] for point in dict.fromkeys(points))]
     for joint in mechanism.joints:
         if isinstance(joint, Gear | RackAndPinion):
-            points = (joint.first,) if isinstance(joint, RackAndPinion) else wheel_centres(mechanism, poses, joint)
-            centres = [point_path(mechanism, poses, point) for point in points]
+            wheels = (joint.first,) if isinstance(joint, RackAndPinion) else wheel_centres(mechanism, poses, joint)
+            centres = [point_path(mechanism, poses, point) for point in wheels]
             radii = [np.full(len(poses), abs(joint.radius))] if isinstance(joint, RackAndPinion) else _radii_of_gear(joint, centres)
             for centre, radius in zip(centres, radii, strict=True):
                 paths += [(centre + sign * radius[:, None])[:, None] for sign in (-1, 1)]
