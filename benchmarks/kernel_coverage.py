@@ -153,6 +153,28 @@ run = { duration = 0.02, output_interval = 0.02, accuracy = 1e-4 }
 """
 """Two rods, always perpendicular to each other: their moment of inertia about the spindle does not change."""
 
+GEARED_CAM = """
+machine = "custom"
+size = 0.1
+ground = { O = [0, 0] }
+body = [
+    { name = "cam", mass = 1.0, inertia = 0.002, points = { axle = [0.1, 0] } },
+    { name = "follower", mass = 0.5, turns = false, at = [0, 0.05] },
+    { name = "planet", mass = 0.2, inertia = 1e-4, at = [0.1, 0] },
+]
+joint = [
+    { type = "pin", first = "ground.O", second = "cam.origin" },
+    { type = "pin", first = "cam.axle", second = "planet.origin" },
+    { type = "slider", first = "ground.O", second = "follower.centre", angle = "90 deg" },
+    { type = "curve", first = "cam.origin", second = "follower.centre", curve = { radius = 0.05, harmonics = [{ amplitude = 0.01, order = 2 }] } },
+    { type = "gear", first = "ground.O", second = "planet", ratio = -1, carrier = "cam" },
+]
+readings = { cam = { angle = "cam" } }
+start = { cam = 0, cam_rate = 5.0 }
+run = { duration = 0.2, output_interval = 0.1, accuracy = 1e-4 }
+"""
+"""A cam with a closed groove, which carries a planet round a wheel that stands still."""
+
 TESTS = (
     "numerics/test_banded_cholesky.py",
     "numerics/test_chebyshev.py",
@@ -210,6 +232,8 @@ def run_linkages() -> None:
         (COINCIDENT, "reduced"),
         (COINCIDENT, "multibody"),
         (BALANCED, "reduced"),
+        (GEARED_CAM, "reduced"),
+        (GEARED_CAM, "multibody"),
     ):
         run = gm.run(gm.Scene.from_dict(tomllib.loads(text)), engine=engine, certify=False)
         if text is PARALLELOGRAM:

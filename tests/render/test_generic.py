@@ -291,3 +291,45 @@ def test_a_body_held_by_nothing_is_drawn():
     free = dataclasses.replace(part, mechanism=dataclasses.replace(part.mechanism, joints=(), force_elements=()))
     shapes = list(drawing_of(run, free).moving_shapes(run.poses[0], 0.0))
     assert [(s.x, s.y) for s in of_role(shapes, "ball")] == [tuple(pose[:2]) for pose in run.poses[0].tolist()]
+
+
+def short_run(name):
+    """A run of a scene of the catalogue, without certificate."""
+    return gm.run(gm.load(name), times=np.linspace(0.0, 1.0, 7), certify=False)
+
+
+def test_wheels_on_an_arm_touch_wherever_it_stands():
+    run = short_run("epicyclic_gear")
+    wheels = [dict(rims_of(shapes)) for shapes in shapes_of(run)]
+    for rims in wheels:
+        assert sorted(rims.values()) == pytest.approx([0.045, 0.045, 0.15])  # the sun, of 0.06 m, has the centre of the ring
+        planets = [centre for centre, radius in rims.items() if radius < 0.1]
+        assert [math.hypot(*centre) for centre in planets] == pytest.approx([0.105, 0.105])
+        assert (0.0, 0.0) in rims
+    first, last = (next(centre for centre, radius in rims.items() if radius < 0.1) for rims in (wheels[0], wheels[-1]))
+    assert math.dist(first, last) > 0.05
+
+
+def test_a_gear_that_stands_for_a_wheel_that_is_no_body_draws_none():
+    """The arm of Cardan's wheels drives the rolling wheel by a ratio: nothing says where the ring is."""
+    scene = gm.load("cardan_line")
+    *others, gear, motor = scene.document["joint"]
+    without_ring = {key: value for key, value in gear.items() if key != "carrier"} | {"first": "arm", "ratio": -1}
+    replaced = gm.Scene.from_dict({**scene.document, "joint": [*others, without_ring, motor]})
+    for one, count in ((scene, 2), (replaced, 0)):
+        run = gm.run(one, times=np.linspace(0.0, 1.0, 7), certify=False)
+        (shapes, *_) = shapes_of(run)
+        assert len({circle.radius for circle in of_role(shapes, "wheel web")}) == count
+
+
+def test_the_whole_groove_of_a_cam_turns_with_it_and_holds_the_roller():
+    run = short_run("grooved_cam")
+    for shapes in shapes_of(run):
+        (slot,) = of_role(shapes, "slot")
+        inner = of_role(shapes, "plate")[-1]
+        places = np.array([(circle.x, circle.y) for circle in of_role(shapes, "pivot")])
+        follower = places[np.argmax(places[:, 1])]
+        gaps = [np.hypot(*(np.array(outline.points) - follower).T).min() for outline in (slot, inner)]
+        # The roller is as far from both edges, to the distance of the points of an edge.
+        assert gaps[0] == pytest.approx(gaps[1], abs=2e-3)
+        assert gaps[0] < 0.01
