@@ -84,7 +84,7 @@ def test_three_bodies_share_the_motion_of_a_free_train_and_the_moments_of_its_me
     scene = epicyclic(
         force=[{"type": "torque", "body": "sun", "moment": torque}], start={"sun": 0.0, "arm": 0.4, "sun_rate": 5.0, "arm_rate": -3.0}
     )
-    run = gm.run(scene.replace({"run.reactions": ["mesh"]}), engine="multibody", accuracy=1e-9)
+    run = gm.run(scene.replace({"run.readings": ["reaction.mesh"]}), engine="multibody", accuracy=1e-9)
     exact = integrate_state(state_rate, start, run.times)
     np.testing.assert_allclose([run.readings["sun"], run.readings["arm"]], exact[:2], atol=1e-8)
     # The planet starts at its angle of the file, 0; at the arm's 0.4 rad this is an angle between teeth, which stays.
@@ -115,7 +115,7 @@ def test_a_differential_shares_its_torque_equally_and_its_speed_in_the_mean():
         "force": [{"type": "torque", "body": "cage", "moment": torque}, {"type": "torsion_damper", "second": "left", "damping": 0.01}],
         "readings": {name: {"angle": name} for name in ("cage", "left", "right")},
         "start": {"left": 0, "right": 0, "left_rate": 2.0, "right_rate": 1.0},
-        "run": {"duration": 2.0, "reactions": ["bevels"]},
+        "run": {"duration": 2.0, "readings": ["reaction.bevels"]},
     }
     run = gm.run(gm.Scene.from_dict(document), engine="multibody", accuracy=1e-9)
     np.testing.assert_allclose(run.rates["cage"], (run.rates["left"] + run.rates["right"]) / 2, atol=1e-11)
@@ -168,7 +168,7 @@ def test_the_builder_has_the_carrier_too():
     ("change", "words"),
     [
         ({"carrier": "planet"}, "'planet' as a wheel and as its carrier"),
-        ({"carrier": "amr"}, "carrier names the unknown body 'amr'"),
+        ({"carrier": "amr"}, 'carrier names the unknown body "amr"'),
         ({"carrier": 3}, "carrier"),
     ],
 )

@@ -312,7 +312,8 @@ WORDING_CUSTOM: list[tuple[str, str]] = [
     (
         "a curve of two kinds",
         (
-            'joint "A": curve must be { coefficients = [c0, c1, ...] } or { points = [[x, y], ...] }; found '
+            'joint "A": curve must be { coefficients = [c0, c1, ...] } or { points = [[x, y], ...] }, or for a closed curve '
+            "{ closed = [[x, y], ...] }, { polar = [[angle, radius], ...] } or { radius = r, harmonics = [...] }; found "
             "{'coefficients': [], 'points': []}"
         ),
     ),

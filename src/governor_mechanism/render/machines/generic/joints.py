@@ -339,7 +339,7 @@ def rack_bodies(mechanism: Mechanism) -> set[str]:
 
 
 def wheel_parts(placed: PlacedMechanism) -> Iterator[Attached]:
-    """Yield wheels with spokes that rotate with their bodies, larger ones behind; internal gears are rings."""
+    """Yield wheels with spokes that rotate with their bodies, larger ones behind; those that the ground holds are rims without spokes."""
     u = placed.unit
     # A wheel can mesh with several others.
     wheels: dict[tuple[str, float, float, int], tuple[joints.Point, float]] = {}
@@ -348,7 +348,8 @@ def wheel_parts(placed: PlacedMechanism) -> Iterator[Attached]:
             wheels.setdefault((point.body, point.x, point.y, round(200 * radius / u)), (point, radius))
     for point, radius in sorted(wheels.values(), key=lambda wheel: -wheel[1]):
         wheel = spoked_wheel(radius, max(radius - 0.035 * u, 0.72 * radius), 0.045 * u, (point.x, point.y))
-        yield Attached(frame=placed.extents.body_axes(point.body), shapes=tuple(wheel))
+        shapes = wheel[:2] if point.body == GROUND else wheel
+        yield Attached(frame=placed.extents.body_axes(point.body), shapes=tuple(shapes))
 
 
 def spoked_wheel(radius: float, rim_radius: float, max_hub_radius: float, centre: Vec2 = (0.0, 0.0)) -> list[DrawnShape]:
@@ -380,7 +381,8 @@ def _wheels_of(extents: MechanismExtents, joint: joints.Joint) -> list[tuple[joi
         radii = [float(radius[0]) for radius in wheel_radii(joint.ratio, np.array([centre_distance]))]
     else:
         second = _CONCENTRIC_WHEEL_RADIUS * u / max(abs(joint.ratio), 1.0)
-        radii = [abs(joint.ratio) * second, second]
+        is_alike = abs(abs(joint.ratio) - 1.0) < 0.1  # as bevel wheels: the smaller one shows that they turn differently
+        radii = [(0.7 if is_alike else abs(joint.ratio)) * second, second]
     return list(zip(centres, radii, strict=True))
 
 
