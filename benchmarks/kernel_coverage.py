@@ -166,7 +166,8 @@ joint = [
     { type = "pin", first = "ground.O", second = "cam.origin" },
     { type = "pin", first = "cam.axle", second = "planet.origin" },
     { type = "slider", first = "ground.O", second = "follower.centre", angle = "90 deg" },
-    { type = "curve", first = "cam.origin", second = "follower.centre", curve = { radius = 0.05, harmonics = [{ amplitude = 0.01, order = 2 }] } },
+    { type = "curve", first = "cam.origin", second = "follower.centre", curve = { radius = 0.05, harmonics = [
+        { amplitude = 0.01, order = 2 } ] } },
     { type = "gear", first = "ground.O", second = "planet", ratio = -1, carrier = "cam" },
 ]
 readings = { cam = { angle = "cam" } }
