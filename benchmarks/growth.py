@@ -22,7 +22,7 @@ from matplotlib.axes import Axes
 from scipy.integrate import solve_ivp
 
 import governor_mechanism as gm
-from governor_mechanism.files.plain_values import save_table
+from governor_mechanism.files.writing import save_table
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.render.figures.page import Page, add_legend, use_plain_decades
 from governor_mechanism.render.figures.work_precision import _VARIANT_STYLES

@@ -107,7 +107,7 @@ DELEGATIONS = {
             "paths",
             "to_xarray",
             "to_dataframe",
-            "plot",
+            "as_json",
             "plot_diagnostics",
             "plot_paths",
             "plot_reactions",
@@ -126,7 +126,6 @@ DELEGATIONS = {
     "model.mechanism": {"Mechanism.build", "Mechanism._repr_html_"},
     "mechanics.kinematics.kinematic_analysis": {"Kinematics.plot_paths"},
     "statics.speed_curve": {"SpeedCurve._repr_html_"},
-    "scenes.described_scene": {"SceneDescription._repr_html_"},
     "building.mechanism_builder": {"MechanismBuilder.assemblies"},
 }
 """Methods that hand on to a function of a later folder, by module. They alone import upwards, and do nothing else."""

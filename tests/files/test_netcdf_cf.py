@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 from scipy.io import netcdf_file
 
-from governor_mechanism.files.results import save_csv, save_netcdf, save_summary
+import governor_mechanism as gm
+from governor_mechanism.files.results import save_netcdf
 from saved_runs import SCENES, saved_run
 
 FLAGS = {"reading_determined", "reaction_determined"}
@@ -68,7 +69,7 @@ def test_xarray_opens_the_file_as_the_run_itself(run, tmp_path):
 
 def test_pandas_reads_the_table_without_renaming(run, tmp_path):
     pandas = pytest.importorskip("pandas")
-    save_csv(run, tmp_path / "run.csv")
+    run.save_csv(tmp_path / "run.csv")
     table = pandas.read_csv(tmp_path / "run.csv", comment="#", index_col="time")
     # Some versions of pandas read the last of 17 digits wrong, for speed.
     pandas.testing.assert_frame_equal(table, run.to_dataframe(), check_exact=False, rtol=1e-15, atol=0.0)
@@ -81,7 +82,7 @@ def test_pandas_reads_the_table_without_renaming(run, tmp_path):
 
 def test_records_name_no_folder_of_this_machine(run, tmp_path):
     folder = str(Path(run.scene.source).resolve().parent).encode()
-    for save, name in ((save_csv, "run.csv"), (save_netcdf, "run.nc"), (save_summary, "run.json")):
+    for save, name in ((gm.Trajectory.save_csv, "run.csv"), (save_netcdf, "run.nc"), (gm.Trajectory.save_json, "run.json")):
         save(run, tmp_path / name)
         assert folder not in (tmp_path / name).read_bytes()
     assert json.loads((tmp_path / "run.json").read_text(encoding="utf-8"))["scene"] == Path(run.scene.source).name

@@ -13,7 +13,7 @@ from scipy.io import netcdf_file
 import governor_mechanism as gm
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.files import netcdf
-from governor_mechanism.files.plain_values import plain_value
+from governor_mechanism.files.writing import plain_value
 from governor_mechanism.model.results.outcome import Outcome
 from saved_runs import SCENES, UNUSUAL_NAMES, saved_run
 

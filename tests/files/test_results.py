@@ -14,10 +14,12 @@ import governor_mechanism as gm
 from governor_mechanism.engines import ImpulseEngine
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.files import results as saving
-from governor_mechanism.files.atomic_write import write_all_or_none
-from governor_mechanism.files.plain_values import save_json
+from governor_mechanism.files.writing import save_json, write_all_or_none
 from governor_scenes import EXTENDED, governor_scene
 from saved_runs import UNUSUAL_NAMES
+
+SAVERS = [gm.Trajectory.save_csv, saving.save_netcdf, gm.Trajectory.save_json]
+"""Functions that write a file of a run."""
 
 
 @pytest.fixture(scope="module")
@@ -26,7 +28,7 @@ def run():
 
 
 def test_the_csv_holds_every_reading_to_the_last_digit(run, tmp_path):
-    saving.save_csv(run, tmp_path / "run.csv")
+    run.save_csv(tmp_path / "run.csv")
     with (tmp_path / "run.csv").open(encoding="utf-8") as stream:
         comment = next(stream)
         header, *rows = csv.reader(stream)
@@ -58,7 +60,7 @@ def test_the_netcdf_holds_every_array(run, tmp_path):
 
 
 def test_the_record_says_what_ran_how_it_ended_and_with_which_versions(run, tmp_path):
-    saving.save_summary(run, tmp_path / "run.json")
+    run.save_json(tmp_path / "run.json")
     record = json.loads((tmp_path / "run.json").read_text(encoding="utf-8"))
     assert record["outcome"] == "done"
     assert record["error_estimate"] == run.error_estimate
@@ -66,7 +68,7 @@ def test_the_record_says_what_ran_how_it_ended_and_with_which_versions(run, tmp_
     assert set(record["versions"]) == {"python", *saving.REPORTED_PACKAGES}
 
 
-@pytest.mark.parametrize("save", [saving.save_csv, saving.save_netcdf, saving.save_summary])
+@pytest.mark.parametrize("save", SAVERS)
 def test_a_failure_while_writing_leaves_the_old_file(save, run, tmp_path, monkeypatch):
     path = tmp_path / "run"
     path.write_text("old", encoding="utf-8")
@@ -111,7 +113,7 @@ def test_files_written_together_are_all_there_or_none(tmp_path):
     assert sorted(path.name for path in tmp_path.iterdir()) == ["first", "second"]
 
 
-@pytest.mark.parametrize("save", [saving.save_csv, saving.save_netcdf, saving.save_summary])
+@pytest.mark.parametrize("save", SAVERS)
 def test_a_full_disk_is_told_with_the_name_of_the_file(save, run, tmp_path):
     """A limit on the size of files acts as a full disk does."""
     limits = resource.getrlimit(resource.RLIMIT_FSIZE)

@@ -110,6 +110,9 @@ def results_of_every_kind() -> list[object]:
         gm.valve_timing("slide_valve_marks"),
         gm.design_hartnell(),
         gm.design_flywheel(),
+        gm.assemblies("four_bar_chain"),
+        gm.load("porter").describe(),
+        gm.run("porter"),
     ]
 
 
@@ -127,14 +130,14 @@ def test_every_result_is_plain_values_a_table_and_two_files(tmp_path):
 
 
 def test_every_public_type_of_results_can_be_exported():
-    """Of the other types runs have `save`, and scenes `to_toml`; the rest belong to them or are no results."""
+    """Of the other types scenes have `to_toml`; the rest belong to results or are none."""
     types = {name: getattr(gm, name) for name in gm.__all__ if inspect.isclass(getattr(gm, name))}
     exported = {name for name, one in types.items() if issubclass(one, Result)}
     methods = ("as_json", "to_dataframe", "save_json", "save_csv")
     assert all(hasattr(types[name], method) for name in exported for method in methods)
     endings = ("Study", "Design", "Report", "Curve", "Band", "Force", "Limit", "Map", "Timing", "Gears", "Rules", "Kinematics", "Sweep")
     assert {name for name in types if name.endswith(endings)} <= exported
-    assert {"Equilibrium", "Linearisation"} <= exported
+    assert {"Assemblies", "Equilibrium", "Linearisation", "SceneDescription", "Trajectory"} <= exported
 
 
 def test_modes_are_the_rows_of_linearised_equations():

@@ -17,7 +17,7 @@ from governor_mechanism.closed_form import slide_valve
 from governor_mechanism.closed_form.flywheel_engine import AirEngine
 from governor_mechanism.closed_form.flywheel_engine import gas_torque as closed_gas_torque
 from governor_mechanism.closed_form.flywheel_equilibrium import bracket_terms, energy_fluctuation
-from governor_mechanism.files.plain_values import format_json
+from governor_mechanism.files.writing import format_json
 from governor_mechanism.scenes.parser import parse_scene_document
 from governor_mechanism.studies.design.flywheel import PRINTED_TERMS
 from governor_mechanism.studies.design.hartung import PRINTED_SPRING_FORCES

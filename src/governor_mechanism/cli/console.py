@@ -20,7 +20,7 @@ from typer.core import TyperCommand
 from governor_mechanism.cli.film_options import FILM_PARAMETERS, gather_film_options
 from governor_mechanism.cli.given_options import in_typed_words, refuse_idle_options, remember_options
 from governor_mechanism.errors import GovernorMechanismError, MechanismError
-from governor_mechanism.files.plain_values import format_json
+from governor_mechanism.files.writing import format_json
 from governor_mechanism.model.results.film_options import FilmOptions
 from governor_mechanism.model.results.pictures import Theme
 from governor_mechanism.render.figure_files import FigureFiles, FigureFormat

@@ -88,7 +88,7 @@ def design(
 
 def _write_scene(designed: Design, folder: Path) -> Path:
     """Write the scene file of a design, and return its path."""
-    from governor_mechanism.files.atomic_write import atomic_write
+    from governor_mechanism.files.writing import atomic_write
     from governor_mechanism.scenes.changed_document import format_scene_toml
     from governor_mechanism.studies.design.skeleton import scene_comment
 

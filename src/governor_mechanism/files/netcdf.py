@@ -15,9 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.files.atomic_write import atomic_write
 from governor_mechanism.files.netcdf_encoding import RunVariable, encode_netcdf
-from governor_mechanism.files.plain_values import plain_value
+from governor_mechanism.files.writing import atomic_write, plain_value
 from governor_mechanism.model.events import Event, EventKind
 from governor_mechanism.model.results.cost import Cost
 from governor_mechanism.model.results.energy import Energy

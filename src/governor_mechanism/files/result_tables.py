@@ -2,20 +2,62 @@
 
 import math
 import os
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import fields, is_dataclass
 from enum import Enum
+from importlib import import_module
 from operator import attrgetter
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from governor_mechanism.files.plain_values import plain_value, save_json, save_table
-from governor_mechanism.files.table import make_data_frame
+from governor_mechanism.errors import MechanismError
+from governor_mechanism.files.netcdf import run_attributes, run_variables
+from governor_mechanism.files.writing import plain_value, save_json, save_table
 from governor_mechanism.model.results.result import Column, Recorded, Result
-from governor_mechanism.types import DataFrame
+from governor_mechanism.model.results.trajectory import Trajectory
+from governor_mechanism.types import DataFrame, Dataset
 from governor_mechanism.units.problems import PATH, check_arguments
+
+
+def make_data_frame(
+    columns: Mapping[str, NDArray[Any] | Sequence[Any]],  # columns by name; shape (n,) each
+    *,
+    index: str | None = None,  # name of the column that labels the rows; numbers from 0 if None
+    # units of columns by name, which `attrs["units"]` of the table holds
+    units: Mapping[str, str] | None = None,
+) -> DataFrame:
+    """Return columns as a table of pandas.
+
+    Raises MechanismError if pandas is not installed.
+    """
+    pandas = _require("pandas", "a table")
+    table = pandas.DataFrame(dict(columns))
+    table = table if index is None else table.set_index(index)
+    table.attrs["units"] = dict(units or {})
+    return table
+
+
+def make_xarray_dataset(run: Trajectory) -> Dataset:
+    """Return all arrays of a run as a data set of xarray: the same that `xarray.open_dataset` reads from its netCDF file.
+
+    Result: readings, rates, errors, motion, energies, reactions and events with units; coordinates are time,
+    body, component and joint. Raises MechanismError if xarray is not installed.
+    """
+    xarray = _require("xarray", "a data set")
+    variables = {one.name: (one.dimensions, one.values, dict(one.attributes)) for one in run_variables(run)}
+    labels = variables.get("event_time", ((), None, {}))[2].pop("coordinates", "").split()
+    return xarray.Dataset(variables, attrs=run_attributes(run)).set_coords(labels)
+
+
+def _require(package: str, what: str) -> Any:
+    """Return a package, or refuse if it is not installed."""
+    try:
+        return import_module(package)
+    except ImportError as missing:
+        raise MechanismError(f"{what} of {package} needs this package: pip install 'governor-mechanism[{package}]'") from missing
 
 
 def record_result(result: Recorded) -> dict[str, Any]:
@@ -53,14 +95,19 @@ def json_value(value: object) -> Any:
     return None if isinstance(plain, float) and not math.isfinite(plain) else plain
 
 
-def tabulate_result(result: Result) -> DataFrame:
+def tabulate_result(
+    result: Result,
+    further: Iterable[Column] = (),  # columns after those that the result declares
+) -> DataFrame:
     """Return a result as a table of pandas: its columns, and the numbers that are in none of them in the `attrs` of the table.
 
     A result without columns or arrays has one row with all its plain values, in which a list is one cell. Raises MechanismError if pandas
     is not installed.
     """
     columns, others = _column_values(result)
-    table = make_data_frame(columns, index=result.index or None, units=_units(result))
+    further = list(further)
+    columns |= {column.key: result.values_of(column) for column in further}
+    table = make_data_frame(columns, index=result.index or None, units=_units([*result.columns, *further]))
     table.attrs |= others | {name: value for name, _, value in _named_values(result, result.attributes)}
     return table
 
@@ -81,7 +128,7 @@ def save_columns(result: Result, path: str | os.PathLike[str]) -> Path:
     Raises MechanismError if the path is none.
     """
     columns, _ = _column_values(result)
-    units = _units(result)
+    units = _units(result.columns)
     comment = "" if result.has_units_in_header else "; ".join(f"{name} {unit}" for name, unit in units.items())
     names = [f"{name} [{units[name]}]" if result.has_units_in_header and units.get(name) else name for name in columns]
     cells = [values.tolist() if isinstance(values, np.ndarray) else values for values in columns.values()]
@@ -102,9 +149,9 @@ def _column_values(result: Result) -> tuple[dict[str, Any], dict[str, Any]]:
     return {name: [value] for name, value in record.items()}, {}
 
 
-def _units(result: Result) -> dict[str, str]:
+def _units(columns: Iterable[Column]) -> dict[str, str]:
     """Return the units that are stated; "1" is one."""
-    return {column.key: column.unit for column in result.columns if column.key and column.unit and column.in_table}
+    return {column.key: column.unit for column in columns if column.key and column.unit and column.in_table}
 
 
 def _named_values(result: Recorded, entries: Iterable[str]) -> Iterator[tuple[str, str, Any]]:

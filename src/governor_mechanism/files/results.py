@@ -1,4 +1,4 @@
-"""What a run writes: CSV of the readings, netCDF of all arrays, JSON of the summary, and the text that commands print."""
+"""What a run says of itself: the record of its files, and the text that commands print."""
 
 import platform
 from collections import Counter
@@ -10,24 +10,12 @@ from typing import Any
 import numpy as np
 
 from governor_mechanism.files.netcdf import write_netcdf
-from governor_mechanism.files.plain_values import finite_or_none, number_or_text, save_json, save_table
-from governor_mechanism.files.table import reading_columns
+from governor_mechanism.files.writing import finite_or_none, number_or_text, plain_value
 from governor_mechanism.model.events import Event, EventKind
 from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.units.quantities import format_quantity, format_reading_name
 
 REPORTED_PACKAGES = ("governor-mechanism", "pymunk", "numpy", "scipy")
-
-
-def save_csv(run: Trajectory, path: Path) -> None:
-    """Write times and readings as CSV: a comment with the SI units, a header of the plain names, and one row per reported time.
-
-    The units stand in a comment, because names with units would have to be renamed before use. `pandas.read_csv(path, comment="#")`,
-    `numpy.loadtxt`, R and gnuplot skip it.
-    """
-    columns, units = reading_columns(run)
-    comment = "; ".join(f"{name} {unit}" for name, unit in units.items())
-    save_table(list(columns), np.column_stack(list(columns.values())).tolist(), path, comment=f"units: {comment}")
 
 
 def save_netcdf(run: Trajectory, path: Path) -> None:
@@ -51,7 +39,7 @@ def summarise_run(run: Trajectory) -> dict[str, Any]:
 
     Result: scene, engine, settings, outcome, errors, final readings, events, cost and package versions.
     """
-    return {
+    summary = {
         "scene": Path(run.scene.source).name,  # a record goes to others, whom the folders of this machine do not concern
         "title": run.scene.title,
         "outcome": run.outcome.name.lower(),
@@ -77,11 +65,7 @@ def summarise_run(run: Trajectory) -> dict[str, Any]:
         "versions": package_versions(),
         "document": run.scene.document,
     }
-
-
-def save_summary(run: Trajectory, path: Path) -> None:
-    """Write the summary of a run as JSON."""
-    save_json(summarise_run(run), path)
+    return {name: plain_value(value) for name, value in summary.items()}
 
 
 def package_versions() -> dict[str, str]:

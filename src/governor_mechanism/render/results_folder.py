@@ -1,12 +1,12 @@
 """All files of a run in one folder. What draws is imported where it is needed: it is slow to import."""
 
 import os
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.files.atomic_write import write_all_or_none
-from governor_mechanism.files.results import save_csv, save_netcdf, save_summary
+from governor_mechanism.files.results import save_netcdf
+from governor_mechanism.files.writing import write_all_or_none
 from governor_mechanism.model.motion_readings import joints_of_reactions
 from governor_mechanism.model.results.film_options import DEFAULT_OPTIONS, FilmFormat, FilmOptions
 from governor_mechanism.model.results.pictures import Figure, Theme
@@ -91,7 +91,7 @@ def _die_path_plate(run: Trajectory) -> Figure:
 DEFAULT_STEM = "scene"
 """Start of the file names of a scene without a file."""
 
-_SAVERS = {"csv": save_csv, "nc": save_netcdf, "json": save_summary}
+_SAVERS: Mapping[str, Callable[[Trajectory, Path], object]] = {"csv": Trajectory.save_csv, "nc": save_netcdf, "json": Trajectory.save_json}
 """Functions that write the files without a picture, by the endings of their names."""
 
 

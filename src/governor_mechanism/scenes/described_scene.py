@@ -3,8 +3,9 @@
 import dataclasses
 import math
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, ClassVar
 
+from governor_mechanism.model.results.result import Column, Recorded, Result
 from governor_mechanism.model.time_functions import (
     AngleHarmonic,
     Harmonic,
@@ -29,7 +30,7 @@ QUANTITY_UNITS = {"angle": "rad", "length": "m", "angular_speed": "rad/s", "rati
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
-class DescribedValue:
+class DescribedValue(Recorded):
     """A named value with its unit.
 
     Attributes
@@ -58,8 +59,7 @@ class DescribedValue:
 
     def as_json(self) -> dict[str, Any]:
         """Return the fields by name, without an empty meaning."""
-        values = {"name": self.name, "value": self.value, "unit": self.unit}
-        return values | ({"meaning": self.meaning} if self.meaning else {})
+        return {name: value for name, value in super().as_json().items() if name != "meaning" or value}
 
 
 def format_number(
@@ -141,7 +141,7 @@ def _describe_points(positions: tuple[float, ...], values: tuple[float, ...], un
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
-class DescribedItem:
+class DescribedItem(Recorded):
     """Something that a scene lists: an effect, a force element, a coupling, an event.
 
     Attributes
@@ -162,13 +162,12 @@ class DescribedItem:
     values: tuple[DescribedValue, ...] = ()
 
     def as_json(self) -> dict[str, Any]:
-        """Return name, kind, text and values."""
-        values = {"values": [value.as_json() for value in self.values]} if self.values else {}
-        return {"name": self.name, "kind": self.kind, "text": self.text, **values}
+        """Return the fields by name, without values if there are none."""
+        return {name: value for name, value in super().as_json().items() if name != "values" or value}
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
-class DescribedPart:
+class DescribedPart(Recorded):
     """One part of a scene in words.
 
     Attributes
@@ -204,11 +203,6 @@ class DescribedPart:
     coordinate: str
     law: str = ""
 
-    def as_json(self) -> dict[str, Any]:
-        """Return all fields by name."""
-        listed = {"dimensions": [one.as_json() for one in self.dimensions], "effects": [one.as_json() for one in self.effects]}
-        return dataclasses.asdict(self) | listed
-
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class EngineAnswer:
@@ -238,8 +232,8 @@ class EngineAnswer:
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
-class SceneDescription:
-    """A scene in words; it prints as text.
+class SceneDescription(Result):
+    """A scene in words; it prints as text, and its table has the readings.
 
     Attributes
     ----------
@@ -282,11 +276,16 @@ class SceneDescription:
     engines: tuple[EngineAnswer, ...]
     problem: str = ""
 
-    def _repr_html_(self) -> str:
-        """Return what a notebook shows: the text that is printed."""
-        from governor_mechanism.notebook.result_table import result_html
+    columns: ClassVar[tuple[Column, ...]] = (
+        Column("name", ""),
+        Column("unit", "", lambda one: NEAT_UNITS.get(one.unit, one.unit) or "-"),
+        Column("value", "", lambda one: "" if one.value is None else one.text),
+    )
 
-        return result_html(self)
+    @property
+    def rows(self) -> tuple[DescribedValue, ...]:
+        """Rows of the table: the readings."""
+        return self.readings
 
     def __repr__(self) -> str:
         """Return the text, which an interactive session shows."""
@@ -301,24 +300,12 @@ class SceneDescription:
         lines += _section("Force elements", [(one.name, one.kind, one.text) for one in self.force_elements])
         lines += _section("Couplings and loads", [(one.name, one.kind, one.text) for one in self.couplings])
         lines += _section("Events", [(one.name, one.text) for one in self.events])
-        readings = [(one.name, NEAT_UNITS.get(one.unit, one.unit) or "-", "" if one.value is None else one.text) for one in self.readings]
+        readings = [[column.cell_of(one) for column in self.columns] for one in self.rows]
         lines += _section(f"Readings, SI unit{f', {start}' if start else ''}", readings)
         lines += ["", f"Degrees of freedom: {self.degrees_of_freedom}{drivers}"]
         lines += _section("Run", [(one.name, one.text) for one in self.run])
         lines += _section("Engines", [(one.name, str(one)) for one in self.engines])
         return "\n".join([*lines, *(["", f"No run is possible: {self.problem}"] if self.problem else [])])
-
-    def as_json(self) -> dict[str, Any]:
-        """Return the description as plain values.
-
-        Returns
-        -------
-        dict
-            The fields by name, values in SI.
-        """
-        lists = ("parts", "force_elements", "couplings", "events", "readings", "run")
-        rows = {name: [one.as_json() for one in getattr(self, name)] for name in lists}
-        return dataclasses.asdict(self) | rows
 
 
 def _part_lines(part: DescribedPart, *, has_name: bool) -> list[str]:
@@ -334,6 +321,6 @@ def _part_lines(part: DescribedPart, *, has_name: bool) -> list[str]:
     return [*lines, "", f"Bodies: {'; '.join(part.bodies)}", f"Joints: {'; '.join(part.joints) or 'none'}"]
 
 
-def _section(heading: str, rows: Sequence[tuple[str, ...]]) -> list[str]:
+def _section(heading: str, rows: Sequence[Sequence[str]]) -> list[str]:
     """Return a heading with a table under it; nothing without rows."""
     return ["", heading, *(f"  {line}" for line in format_table([], rows).splitlines())] if rows else []

@@ -6,15 +6,14 @@ import math
 from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
 from governor_mechanism.building.first_configuration import list_assemblies
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.files.table import make_data_frame
 from governor_mechanism.mechanics.kinematics.assembly import PositionSolver
-from governor_mechanism.model.results.result import Result
+from governor_mechanism.model.results.result import Column, Result, item_column
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.observables.assemblies.block_equations import CLOSED_FORM
 from governor_mechanism.observables.assemblies.enumeration import (
@@ -24,13 +23,16 @@ from governor_mechanism.observables.assemblies.enumeration import (
     largest_difference,
 )
 from governor_mechanism.scenes.custom.assembly import explain_no_assembly, hold_given_values, written_angles
-from governor_mechanism.types import DataFrame, FloatArray
+from governor_mechanism.types import FloatArray
 from governor_mechanism.units.quantities import format_value, parse_quantity
 from governor_mechanism.units.short_repr import short_repr
 from governor_mechanism.units.text_table import format_table
 
 if TYPE_CHECKING:
     from governor_mechanism.building.mechanism_builder import MechanismBuilder
+
+POSE_UNITS: Final = {"x": "m", "y": "m", "angle": "rad"}
+"""Units of the numbers of a pose."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -69,6 +71,14 @@ class Assemblies(Result):
     def __len__(self) -> int:
         """Return the number of assemblies."""
         return len(self.poses)
+
+    @property
+    def columns(self) -> tuple[Column, ...]:
+        """Number of the assembly and poses of the bodies, m and rad."""
+        bodies = self.scene.part.mechanism.bodies
+        places = [(f"{body.name}.{axis}", unit, k, n) for k, body in enumerate(bodies) for n, (axis, unit) in enumerate(POSE_UNITS.items())]
+        poses = (item_column(key, "poses", (slice(None), k, n), unit=unit) for key, unit, k, n in places)
+        return Column("number", value=lambda one: np.arange(1, len(one) + 1)), *poses
 
     @property
     def angles(self) -> dict[str, FloatArray]:
@@ -134,24 +144,6 @@ class Assemblies(Result):
         ]
         header = {"title": self.scene.title, "count": len(self), "complete": self.complete, "methods": list(self.methods)}
         return {**header, "held_by": list(self.held_by), "taken": self.taken, "assemblies": assemblies}
-
-    def to_dataframe(self) -> DataFrame:
-        """Return a table of pandas with a row for each assembly: the poses of the bodies, m and rad.
-
-        Returns
-        -------
-        pandas.DataFrame
-            The table, SI.
-
-        Raises
-        ------
-        MechanismError
-            If pandas is not installed.
-        """
-        columns: dict[str, Any] = {"number": np.arange(1, len(self) + 1)}
-        for k, body in enumerate(self.scene.part.mechanism.bodies):
-            columns |= {f"{body.name}.{axis}": self.poses[:, k, n] for n, axis in enumerate(("x", "y", "angle"))}
-        return make_data_frame(columns)
 
 
 def list_scene_assemblies(scene: Scene) -> Assemblies:

@@ -11,8 +11,8 @@ import numpy as np
 from governor_mechanism.engines import select_engine
 from governor_mechanism.engines.base import Engine
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.files.plain_values import finite_or_none
 from governor_mechanism.files.results import summarise_run
+from governor_mechanism.files.writing import finite_or_none
 from governor_mechanism.model.results.result import Column, Result, format_columns, item_column
 from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.model.scene import Scene

@@ -3,7 +3,7 @@
 from pathlib import Path
 from xml.etree import ElementTree
 
-from governor_mechanism.files.atomic_write import atomic_write
+from governor_mechanism.files.writing import atomic_write
 from governor_mechanism.verification.report import CheckReport, ComparisonRow
 from governor_mechanism.verification.user_kernel.report import KernelReport, KernelRow, format_percent
 

@@ -1,11 +1,11 @@
 """Result of a run: times, motion, readings, and what follows from them."""
 
 import os
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
-from typing import Any, Protocol, Unpack
+from typing import Any, ClassVar, Final, Protocol, Unpack
 
 from governor_mechanism.errors import RunFailed
 from governor_mechanism.model.events import Event
@@ -16,10 +16,14 @@ from governor_mechanism.model.results.named_values import name_values
 from governor_mechanism.model.results.outcome import Outcome
 from governor_mechanism.model.results.pictures import Figure, Film
 from governor_mechanism.model.results.reaction import Reaction
+from governor_mechanism.model.results.result import Column, Result, item_column
 from governor_mechanism.model.results.speed_fluctuation import SpeedFluctuation
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.types import DataFrame, Dataset, FloatArray
 from governor_mechanism.units.short_repr import summarise
+
+TIME_COLUMN: Final = "time"
+"""Name of the column of the reported times."""
 
 
 class DeferredResults(Protocol):
@@ -39,7 +43,7 @@ class DeferredResults(Protocol):
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Trajectory:
+class Trajectory(Result):
     """Result of a run.
 
     Attributes
@@ -108,6 +112,10 @@ class Trajectory:
     notes: tuple[str, ...] = ()
     deferred_results: DeferredResults | None = field(default=None, repr=False, compare=False)
 
+    index: ClassVar[str] = TIME_COLUMN
+    attributes: ClassVar[tuple[str, ...]] = ("title=scene.title", "outcome=message", "error_estimate")
+    figure: ClassVar[str] = "render.figures.time_series.readings_figure"
+
     def __post_init__(self) -> None:
         object.__setattr__(self, "readings", name_values("reading", self.readings))
         object.__setattr__(self, "rates", name_values("rate", self.rates))
@@ -118,6 +126,21 @@ class Trajectory:
         error = "not certified" if self.error_estimate is None else f"error {self.error_estimate:.1g}"
         scene = f"{summarise(self.scene.title)}; {self.cost.engine}"
         return f"Trajectory({scene}; {span}; readings {summarise(self.readings)}; {self.outcome.name}, {error})"
+
+    @property
+    def columns(self) -> tuple[Column, ...]:
+        """Times and readings; a reading "time" is named "reading time"."""
+        names = {f"reading {name}" if name == TIME_COLUMN else name: name for name in self.readings}
+        readings = (item_column(key, "readings", name, unit=self.units[name]) for key, name in names.items())
+        return Column(TIME_COLUMN, unit="s", value="times"), *readings
+
+    def _further_columns(self, rates: bool, paths: Sequence[str]) -> Iterator[Column]:
+        """Yield the rates, as "rate of ...", if wanted, and the coordinates of points."""
+        for name in self.rates if rates else ():
+            yield item_column(f"rate of {name}", "rates", name, unit=f"{self.units[name]}/s")
+        for name in paths:
+            path = self.paths[name]
+            yield from (Column(f"{name}.{axis}", unit="m", value=lambda _, values=path[:, k]: values) for k, axis in enumerate("xy"))
 
     @cached_property
     def reactions(self) -> Mapping[str, Reaction]:
@@ -175,7 +198,7 @@ class Trajectory:
         MechanismError
             If xarray is not installed.
         """
-        from governor_mechanism.files.table import make_xarray_dataset
+        from governor_mechanism.files.result_tables import make_xarray_dataset
 
         return make_xarray_dataset(self)
 
@@ -199,9 +222,23 @@ class Trajectory:
         MechanismError
             If pandas is not installed, or there is no such point.
         """
-        from governor_mechanism.files.table import tabulate_run
+        from governor_mechanism.files.result_tables import tabulate_result
 
-        return tabulate_run(self, rates=rates, paths=paths)
+        return tabulate_result(self, self._further_columns(rates, paths))
+
+    def as_json(self) -> Mapping[str, Any]:
+        """Return the summary of the run in the types of JSON: outcome, errors, final readings, events and cost.
+
+        Its arrays are those of `to_dataframe` and `to_xarray`.
+
+        Returns
+        -------
+        dict
+            What the JSON file of `save` has.
+        """
+        from governor_mechanism.files.results import summarise_run
+
+        return summarise_run(self)
 
     def plot(self, *readings: str) -> Figure:
         """Draw readings over time, in everyday units; a notebook shows the figure, and `save` writes it as PNG, SVG or PDF.
@@ -220,9 +257,7 @@ class Trajectory:
         MechanismError
             If there is no such reading, or the run has no reported time.
         """
-        from governor_mechanism.render.figures.time_series import readings_figure
-
-        return readings_figure(self, readings)
+        return self._draw(readings)
 
     def plot_diagnostics(self) -> Figure:
         """Draw the joint gap and the energy drift over time, which are zero in an exact run; `save` writes the figure.

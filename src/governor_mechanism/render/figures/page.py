@@ -24,7 +24,7 @@ from matplotlib.ticker import FormatStrFormatter, FuncFormatter, NullFormatter, 
 from numpy.typing import ArrayLike
 
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.files.atomic_write import atomic_write
+from governor_mechanism.files.writing import atomic_write
 from governor_mechanism.model.results.pictures import Theme
 from governor_mechanism.render.figure_files import FigureFormat
 from governor_mechanism.render.range_bands import RangeBand, name_cycles

@@ -11,7 +11,7 @@ import numpy as np
 from PIL import Image
 
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.files.atomic_write import atomic_write
+from governor_mechanism.files.writing import atomic_write
 from governor_mechanism.model.results.film_options import DEFAULT_OPTIONS, FilmLayout, FilmOptions
 from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.render.figures.page import READING_NOISE_RATIO, axis_limits_for

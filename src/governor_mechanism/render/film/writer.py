@@ -20,7 +20,7 @@ from matplotlib.patches import Patch
 from matplotlib.text import Text
 
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.files.atomic_write import atomic_write
+from governor_mechanism.files.writing import atomic_write
 from governor_mechanism.model.results.film_options import DEFAULT_OPTIONS, FilmOptions, FilmView
 from governor_mechanism.model.results.pictures import Theme
 from governor_mechanism.model.results.trajectory import Trajectory

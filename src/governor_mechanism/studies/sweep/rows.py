@@ -10,7 +10,7 @@ from typing import Any, overload
 import numpy as np
 from numpy.typing import NDArray
 
-from governor_mechanism.files.plain_values import finite_or_none
+from governor_mechanism.files.writing import finite_or_none
 from governor_mechanism.model.results.result import Recorded
 from governor_mechanism.types import BoolArray, FloatArray, IntArray
 

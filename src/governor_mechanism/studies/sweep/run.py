@@ -21,9 +21,8 @@ import numpy as np
 from governor_mechanism.effects.dry_friction import DryFriction
 from governor_mechanism.engines import select_engine
 from governor_mechanism.errors import GovernorMechanismError, MechanismError
-from governor_mechanism.files.atomic_write import atomic_write
-from governor_mechanism.files.plain_values import plain_value, save_json
 from governor_mechanism.files.results import package_versions
+from governor_mechanism.files.writing import atomic_write, plain_value, save_json
 from governor_mechanism.model.joints import RotationalDriver
 from governor_mechanism.model.output_variables import BodyAngle
 from governor_mechanism.model.part import EQUILIBRIUM, Spindle
