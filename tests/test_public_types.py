@@ -81,10 +81,7 @@ UNTYPED = {
         *(f"{design}.scene_document" for design in ("FlywheelDesign", "GovernedEngineDesign", "HartnellDesign", "PendulumDesign")),
         "sweep",
     },
-    "values of JSON": {
-        *(f"{name}.as_json" for name in CLASSES),
-        *("Comparison.records", "KernelReport.worst_record", "Sweep.row_records", "Trajectory.settings"),
-    },
+    "values of JSON": {f"{name}.as_json" for name in CLASSES},
     "an optional package, which a type checker reads and a run may lack": {
         "Trajectory.to_xarray",
         *(f"{name}.to_dataframe" for name in CLASSES),

@@ -78,15 +78,15 @@ def _limit_steps(name: str, scene: Scene, accuracy: float | None, max_steps: int
 
 def _report(result: Trajectory, files: list[Path], *, verbose: bool, as_json: bool) -> console.CommandResult:
     """Return what the command prints: four lines, or all that is known of the run."""
-    from governor_mechanism.files.results import format_run, summarise_in_lines, summarise_run
+    from governor_mechanism.files.results import format_run, summarise_in_lines
 
     valve_timing = _valve_timing_of(result.scene) if verbose or as_json else None
-    values = {**summarise_run(result), **({} if valve_timing is None else {"steam": valve_timing.as_json()}), "files": files}
+    values = {**({} if valve_timing is None else {"steam": valve_timing.as_json()}), "files": files}
     text: list[object] = [*summarise_in_lines(result), _format_files(files)]
     if verbose:
         timing = [] if valve_timing is None else [_format_gears(result.scene) or valve_timing]
         text = [format_run(result), *timing, _format_files(files)]
-    return console.CommandResult(text=text, values=values, ok=result.outcome.ok)
+    return console.CommandResult(result, text=text, values=values, ok=result.outcome.ok)
 
 
 def _valve_timing_of(scene: Scene) -> ValveTiming | None:

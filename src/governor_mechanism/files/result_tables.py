@@ -63,13 +63,18 @@ def _require(package: str, what: str) -> Any:
 def record_result(result: Recorded) -> dict[str, Any]:
     """Return what the class of a result records, in the types of JSON.
 
-    Result: values by name; numbers that are not finite are None, rows with columns those of the columns.
+    Result: values by name; numbers that are not finite are None. All rows, or one of them, have the values of their columns.
     """
     names = result.record or [name for name in _field_names(result) if name not in result.hidden]
-    record = {}
+    columns = result.columns if isinstance(result, Result) else ()
+    rows: Sequence[object] = getattr(result, "rows", ()) if columns else ()
+    record: dict[str, Any] = {}
     for name, attribute, value in _named_values(result, (*names, *result.derived)):
-        columns = result.columns if isinstance(result, Result) and attribute == "rows" else ()
-        record[name] = record_rows(columns, value) if columns else json_value(value)
+        if columns and attribute == "rows":
+            record[name] = record_rows(columns, value)
+        else:
+            is_row = len(rows) > 0 and is_dataclass(value) and isinstance(value, type(rows[0]))
+            record[name] = record_rows(columns, [value])[0] if is_row else json_value(value)
     return record
 
 

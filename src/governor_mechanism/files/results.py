@@ -102,9 +102,7 @@ def summarise_in_lines(result: Trajectory) -> list[str]:
     cost, estimate = result.cost, result.error_estimate
     end_time = result.times[-1] if len(result.times) else 0.0
     accuracy = (
-        ""
-        if estimate is None or not len(result.times)
-        else f"; accurate to {estimate:.1g} (requested {result.settings['asked_accuracy']:.1g})"
+        "" if estimate is None or not len(result.times) else f"; accurate to {estimate:.1g} (requested {result.requested_accuracy:.1g})"
     )
     n_notes = len(result.notes) + len(result.event_notes)
     notes = f"; {n_notes} note{'s' * (n_notes > 1)}, see --verbose" if n_notes else ""
@@ -130,10 +128,9 @@ def _plural(noun: str, count: int) -> str:
 def format_run(result: Trajectory) -> str:
     """Return a run with its final readings, events, losses and cost."""
     cost = result.cost
-    requested_accuracy = result.settings["asked_accuracy"]
     estimate = result.error_estimate
     accuracy_clause = (
-        "" if estimate is None or not len(result.times) else f"accurate to {estimate:.1g} (requested {requested_accuracy:.1g}); "
+        "" if estimate is None or not len(result.times) else f"accurate to {estimate:.1g} (requested {result.requested_accuracy:.1g}); "
     )
     last_values = {name: format_quantity(values[-1], result.units[name], ".4f") for name, values in result.readings.items() if len(values)}
     final = ", ".join(f"{format_reading_name(name)} {value}" for name, value in last_values.items())

@@ -4,14 +4,12 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from governor_mechanism.engines import select_engine
 from governor_mechanism.engines.base import Engine
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.files.results import summarise_run
 from governor_mechanism.files.writing import finite_or_none
 from governor_mechanism.model.results.result import Column, Result, format_columns, item_column
 from governor_mechanism.model.results.trajectory import Trajectory
@@ -200,7 +198,7 @@ class Comparison(Result):
     __repr__ = short_repr
 
     figure = "render.figures.comparison.comparison_figure"
-    record = ("title", "names", "rows", "notes", "runs=records")
+    record = ("title", "names", "rows", "notes", "runs=runs_by_name")
 
     @property
     def columns(self) -> tuple[Column, ...]:
@@ -212,9 +210,9 @@ class Comparison(Result):
         return Column("quantity", ""), Column("unit"), Column("values", in_table=False), *scenes
 
     @property
-    def records(self) -> dict[str, dict[str, Any]]:
-        """Record of each run by the name of its scene."""
-        return {name: summarise_run(run) for name, run in zip(self.names, self.runs, strict=True)}
+    def runs_by_name(self) -> dict[str, Trajectory]:
+        """The runs by the names of their scenes."""
+        return dict(zip(self.names, self.runs, strict=True))
 
     @property
     def title(self) -> str:

@@ -106,7 +106,7 @@ class Trajectory(Result):
     detail: str = ""
     error_estimate: float | None = None
     reading_errors: Mapping[str, float] = field(default_factory=dict)
-    settings: Mapping[str, Any] = field(default_factory=dict)
+    settings: Mapping[str, float | str] = field(default_factory=dict)
     n_excluded: int = 0
     mobility: int = 1
     notes: tuple[str, ...] = ()
@@ -178,6 +178,11 @@ class Trajectory(Result):
     def message(self) -> str:
         """Outcome as a sentence, after its cause if there is one."""
         return self.outcome.describe(self.detail)
+
+    @property
+    def requested_accuracy(self) -> float:
+        """Largest relative error of a reading that the run was to have."""
+        return float(self.settings["asked_accuracy"])
 
     def raise_if_failed(self) -> None:
         """Raise RunFailed unless the run reached its end and met its accuracy."""

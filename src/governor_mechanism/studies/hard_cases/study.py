@@ -312,7 +312,7 @@ class _HardScene:
         unit = time_scale(run.scene)
         if self.case.solve is not None:
             # Next to an event a sample may lie on either side of it, as the certificate allows too.
-            time_tolerance = min(max(run.settings["asked_accuracy"], run.error_estimate or 0.0), NO_DIGITS_ESTIMATE) * unit
+            time_tolerance = min(max(run.requested_accuracy, run.error_estimate or 0.0), NO_DIGITS_ESTIMATE) * unit
             is_near_event = compare_event_logs(run.events, run.events, run.times, time_tolerance)[1]
             is_near_event |= run.times <= time_tolerance  # the start may be an event too
             return "solution", _largest(compare_motions(run, self.case.solve(self.value, run.times), ~is_near_event))
@@ -341,7 +341,7 @@ class _HardScene:
 def _time_again(engine: Engine, run: Trajectory) -> float:
     """Return the time, s, of the same run once more."""
     started = time.perf_counter()
-    engine.run(run.scene, accuracy=run.settings["asked_accuracy"])
+    engine.run(run.scene, accuracy=run.requested_accuracy)
     return time.perf_counter() - started
 
 

@@ -1,7 +1,7 @@
 """Result of a sweep: rows of numbers with their outcomes, as columns, as grids, and as text."""
 
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -54,7 +54,7 @@ class Sweep(AxisGrid, Result):
     figure = "render.figures.sweep.sweep_figure"
     record = (
         *("title", "scene=scene_file", "axes", "quantities", "accuracy", "reason_of_choice"),
-        *("rows=row_records", "outcomes", "endings", "notes"),
+        *("rows", "outcomes", "endings", "notes"),
     )
     has_units_in_header = True
 
@@ -67,35 +67,22 @@ class Sweep(AxisGrid, Result):
         return (
             *keys,
             *quantities,
+            Column("numbers", in_table=False),
             Column("outcome", outcome, lambda row: "" if row.ok else row.outcome.replace("_", " "), side="r"),
             Column("message"),
+            Column("values", value=lambda row: self.values_at(row.index), in_table=False),
         )
 
     def _axis_column(self, place: int, axis: SweepAxis) -> Column:
-        def value_in(row: SweepRow) -> float | str | bool:
-            return self.values_at(row.index)[place]
-
-        return Column(axis.key, axis.key, lambda row: _format_value(value_in(row), axis), unit=axis.unit, value=value_in, side="r")
+        return _value_column(axis.key, axis, lambda row: self.values_at(row.index)[place])
 
     def _quantity_column(self, place: int, quantity: RunQuantity) -> Column:
-        def value_in(row: SweepRow) -> float:
-            return row.numbers[place]
-
-        name = quantity.name
-        return Column(name, name, lambda row: _format_value(value_in(row), quantity), unit=quantity.unit, value=value_in, side="r")
+        return _value_column(quantity.name, quantity, lambda row: row.numbers[place])
 
     @property
     def scene_file(self) -> str:
         """Name of the scene file."""
         return Path(self.source).name
-
-    @property
-    def row_records(self) -> list[dict[str, Any]]:
-        """The rows as plain values."""
-        return [
-            {"numbers": row.numbers, "outcome": row.outcome, "message": row.message, "values": self.values_at(row.index)}
-            for row in self.rows
-        ]
 
     def values_of(self, column: Column) -> object:
         """Return the values of a column without a row in between, of which a sweep may have millions."""
@@ -214,6 +201,11 @@ class Sweep(AxisGrid, Result):
 
     def _format_axis_values(self, row: SweepRow) -> list[str]:
         return list(map(_format_value, self.values_at(row.index), self.axes))
+
+
+def _value_column(name: str, source: SweepAxis | RunQuantity, value_in: Callable[[SweepRow], float | str | bool]) -> Column:
+    """Return the column of a key or quantity with its unit."""
+    return Column(name, name, lambda row: _format_value(value_in(row), source), unit=source.unit, value=value_in, side="r", in_json=False)
 
 
 def _format_value(value: float | str | bool, source: SweepAxis | RunQuantity) -> str:

@@ -3,9 +3,7 @@
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any
 
-from governor_mechanism.files.result_tables import record_rows
 from governor_mechanism.model.results.result import Column, format_columns
 from governor_mechanism.units.quantities import format_quantity
 from governor_mechanism.verification.report import MAX_PRINTED_ROWS, CheckReport, ComparisonRow
@@ -81,7 +79,7 @@ class KernelReport(CheckReport):
     figure = "render.figures.errors.kernel_errors_figure"
     record = (
         *("title", "against", "quantity", "unit", "description", "tolerance", "passed", "is_vectorised"),
-        *("largest_error_estimate", "units_of_arguments", "worst=worst_record", "rows", "notes", "defects"),
+        *("largest_error_estimate", "units_of_arguments", "worst", "rows", "notes", "defects"),
     )
 
     @property
@@ -106,11 +104,6 @@ class KernelReport(CheckReport):
     def units_of_arguments(self) -> dict[str, str]:
         """Unit of each argument of the kernel."""
         return {name: unit for name, (_, unit) in self.rows[0].arguments.items()}
-
-    @property
-    def worst_record(self) -> Mapping[str, Any]:
-        """The worst row as plain values."""
-        return record_rows(self.columns, [self.worst])[0]
 
     @property
     def passed(self) -> bool:
