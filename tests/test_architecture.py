@@ -81,7 +81,7 @@ INNER_FOLDERS = {
         {"comparison", "hard_cases", "regulation", "valve_gears", "work_precision_results"},
         {"design", "work_precision"},
     ],
-    "verification": [{"report"}, {"laws"}, {"machines", "user_kernel"}, {"junit"}],
+    "verification": [{"report"}, {"laws"}, {"machines", "user_kernel"}],
 }
 """The same order inside folders; "*" stands for every other module."""
 

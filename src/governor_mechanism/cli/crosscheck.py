@@ -120,6 +120,6 @@ def _parse_pairs(pairs: Sequence[str] | None, option: str, example: str) -> dict
 def _write_junit(report: CheckReport, path: Path | None) -> list[Path]:
     if path is None:
         return []
-    from governor_mechanism.verification.junit import save_junit
+    from governor_mechanism.verification.report import save_junit
 
     return [save_junit(report, path)]

@@ -1,9 +1,12 @@
-"""The report of a check: what is compared, the result and the tolerance."""
+"""The report of a check: what is compared, the result and the tolerance; as text, and as a JUnit file for continuous integration."""
 
 import math
 from dataclasses import dataclass
+from pathlib import Path
 from typing import ClassVar
+from xml.etree import ElementTree
 
+from governor_mechanism.files.writing import atomic_write
 from governor_mechanism.model.results.result import Column, Result, format_columns
 from governor_mechanism.units.short_repr import short_repr
 
@@ -36,6 +39,11 @@ class ComparisonRow:
     def verdict(self) -> str:
         """A word for the printed table."""
         return "ok" if self.passed else "FAILED"
+
+    @property
+    def failure(self) -> str:
+        """What differs, in a sentence."""
+        return f"{self.expected:.12g} against the simulated {self.simulated:.12g} {self.unit}, allowed {self.allowed:.1e}"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -78,6 +86,11 @@ class CheckReport(Result):
         )
 
     @property
+    def defects(self) -> tuple[str, ...]:
+        """Sentences on what is wrong whatever the rows say."""
+        return ()
+
+    @property
     def passed(self) -> bool:
         """Whether there are rows and every one passes."""
         return bool(self.rows) and all(row.passed for row in self.rows)
@@ -96,3 +109,36 @@ class CheckReport(Result):
 def _difference_ratio(row: ComparisonRow) -> float:
     ratio = abs(row.difference) / row.allowed
     return math.inf if math.isnan(ratio) else ratio
+
+
+def save_junit(report: CheckReport, path: Path) -> Path:
+    """Write a check as a JUnit file, with a test case for each comparison.
+
+    Raises MechanismError if the file cannot be written.
+    """
+    defects = report.defects
+    n_failed = sum(not row.passed for row in report.rows) + len(defects)
+    counts = {"tests": str(len(report.rows) + len(defects)), "failures": str(n_failed), "errors": "0"}
+    suite = ElementTree.Element("testsuite", {"name": f"governor-mechanism crosscheck: {_clean(report.title)}", **counts})
+    class_name = f"crosscheck.{report.against.replace(' ', '_')}"
+    for row in report.rows:
+        case = ElementTree.SubElement(suite, "testcase", {"classname": class_name, "name": _clean(row.quantity)})
+        if not row.passed:
+            message = _clean(row.failure)
+            ElementTree.SubElement(case, "failure", {"message": message}).text = message
+    for number, defect in enumerate(defects, start=1):
+        case = ElementTree.SubElement(suite, "testcase", {"classname": class_name, "name": f"defect {number}"})
+        ElementTree.SubElement(case, "failure", {"message": _clean(defect)}).text = _clean(defect)
+    if report.notes:
+        ElementTree.SubElement(suite, "system-out").text = _clean("\n".join(report.notes))
+    root = ElementTree.Element("testsuites", counts)
+    root.append(suite)
+    ElementTree.indent(root)
+    with atomic_write(path) as temporary:
+        ElementTree.ElementTree(root).write(temporary, encoding="utf-8", xml_declaration=True)
+    return path
+
+
+def _clean(text: str) -> str:
+    """Return a text without the control characters that XML does not have."""
+    return "".join(letter for letter in text if letter >= " " or letter in "\n\t")

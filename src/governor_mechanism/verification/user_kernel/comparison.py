@@ -1,4 +1,4 @@
-"""Comparison of the simulation with a user's kernel."""
+"""Comparison of the simulation with a user's kernel, and the quantities that one may compute."""
 
 import math
 from collections.abc import Iterator, Mapping, Sequence

@@ -41,6 +41,11 @@ class KernelRow(ComparisonRow):
         return error / self.scale if self.scale else math.copysign(math.inf, error) if error else 0.0
 
     @property
+    def failure(self) -> str:
+        """What differs, in a sentence."""
+        return self.problem or f"{super().failure}; {format_percent(self.relative_error)}"
+
+    @property
     def place(self) -> str:
         """The inputs in a phrase."""
         return ", ".join(f"{name} = {format_quantity(value, unit)}" for name, (value, unit) in self.inputs.items()) or "the scene as it is"
