@@ -33,6 +33,7 @@ FOLDERS = [
     {"render"},
     {"notebook", "papers"},
     {"__init__"},
+    {"live"},
     {"api"},
     {"cli", "pytest_plugin"},
 ]
@@ -96,6 +97,8 @@ ONLY = {
     "xarray": {"files", "types.py"},
     "pandas": {"files", "types.py"},
     "ipywidgets": {"notebook"},
+    "starlette": {"live"},
+    "uvicorn": {"live"},
 }
 """The only folders and files that import a package."""
 

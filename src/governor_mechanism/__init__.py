@@ -20,7 +20,7 @@ _PUBLIC_NAMES = _Path(__file__).with_suffix(".pyi").read_text(encoding="utf-8")
 _MODULES = {name: module for module, name in _re.findall(r"^from (\S+) import (\w+) as \2$", _PUBLIC_NAMES, _re.MULTILINE)}
 """Modules of the public names, which `__init__.pyi` lists once for type checkers and for this package."""
 
-__all__ = sorted(_MODULES)
+__all__ = sorted({*_MODULES} - {"open"})  # it would hide the function of Python where all names are imported
 
 
 def __getattr__(name: str) -> object:
@@ -33,4 +33,4 @@ def __getattr__(name: str) -> object:
 
 
 def __dir__() -> list[str]:
-    return [*__all__, "__version__"]
+    return [*__all__, "open", "__version__"]

@@ -9,6 +9,7 @@ from governor_mechanism.api.kinematics import assemblies as assemblies
 from governor_mechanism.api.kinematics import kinematics as kinematics
 from governor_mechanism.api.kinematics import valve_gears as valve_gears
 from governor_mechanism.api.kinematics import valve_timing as valve_timing
+from governor_mechanism.api.live import open as open
 from governor_mechanism.api.regulation import load_change_study as load_change_study
 from governor_mechanism.api.regulation import paper_rules as paper_rules
 from governor_mechanism.api.regulation import stability_map as stability_map

@@ -16,6 +16,7 @@ from governor_mechanism.cli.compare import compare
 from governor_mechanism.cli.crosscheck import crosscheck
 from governor_mechanism.cli.design import design
 from governor_mechanism.cli.equilibria import equilibria
+from governor_mechanism.cli.open import open_scene
 from governor_mechanism.cli.regulation import regulation_app
 from governor_mechanism.cli.run import run
 from governor_mechanism.cli.scenes import assemblies, catalogue, describe, init, kinematics, models, schema
@@ -85,6 +86,7 @@ for command in (
     errata,
 ):
     console.add_command(app, command)
+console.add_command(app, open_scene, name="open")
 # Inputs of a design may be options of their own; `design` answers a misspelt one.
 _ANY_OPTIONS = {"allow_extra_args": True, "ignore_unknown_options": True}
 console.add_command(app, design, context_settings=_ANY_OPTIONS)

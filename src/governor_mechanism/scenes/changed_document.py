@@ -96,7 +96,7 @@ def replace_document_value(table: Any, key: str, value: Any, table_key: str = ""
         return replace_document_value(item, remaining_key, value, item_key) if dot else value
 
     if isinstance(table, list | tuple):
-        item_index = _find_item(table, name, table_key)
+        item_index = find_item(table, name, table_key)
         return [*table[:item_index], changed(table[item_index]), *table[item_index + 1 :]]
     if isinstance(table, Mapping):
         nested = table.get(name, False)
@@ -112,12 +112,12 @@ def remove_document_key(table: Any, key: str) -> Any:
     passed = list[str]()
     for part in filter(None, table_key.split(".")):
         owner_key = ".".join(passed)
-        owner = owner[_find_item(owner, part, owner_key)] if isinstance(owner, list | tuple) else owner.get(part)
+        owner = owner[find_item(owner, part, owner_key)] if isinstance(owner, list | tuple) else owner.get(part)
         passed.append(part)
         if not isinstance(owner, Mapping | list | tuple):
             raise MechanismError(f"{key} cannot be left out: this scene has no table {'.'.join(passed)}{_nearest_key(table, key)}")
     if isinstance(owner, list | tuple):
-        removed = _find_item(owner, name, table_key)
+        removed = find_item(owner, name, table_key)
         return replace_document_value(table, table_key, [item for index, item in enumerate(owner) if index != removed])
     if name not in owner:
         keys = f"{table_key or 'its top level'} has {', '.join(map(str, owner)) or 'no keys'}"
@@ -179,7 +179,8 @@ def _require_known_dimension(document: Mapping[str, Any], key: str) -> None:
         raise MechanismError(f"{key} is no dimension of this scene; they are {', '.join(map(str, known))}.{did_you_mean(name, known)}")
 
 
-def _find_item(items: Sequence[Any], name: str, key_path: str) -> int:
+def find_item(items: Sequence[Any], name: str, key_path: str) -> int:
+    """Return the index of an item that is named by its name or its number; `key_path` is where the items are, for the message."""
     if name.isdecimal() and 1 <= int(name) <= len(items):
         return int(name) - 1
     names = [str(item["name"]) for item in items if isinstance(item, Mapping) and "name" in item]

@@ -261,8 +261,6 @@ DEFAULT_FRAME_RATE = 25.0
 """Frames per second, 1/s."""
 MAX_SMOOTH_GIF_DURATION, LONG_GIF_FRAME_RATE = 8.0, 12.5
 """Longest GIF (s) of the default frame rate, and the frame rate (1/s) of a longer one, for a file of less than 700 kB."""
-MAX_TRUE_TIME_PAGE_DURATION = 100.0
-"""Longest run (s) that a page shows in true time at first: one can go on in it at any time, and it keeps 30 moments a second."""
 MAX_RUNS = 6
 """Largest number of runs side by side: six of one part are as wide as the widest screens."""
 ENGINE_ROOM_FRAME_RATE = 12.5
@@ -351,13 +349,13 @@ def _require_runs(run: Trajectory | Sequence[Trajectory], titles: Sequence[str] 
 
 def _write_page(request: _Request) -> Path:
     """Write a run as an interactive page."""
-    from governor_mechanism.render.page.writer import write_page  # slow to import, and only for pages
+    from governor_mechanism.render.page.writer import MAX_TRUE_TIME_DURATION, write_page  # slow to import, and only for pages
 
     options = request.options
     (run,) = request.runs
     limits = float(run.times[0]), float(run.times[-1])
     time_span = select_time_span(limits, options.start, options.stop)
-    slow_down = select_slow_down(limits, time_span, options.slow_down, MAX_TRUE_TIME_PAGE_DURATION)
+    slow_down = select_slow_down(limits, time_span, options.slow_down, MAX_TRUE_TIME_DURATION)
     write_page(run, request.target, part=options.part, paths=options.paths, time_span=time_span, slow_down=slow_down)
     if request.progress is not None:
         request.progress(1, 1)

@@ -129,8 +129,10 @@ def _fastest_rotation(run: Trajectory) -> float:
     return max(float(np.abs(speed).max(initial=0.0)) for speed in speeds)
 
 
-SCRIPTS = ("decoding", "geometry", "drawing", "outside", "forces", "plots", "player", "page", "start")
-"""Files of the script, in their order."""
+SCRIPTS = ("decoding", "geometry", "drawing", "outside", "forces", "plots", "player", "page")
+"""Files of the script, in their order; what begins the page comes last."""
+MAX_TRUE_TIME_DURATION = 100.0
+"""Longest run (s) that a page shows in true time at first: one can go on in it at any time, and it keeps 30 moments a second."""
 
 
 def write_page(
@@ -157,27 +159,41 @@ def make_page(run: Trajectory, *, part: str | None, paths: Sequence[str] | None 
     """Return a run as one interactive HTML document; the arguments are those of `write_page`."""
     times = choose_sample_times(run, time_span, slow_down)
     data = collect_data(show_run(run, part, time_span, times, slow_down, paths), slow_down)
+    return fill_page(run, data, times, roles=roles_of(data), last_script=read_page_file("script/start.js"))
+
+
+def fill_page(
+    run: Trajectory,
+    data: dict[str, Any],  # data of the page, from collect_data
+    times: FloatArray,  # times of its samples; shape (n,), s
+    *,
+    roles: set[str],  # roles of shapes that have a rule of style
+    last_script: str,  # what begins the page
+    connections: str = "",  # what else its policy allows
+) -> str:
+    """Return an HTML document that shows a run."""
     dimensions = _format_list(list_dimensions(run.scene))
     return Template(read_page_file("page.html")).substitute(
         title=escape(run.scene.title),
         caption=escape(read_caption(run.scene)),
-        style="\n".join([colour_rules(), role_rules(roles_of(data)), series_rules(), read_page_file("page.css")]),
+        connections=connections,
+        style="\n".join([colour_rules(), role_rules(roles), series_rules(), read_page_file("page.css")]),
         effects=_format_list(list_effects(run.scene)) or "<p>The scene lists no effect: the motion is prescribed.</p>",
         dimensions=dimensions,
         no_dimensions="" if dimensions else " hidden",
         accuracy=_format_list(describe_accuracy(run, times)),
         data=_embed_json(data),
-        script="\n".join(read_page_file(f"script/{name}.js") for name in SCRIPTS),
+        script="\n".join([*(read_page_file(f"script/{name}.js") for name in SCRIPTS), last_script]),
     )
 
 
 def _format_list(rows: Any) -> str:
     """Return names and texts as an HTML list of terms; empty without any."""
-    items = "".join(f"<div><dt>{escape(name)}</dt><dd>{escape(_raise_exponents(text))}</dd></div>" for name, text in rows)
+    items = "".join(f"<div><dt>{escape(name)}</dt><dd>{escape(raise_exponents(text))}</dd></div>" for name, text in rows)
     return f"<dl>{items}</dl>" if items else ""
 
 
-def _raise_exponents(text: str) -> str:
+def raise_exponents(text: str) -> str:
     """Return a text with raised exponents of units."""
     return text.replace("^2", "²").replace("^3", "³")
 

@@ -1,0 +1,129 @@
+"""The quantities of a scene that a person may change, as the scene file writes them."""
+
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, Final
+
+WRITTEN_QUANTITY: Final = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*([^\d\s].*)?")
+"""A number, and the unit behind it."""
+
+FIXED_TABLES: Final = ("law", "readings", "coupling")
+"""Tables whose numbers state what a scene is, and not how large it is."""
+
+WORDS: Final = (
+    "title",
+    "name",
+    "machine",
+    "type",
+    "first",
+    "second",
+    "engine",
+    "assembly",
+    "plane",
+    "accuracy",
+    "output_interval",
+    "reactions",
+)
+"""Keys that hold words, or how exactly a run is computed."""
+
+COORDINATES: Final = {"1": "x", "2": "y"}
+"""Names of the values of a position."""
+
+PLACES: Final = ("ground", "at", "points")
+"""Keys under which lists are positions."""
+
+RANGE_FACTOR: Final = 2.0
+"""Factor between a value and the ends of its slider."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Quantity:
+    """A number of a scene file with its unit.
+
+    Attributes
+    ----------
+    key
+        Dotted key; items of lists by name, or by number from 1.
+    group
+        Table that it belongs to.
+    words
+        What it is.
+    value
+        Value in its unit.
+    unit
+        Unit as written; empty for a number in SI.
+    low, high
+        Ends of its slider.
+    """
+
+    key: str
+    group: str
+    words: str
+    value: float
+    unit: str
+    low: float
+    high: float
+
+    def write(self, value: float) -> float | str:
+        """Return a value as the scene file writes it."""
+        return f"{value:.12g} {self.unit}" if self.unit else float(f"{value:.12g}")
+
+
+def find_quantities(
+    document: Mapping[str, Any],
+    length_scale: float,  # half of the range of a coordinate that is zero, m
+) -> dict[str, Quantity]:
+    """Return the quantities of a document by key, in its order."""
+    found = (_read(key, value, length_scale) for key, value in _leaves(document))
+    return {one.key: one for one in found if one is not None}
+
+
+def split_quantity(value: object) -> tuple[float, str] | None:
+    """Return number and unit of a written quantity; None if it is none."""
+    if isinstance(value, int | float) and not isinstance(value, bool):
+        return float(value), ""
+    match = WRITTEN_QUANTITY.fullmatch(value) if isinstance(value, str) else None
+    return (float(match[1]), match[2].strip()) if match and match[2] else None
+
+
+def _leaves(table: Any, path: tuple[str, ...] = ()) -> Iterator[tuple[tuple[str, ...], Any]]:
+    """Yield path and value of everything in a document that is no table and no list."""
+    if isinstance(table, Mapping):
+        items: Sequence[tuple[str, Any]] = [(key, value) for key, value in table.items() if key not in WORDS]
+    elif isinstance(table, list | tuple):
+        items = [(_name_of(item, number), item) for number, item in enumerate(table, start=1)]
+    else:
+        yield path, table
+        return
+    for key, value in items:
+        if path or key not in FIXED_TABLES:
+            yield from _leaves(value, (*path, key))
+
+
+def _name_of(item: Any, number: int) -> str:
+    """Return how a dotted key names an item of a list."""
+    name = item.get("name") if isinstance(item, Mapping) else None
+    return name if isinstance(name, str) and "." not in name else str(number)
+
+
+def _read(path: tuple[str, ...], value: Any, length_scale: float) -> Quantity | None:
+    """Return the quantity at a path; None if there is none."""
+    written = split_quantity(value)
+    if written is None or any("." in key for key in path):
+        return None
+    number, unit = written
+    is_place = path[-1] in COORDINATES and bool(set(PLACES) & set(path[:-1]))
+    n_group = 2 if path[0] == "part" else 1
+    names = [*path[n_group:-1], COORDINATES[path[-1]]] if is_place else [*path[n_group:]]
+    half = RANGE_FACTOR * length_scale if is_place and not unit else 1.0
+    low, high = (number / RANGE_FACTOR, number * RANGE_FACTOR) if number else (-half, half)
+    return Quantity(
+        key=".".join(path),
+        group=path[n_group - 1],
+        words=" ".join(names or path).replace("_", " "),
+        value=number,
+        unit=unit,
+        low=min(low, high),
+        high=max(low, high),
+    )

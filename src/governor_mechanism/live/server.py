@@ -1,0 +1,212 @@
+"""The local server of the live page: one page, one web socket, and downloads, on this machine alone."""
+
+import asyncio
+import json
+import secrets
+import socket
+import tempfile
+import webbrowser
+from collections.abc import Callable, Mapping
+from contextlib import suppress
+from pathlib import Path
+from threading import Lock
+from typing import Any, Final
+from urllib.parse import quote
+
+import uvicorn
+from starlette.applications import Starlette
+from starlette.concurrency import run_in_threadpool
+from starlette.exceptions import HTTPException
+from starlette.requests import HTTPConnection, Request
+from starlette.responses import HTMLResponse, PlainTextResponse, Response
+from starlette.routing import Route, WebSocketRoute
+from starlette.types import ASGIApp, Receive, Scope, Send
+from starlette.websockets import WebSocket, WebSocketDisconnect
+
+import governor_mechanism as gm
+from governor_mechanism.errors import MechanismError
+from governor_mechanism.live.messages import MAX_MESSAGE_SIZE, parse_message
+from governor_mechanism.live.page import make_list_page, make_live_page
+from governor_mechanism.live.saving import write_scene
+from governor_mechanism.live.session import Session
+from governor_mechanism.model.scene import Scene
+from governor_mechanism.scenes.library import list_catalogue_entries, list_contents
+
+HOST: Final = "127.0.0.1"
+"""Only this machine can ask."""
+
+FILE_TYPES: Final = {"toml": "application/toml", "gif": "image/gif", "html": "text/html", "csv": "text/csv"}
+"""What can be saved, by the ending of the name, with the media type."""
+
+PAGE_HEADERS: Final = {"Cache-Control": "no-store", "X-Content-Type-Options": "nosniff", "Referrer-Policy": "no-referrer"}
+"""Headers of a page: it is not kept, and its address is not passed on."""
+
+MAX_SESSIONS: Final = 20
+"""Largest number of scenes that are open at once."""
+
+REFUSED: Final = 1008
+"""Code with which a web socket is closed that breaks a rule."""
+
+
+class OnlyThisMachine:
+    """Refuses requests that name another host or come from the page of another: a foreign page must not reach the server."""
+
+    def __init__(self, app: ASGIApp, port: int) -> None:
+        self.app = app
+        self.hosts = {f"{name}:{port}" for name in (HOST, "localhost")}
+        self.origins = {f"http://{host}" for host in self.hosts}
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Answer a request, or refuse it."""
+        if scope["type"] in ("http", "websocket"):
+            headers = HTTPConnection(scope).headers
+            origin = headers.get("origin")
+            is_socket = scope["type"] == "websocket"
+            is_foreign = origin not in self.origins and (is_socket or origin is not None)
+            if is_foreign or headers.get("host") not in self.hosts:
+                if is_socket:
+                    await send({"type": "websocket.close", "code": REFUSED})
+                else:
+                    await PlainTextResponse("this server answers its own page alone\n", status_code=403)(scope, receive, send)
+                return
+        await self.app(scope, receive, send)
+
+
+class Workbench:
+    """The application: a list of scenes, and a page for each, which all its tabs share."""
+
+    def __init__(self, token: str, opened: Mapping[str, Session]) -> None:
+        self.token = token
+        self.sessions = dict(opened)
+        self.starting = Lock()
+
+    def make_app(self, port: int) -> ASGIApp:
+        """Return the application."""
+        scene = f"/{self.token}/{{name}}"
+        routes = [
+            Route(f"/{self.token}/", self.list_scenes),
+            Route(f"{scene}/", self.show_page),
+            Route(f"{scene}/saved.{{ending}}", self.save),
+            WebSocketRoute(f"{scene}/live", self.talk),
+        ]
+        return OnlyThisMachine(Starlette(routes=routes), port)
+
+    async def find_session(self, connection: HTTPConnection) -> Session:
+        """Return the session of a scene; the first call starts it. Raise HTTPException if there is no such scene."""
+
+        def find() -> Session:
+            name = connection.path_params["name"]
+            with self.starting:
+                if name not in self.sessions:
+                    if name not in {*list_contents(), *list_catalogue_entries(None)} or len(self.sessions) >= MAX_SESSIONS:
+                        raise HTTPException(404, f"there is no scene {name!r} here, or too many are open")
+                    self.sessions[name] = Session(gm.load(name))
+                return self.sessions[name]
+
+        return await run_in_threadpool(find)
+
+    async def list_scenes(self, request: Request) -> Response:
+        """Answer with the list of the shipped scenes."""
+        return HTMLResponse(await run_in_threadpool(make_list_page), headers=PAGE_HEADERS)
+
+    async def show_page(self, request: Request) -> Response:
+        """Answer with the page of a scene."""
+        session = await self.find_session(request)
+        return HTMLResponse(await run_in_threadpool(make_live_page, session), headers=PAGE_HEADERS)
+
+    async def save(self, request: Request) -> Response:
+        """Answer with the present state as a file."""
+        session, ending = await self.find_session(request), request.path_params["ending"]
+        if ending not in FILE_TYPES:
+            raise HTTPException(404, f"a file can be {', '.join(FILE_TYPES)}")
+        content = await run_in_threadpool(make_file, session, ending)
+        headers = {"Content-Disposition": f'attachment; filename="{request.path_params["name"]}.{ending}"'}
+        return Response(content, media_type=FILE_TYPES[ending], headers=headers)
+
+    async def talk(self, socket: WebSocket) -> None:
+        """Answer the changes of one page until it closes: each answer is that to the newest state."""
+        await socket.accept()
+        session = await self.find_session(socket)
+        changed, loop = asyncio.Event(), asyncio.get_running_loop()
+
+        def hear() -> None:
+            loop.call_soon_threadsafe(changed.set)
+
+        changed.set()
+        session.listeners.add(hear)
+        answering = asyncio.create_task(_answer(socket, session, changed))
+        try:
+            while True:
+                text = await socket.receive_text()
+                try:
+                    await run_in_threadpool(_apply, session, text)
+                except MechanismError as error:
+                    await socket.send_text(json.dumps({"refused": "; ".join(error.problems)}))
+        except (WebSocketDisconnect, KeyError):  # closed, or a message of bytes
+            pass
+        finally:
+            session.listeners.discard(hear)
+            answering.cancel()
+            with suppress(asyncio.CancelledError):
+                await answering
+
+
+def _apply(session: Session, text: str) -> None:
+    """Do what a message asks for."""
+    request = parse_message(text)
+    match request.action:
+        case "change":
+            session.change(request.values, is_last=request.is_last)
+        case "undo":
+            session.undo()
+        case "redo":
+            session.redo()
+        case "reset":
+            session.reset()
+
+
+async def _answer(socket: WebSocket, session: Session, changed: asyncio.Event) -> None:
+    """Send the state whenever it has changed; what changes while one is computed is answered by the next."""
+    while True:
+        await changed.wait()
+        changed.clear()
+        state = await run_in_threadpool(lambda: session.describe(session.solve()))
+        await socket.send_text(json.dumps(state, allow_nan=False))
+
+
+def make_file(session: Session, ending: str) -> bytes:
+    """Return the present state as a scene file, or the last run as a film, a page or a table."""
+    if ending == "toml":
+        return write_scene(session.source, session.document).encode()
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / f"saved.{ending}"
+        if ending == "csv":
+            session.run.save(folder, name=path.stem, figures=False)
+        else:
+            session.run.film(path)
+        return path.read_bytes()
+
+
+def serve(scene: Scene | None, port: int, *, opens_browser: bool, tell: Callable[[str], None]) -> None:
+    """Serve the page of a scene, or a list of scenes, until the process is interrupted; `tell` gets its address.
+
+    Raises MechanismError if the scene cannot be run, or the port is taken.
+    """
+    name = "" if scene is None else Path(scene.source).stem or "scene"
+    opened = {} if scene is None else {name: Session(scene)}
+    with socket.socket() as listener:
+        try:
+            listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+            listener.bind((HOST, port))
+        except OSError as error:
+            text = f"port {port} cannot be had ({error.strerror}); give another with --port, or none for any free one"
+            raise MechanismError(text) from None
+        taken = listener.getsockname()[1]
+        workbench = Workbench(secrets.token_urlsafe(16), opened)
+        address = f"http://{HOST}:{taken}/{workbench.token}/{quote(name)}{'/' if name else ''}"
+        tell(address)
+        if opens_browser:
+            webbrowser.open(address)
+        settings: dict[str, Any] = {"log_level": "error", "ws": "websockets-sansio", "ws_max_size": MAX_MESSAGE_SIZE}
+        app = workbench.make_app(taken)
+        uvicorn.Server(uvicorn.Config(app, timeout_graceful_shutdown=1, **settings)).run(sockets=[listener])

@@ -1,0 +1,171 @@
+"""The local server: it answers its own page, and refuses everything else."""
+
+import asyncio
+import json
+import socket
+import threading
+import time
+import tomllib
+from contextlib import closing
+from http.client import HTTPConnection
+
+import pytest
+import uvicorn
+from websockets.exceptions import ConnectionClosed, InvalidStatus
+from websockets.sync.client import connect
+
+import governor_mechanism as gm
+from governor_mechanism.live.messages import MAX_MESSAGE_SIZE, parse_message
+from governor_mechanism.live.server import HOST, Workbench, serve
+from governor_mechanism.live.session import Session
+
+TOKEN = "token-of-the-test"
+WAITING_TIME = 60.0
+"""Longest time (s) for an answer on a busy machine."""
+
+
+@pytest.fixture(scope="module")
+def port():
+    """A server of one scene."""
+    session = Session(gm.load("scott_russell").replace({"run.duration": "0.2 s"}))
+    with socket.socket() as listener:
+        listener.bind((HOST, 0))
+        number = listener.getsockname()[1]
+        app = Workbench(TOKEN, {"mine": session}).make_app(number)
+        config = uvicorn.Config(app, log_level="critical", ws="websockets-sansio", ws_max_size=MAX_MESSAGE_SIZE)
+        server = uvicorn.Server(config)
+        thread = threading.Thread(target=lambda: asyncio.run(server.serve(sockets=[listener])))
+        thread.start()
+        deadline = time.monotonic() + WAITING_TIME
+        while not server.started:
+            assert time.monotonic() < deadline
+            time.sleep(0.01)
+        yield number
+        server.should_exit = True
+        thread.join(WAITING_TIME)
+
+
+def ask(port: int, path: str, **headers: str):
+    with closing(HTTPConnection(HOST, port, timeout=WAITING_TIME)) as connection:
+        connection.request("GET", path, headers=headers)
+        answer = connection.getresponse()
+        return answer, answer.read()
+
+
+def talk(port: int, **settings):
+    return connect(f"ws://{HOST}:{port}/{TOKEN}/mine/live", origin=f"http://{HOST}:{port}", max_size=None, **settings)
+
+
+def next_state(connection, number: int) -> dict:
+    """The first answer to a change of a number, or to a later one."""
+    while True:
+        state = json.loads(connection.recv(timeout=WAITING_TIME))
+        if state.get("number", -1) >= number:
+            return state
+
+
+def value_of(state: dict, key: str) -> float:
+    return {one["key"]: one["value"] for one in state["quantities"]}[key]
+
+
+def test_the_page_and_the_list_are_served(port):
+    answer, text = ask(port, f"/{TOKEN}/mine/")
+    assert answer.status == 200
+    assert b"connect-src 'self'" in text
+    answer, text = ask(port, f"/{TOKEN}/")
+    assert answer.status == 200
+    assert b'href="jansen/"' in text
+
+
+@pytest.mark.parametrize("path", ["/", "/wrong/", f"/{TOKEN}/nothing/", f"/{TOKEN}/mine/saved.exe", f"/{TOKEN}/mine/../../etc/passwd"])
+def test_a_wrong_token_or_path_is_not_found(port, path):
+    assert ask(port, path)[0].status == 404
+
+
+@pytest.mark.parametrize("headers", [{"Host": "evil.example"}, {"Origin": "http://evil.example"}, {"Origin": "null"}])
+def test_a_foreign_page_is_refused(port, headers):
+    assert ask(port, f"/{TOKEN}/mine/", **headers)[0].status == 403
+
+
+@pytest.mark.parametrize("origin", ["http://evil.example", None])
+def test_a_foreign_page_cannot_connect(port, origin):
+    with pytest.raises(InvalidStatus), connect(f"ws://{HOST}:{port}/{TOKEN}/mine/live", origin=origin):
+        pass
+    with pytest.raises(InvalidStatus), connect(f"ws://{HOST}:{port}/wrong/mine/live", origin=f"http://{HOST}:{port}"):
+        pass
+
+
+def test_a_change_is_answered_in_all_tabs_and_saved(port):
+    with talk(port) as first, talk(port) as second:
+        number = next_state(first, 0)["number"]
+        first.send(json.dumps({"action": "change", "values": {"dimensions.crank": 1.25}}))
+        for connection in (first, second):
+            assert value_of(next_state(connection, number + 1), "dimensions.crank") == 1.25
+        _, text = ask(port, f"/{TOKEN}/mine/saved.toml")
+        assert tomllib.loads(text.decode())["dimensions"]["crank"] == "1.25 m"
+        answer, table = ask(port, f"/{TOKEN}/mine/saved.csv")
+        assert b"time,crank_angle,pen_x,pen_y" in table
+        assert answer.headers["Content-Disposition"] == 'attachment; filename="mine.csv"'
+        first.send(json.dumps({"action": "reset"}))
+        next_state(first, number + 2)
+
+
+def test_a_thousand_changes_are_answered_by_few_runs(port):
+    with talk(port) as connection:
+        state = next_state(connection, 0)
+        number, before = state["number"], value_of(state, "dimensions.crank")
+        for k in range(1000):
+            connection.send(json.dumps({"action": "change", "values": {"dimensions.crank": 1.0 + k / 1000}, "isLast": k == 999}))
+        n_answers = 1
+        while next_state(connection, 0)["number"] < number + 1000:
+            n_answers += 1
+        assert n_answers < 500
+        connection.send(json.dumps({"action": "undo"}))
+        assert value_of(next_state(connection, number + 1001), "dimensions.crank") == before
+
+
+def test_too_large_a_message_closes_the_connection(port):
+    with talk(port) as connection:
+        connection.send("x" * 10_000_000)
+        with pytest.raises(ConnectionClosed):
+            next_state(connection, 10**9)
+
+
+@pytest.mark.parametrize(
+    ("message", "sentence"),
+    [
+        ("{", "JSON"),
+        ("[" * 30_000, "JSON"),
+        ("[]", "has an action"),
+        ('{"action": "delete"}', "has an action"),
+        ('{"action": "undo", "path": "/etc"}', 'takes no "path"'),
+        ('{"action": "change"}', "numbers by key"),
+        ('{"action": "change", "values": {}}', "numbers by key"),
+        ('{"action": "change", "values": {"dimensions.crank": NaN}}', "NaN is no number"),
+        ('{"action": "change", "values": {"dimensions.crank": 1e999}}', "finite number"),
+        ('{"action": "change", "values": {"dimensions.crank": "1 m"}}', "finite number"),
+        ('{"action": "change", "values": {"dimensions.crank": true}}', "finite number"),
+        ('{"action": "change", "values": {"' + "x" * 300 + '": 1}}', "finite number"),
+    ],
+)
+def test_malformed_messages_are_refused(message, sentence):
+    with pytest.raises(gm.MechanismError, match=sentence):
+        parse_message(message)
+
+
+def test_a_refusal_is_answered_and_the_connection_goes_on(port):
+    with talk(port) as connection:
+        next_state(connection, 0)
+        for message in ("{", '{"action": "change", "values": {"title": 1}}'):
+            connection.send(message)
+            while "refused" not in (answer := json.loads(connection.recv(timeout=WAITING_TIME))):
+                pass
+            assert answer["refused"]
+
+
+def test_a_busy_port_and_a_scene_that_cannot_run_are_sentences():
+    with socket.socket() as other:
+        other.bind((HOST, 0))
+        other.listen()
+        with pytest.raises(gm.MechanismError, match=r"port \d+ cannot be had"):
+            serve(None, other.getsockname()[1], opens_browser=False, tell=print)

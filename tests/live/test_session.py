@@ -1,0 +1,136 @@
+"""A mechanism under the hand: what may be changed, what is undone, and that each answer is the run of its scene."""
+
+import tomllib
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import governor_mechanism as gm
+from governor_mechanism.live.grips import find_grips
+from governor_mechanism.live.quantities import find_quantities, split_quantity
+from governor_mechanism.live.saving import write_scene
+from governor_mechanism.live.session import Session, show_whole_run
+
+
+@pytest.fixture
+def session():
+    return Session(gm.load("scott_russell").replace({"run.duration": "0.2 s"}))
+
+
+def test_quantities_are_those_of_the_file_in_its_units():
+    found = find_quantities(gm.load("porter").document, 0.3)
+    assert (found["dimensions.arm"].value, found["dimensions.arm"].unit) == (300.0, "mm")
+    assert (found["spindle.speed"].value, found["spindle.speed"].unit, found["spindle.speed"].group) == (120.0, "rpm", "spindle")
+    assert found["dimensions.arm"].write(320.0) == "320 mm"
+    assert not any(key.startswith(("run.accuracy", "title", "law.")) for key in found)
+
+
+@pytest.mark.parametrize("name", ["jansen", "porter", "governed_engine", "hartung_dubois", "stephenson_arc_middle", "slide_valve_30"])
+def test_a_quantity_written_back_leaves_the_scene_as_it_is(name):
+    scene = gm.load(name)
+    for key, quantity in find_quantities(scene.document, 1.0).items():
+        written = quantity.write(quantity.value)
+        assert split_quantity(written) == (quantity.value, quantity.unit)
+        assert scene.replace({key: written}) == scene
+
+
+def test_an_answer_is_the_run_of_the_changed_scene(session):
+    session.change({"dimensions.crank": 1.1})
+    state = session.describe(session.solve())
+    run = gm.run(gm.load("scott_russell").replace({"run.duration": "0.2 s", "dimensions.crank": "1.1 m"}))
+    assert not state["problem"]
+    for reading in state["readings"]:
+        assert reading["value"] == run.readings[reading["name"]][-1]
+        assert reading["error"] == run.reading_errors[reading["name"]]
+
+
+def test_a_drag_is_undone_at_once_and_redone(session):
+    first = session.document
+    for value in (1.05, 1.1, 1.15):
+        session.change({"dimensions.crank": value}, is_last=value == 1.15)
+    session.change({"body.crank.mass": 2.0})
+    last = session.document
+    session.undo()
+    assert session.find_quantities()["dimensions.crank"].value == 1.15
+    session.undo()
+    assert session.document == first
+    session.undo()  # there is nothing more
+    session.redo()
+    session.redo()
+    assert session.document == last
+    session.reset()
+    assert session.document == first
+    session.undo()
+    assert session.document == last
+
+
+def test_an_impossible_geometry_is_a_sentence_and_the_last_possible_state(session):
+    session.change({"body.rod.mass": 1.0})
+    possible = session.solve()
+    session.change({"run.duration": -1.0})
+    state = session.solve()
+    assert "duration" in state.problem
+    assert state.run is possible.run
+    session.undo()
+    assert session.solve().problem == ""
+
+
+def test_what_is_no_quantity_is_refused(session):
+    with pytest.raises(gm.MechanismError, match="no quantity of this scene"):
+        session.change({"title": 1.0})
+    with pytest.raises(gm.MechanismError, match="no quantity of this scene"):
+        session.change({"dimensions.nothing": 1.0})
+
+
+def test_a_pivot_follows_the_hand_in_the_picture():
+    session = Session(gm.load("jansen").replace({"run.duration": "0.1 s"}))
+    state = session.describe(session.solve())
+    (grip,) = (one for one in state["grips"] if one["name"] == "pivot B")
+    scale = show_whole_run(session.run)[0].views[0].picture.scale
+    values = {one.key: one.value for one in session.find_quantities().values()}
+    moved = {key: values[key] + 100.0 * right - 50.0 * down for key, right, down in grip["effects"]}
+    session.change(moved)
+    assert session.solve().problem == ""
+    assert moved["dimensions.across"] == pytest.approx(38.0 - 1e3 * 100.0 / scale, rel=1e-12)  # the pivot lies at -across, -down
+    assert moved["dimensions.down"] == pytest.approx(7.8 - 1e3 * 50.0 / scale, rel=1e-12)
+
+
+def test_a_pulled_ball_moves_where_the_motion_starts():
+    scene = gm.load("porter").replace({"run.duration": "0.1 s"})
+    run = gm.run(scene)
+    view = show_whole_run(run)[0].views[0]
+    (grip,) = find_grips(scene, view)
+    ((key, right, down),) = grip.effects
+    assert (key, grip.starts_motion) == ("start.arm_angle", True)
+    changed = gm.run(scene.replace({key: f"{40.0 + 2.0 * right + down} deg"}))
+    names = [body.name for body in scene.mechanism.bodies]
+    body = names.index(grip.name)
+    assert abs(run.poses[0, body, 0]) > 0.1  # no sleeve
+    before, after = (np.array(view.picture.place(one.poses[0, body, :2])) for one in (run, changed))
+    displacement = after - before  # that part of the hand's motion (2, 1) along the path of the ball
+    assert displacement @ displacement == pytest.approx(displacement @ [2.0, 1.0], rel=1e-3)
+
+
+def test_a_governor_shows_its_equilibria_and_the_curve_as_opened():
+    session = Session(gm.load("porter").replace({"run.duration": "0.1 s"}))
+    state = session.describe(session.solve())
+    assert "stable equilibrium" in state["equilibria"]["sentences"]
+    assert "as given" not in state["equilibria"]["picture"]
+    session.change({"dimensions.sleeve_mass": 25.0})
+    assert "as given" in session.describe(session.solve())["equilibria"]["picture"]
+
+
+def test_a_saved_scene_is_the_opened_file_with_the_changed_values_alone_changed(tmp_path):
+    source = Path(gm.load("jansen").source).read_text(encoding="utf-8")
+    session = Session(gm.load("jansen").replace({"run.duration": "4 s"}))
+    assert write_scene(gm.load("jansen").source, session.document) == source
+    session.change({"dimensions.crank": 16.0, "body.shank.mass": 60.0, "ground.O.2": 0.001})
+    saved = write_scene(gm.load("jansen").source, session.document).splitlines()
+    changed = [(old, new) for old, new in zip(source.splitlines(), saved, strict=True) if old != new]
+    assert len(changed) == 3
+    assert all(old.partition("#")[2] == new.partition("#")[2] for old, new in changed)
+    path = tmp_path / "mine.toml"
+    path.write_text("\n".join(saved), encoding="utf-8")
+    assert gm.load(path).document == session.document
+    assert gm.Scene.from_dict(tomllib.loads(write_scene("no such file", session.document))) == gm.load(path)
