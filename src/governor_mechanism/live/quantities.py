@@ -33,6 +33,9 @@ COORDINATES: Final = {"1": "x", "2": "y"}
 PLACES: Final = ("ground", "at", "points")
 """Keys under which lists are positions."""
 
+LAST_GROUPS: Final = ("run", "events")
+"""Groups that come after the mechanism itself."""
+
 RANGE_FACTOR: Final = 2.0
 """Factor between a value and the ends of its slider."""
 
@@ -74,9 +77,10 @@ def find_quantities(
     document: Mapping[str, Any],
     length_scale: float,  # half of the range of a coordinate that is zero, m
 ) -> dict[str, Quantity]:
-    """Return the quantities of a document by key, in its order."""
-    found = (_read(key, value, length_scale) for key, value in _leaves(document))
-    return {one.key: one for one in found if one is not None}
+    """Return the quantities of a document by key, in its order, those of the run last."""
+    found = [_read(key, value, length_scale) for key, value in _leaves(document)]
+    quantities = sorted((one for one in found if one is not None), key=lambda one: one.group in LAST_GROUPS)
+    return {one.key: one for one in quantities}
 
 
 def split_quantity(value: object) -> tuple[float, str] | None:
