@@ -62,7 +62,7 @@ docs: $(VENV)/installed-docs $(LIBRARY)
 
 test-browser: $(VENV)/installed-test docs
 	$(BIN)/python tests/support/chromium.py
-	$(BIN)/python -m pytest tests/browser/check_page.py tests/browser/check_docs.py
+	$(BIN)/python -m pytest tests/browser/check_page.py tests/browser/check_live.py tests/browser/check_docs.py
 
 check: $(VENV)/installed-test
 	$(BIN)/ruff check .
