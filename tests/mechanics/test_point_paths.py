@@ -56,7 +56,9 @@ def tails(run, part, names, count=9):
     times = np.linspace(float(run.times[0]), float(run.times[-1]), count)
     data = FrameData(run, part, (float(run.times[0]), float(run.times[-1])), times)
     paths = PointPaths(data, names)
-    ends = [[part.shapes_at(k)[0].lines[0][-1] for part in paths.parts()] for k in range(count)]
+    curves, *followers = paths.parts()
+    assert curves.shapes == tuple(paths.shapes)
+    ends = [[part.shapes_at(k)[0].lines[0][-1] for part in followers] for k in range(count)]
     return np.array(ends), times, paths
 
 

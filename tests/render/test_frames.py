@@ -11,13 +11,16 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import governor_mechanism as gm
+from decoding import decode_film
 from governor_mechanism.render.film.outside_view import area_of
+from governor_mechanism.render.film.painters import make_painter
+from governor_mechanism.render.film.writer import schedule_frames
 from governor_mechanism.render.geometry.outlines import shrink_convex
 from governor_mechanism.render.geometry.primitives import Circle, Polygon
 from governor_mechanism.render.machines.generic.frames import body_outline_shapes
 from governor_mechanism.render.machines.registry import drawing_of
 from governor_mechanism.render.part_run import motion_at_rest
-from governor_mechanism.render.style import ROLE_STYLES
+from governor_mechanism.render.style import PAPER, ROLE_STYLES, parse_rgb
 
 
 def _is_inside(point, outline):
@@ -82,3 +85,21 @@ def test_a_regular_polygon_shrinks_by_the_distance_of_its_edges(n_corners, share
     shrunk = shrink_convex(corners, share * apothem)
     assert area_of(np.array(shrunk)) == pytest.approx(area_of(np.array(corners)) * (1.0 - share) ** 2, rel=1e-9)
     assert shrink_convex(corners, 1.01 * apothem) == []
+
+
+def test_a_gif_shows_webs_without_traces_of_earlier_ones(tmp_path):
+    run = gm.run("jansen", certify=False)
+    options = gm.FilmOptions(layout="machine", stop=1.0, slow_down=1.0, frames_per_second=10, paths=[])
+    decoded, _ = decode_film(run.film(tmp_path / "leg.gif", layout="machine", stop=1.0, slow_down=1.0, frames_per_second=10, paths=[]))
+    times, _ = schedule_frames(0.0, 1.0, 10.0)
+    painter = make_painter((run,), (0.0, 1.0), times, 1.0, options)
+    style = ROLE_STYLES["plate web"]
+    web = np.rint(
+        [style.opacity * one + (1.0 - style.opacity) * paper for one, paper in zip(parse_rgb(style.fill), parse_rgb(PAPER), strict=True)]
+    )
+    for k, shown in enumerate(decoded):
+        painted = painter.paint(k)[..., :3].astype(int)
+        for colour in (web, np.array(parse_rgb(PAPER))):
+            is_flat = np.abs(painted - colour).max(axis=2) <= 1
+            assert is_flat.sum() > 1000
+            assert np.abs(shown[is_flat] - colour).max() <= 1

@@ -302,12 +302,17 @@ def test_wheels_on_an_arm_touch_wherever_it_stands():
     run = short_run("epicyclic_gear")
     wheels = [dict(rims_of(shapes)) for shapes in shapes_of(run)]
     for rims in wheels:
-        assert sorted(rims.values()) == pytest.approx([0.045, 0.045, 0.15])  # the sun, of 0.06 m, has the centre of the ring
-        planets = [centre for centre, radius in rims.items() if radius < 0.1]
+        assert sorted(rims.values()) == pytest.approx([0.045, 0.045, 0.06])
+        planets = [centre for centre, radius in rims.items() if radius < 0.05]
         assert [math.hypot(*centre) for centre in planets] == pytest.approx([0.105, 0.105])
         assert (0.0, 0.0) in rims
-    first, last = (next(centre for centre, radius in rims.items() if radius < 0.1) for rims in (wheels[0], wheels[-1]))
+    first, last = (next(centre for centre, radius in rims.items() if radius < 0.05) for rims in (wheels[0], wheels[-1]))
     assert math.dist(first, last) > 0.05
+    # The ring stands still, behind the foot of the pivot.
+    still = background_of(run)
+    assert dict(rims_of(still)) == pytest.approx({(0.0, 0.0): 0.15})
+    roles = [shape.role for shape in still]
+    assert roles.index("wheel") < roles.index("frame")
 
 
 def test_a_gear_that_stands_for_a_wheel_that_is_no_body_draws_none():
@@ -319,7 +324,7 @@ def test_a_gear_that_stands_for_a_wheel_that_is_no_body_draws_none():
     for one, count in ((scene, 2), (replaced, 0)):
         run = gm.run(one, times=np.linspace(0.0, 1.0, 7), certify=False)
         (shapes, *_) = shapes_of(run)
-        assert len({circle.radius for circle in of_role(shapes, "wheel web")}) == count
+        assert len({circle.radius for circle in of_role([*background_of(run), *shapes], "wheel web")}) == count
 
 
 def test_the_whole_groove_of_a_cam_turns_with_it_and_holds_the_roller():

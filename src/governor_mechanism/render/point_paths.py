@@ -11,7 +11,7 @@ from governor_mechanism.model.joints import Point
 from governor_mechanism.model.part import Part
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.render.frame_data import FrameData, shows_bodies
-from governor_mechanism.render.geometry.attached import DrawnPart, Flexible
+from governor_mechanism.render.geometry.attached import DrawnPart, Flexible, fixed
 from governor_mechanism.render.geometry.primitives import BoundingBox, DrawnShape, Lines, Vec2, bounding_box, enclose_boxes
 from governor_mechanism.types import FloatArray
 
@@ -60,11 +60,13 @@ class PointPaths:
 
     @property
     def shapes(self) -> list[DrawnShape]:
-        """The whole curves."""
+        """The whole curves, which are in front of the bodies: a wheel would hide them."""
         return [curve_shape(self.curves)] if self.curves else []
 
     def parts(self) -> Iterator[DrawnPart]:
-        """Yield what follows the points, whose moments are the numbers of the frames."""
+        """Yield the whole curves, and in front of them what follows the points, whose moments are the numbers of the frames."""
+        if self.curves:
+            yield fixed(self.shapes, section_only=True)
         for curve, places in zip(self.curves, self.places, strict=True):
             yield Flexible(shapes_at=partial(self._tail, curve, places))
 

@@ -133,8 +133,8 @@ class PoseDrawing:
         """Return a picture of the mechanism."""
         view = fit_view(box, _SHAPES_RECT)
         # The poses of the drawing are a curve without time, so that the time at which it stands is any.
-        moving = draw_shapes(self._drawing.moving_shapes(pose, 0.0), view)
-        elements = f"{draw_shapes((*self._paths, *self._drawing.static_shapes), view)}{moving}{_scale_bar(view)}"
+        moving = draw_shapes((*self._drawing.moving_shapes(pose, 0.0), *self._paths), view)
+        elements = f"{draw_shapes(self._drawing.static_shapes, view)}{moving}{_scale_bar(view)}"
         return frame_picture(elements, WIDTH, HEIGHT, PAPER, f"drawing of {self.scene.title}", is_faded=is_faded)
 
     @cached_property

@@ -168,7 +168,6 @@ class ElevationOverlay:
         if options.traces:
             self.static_shapes += trace_shapes(data)
         self._paths = PointPaths(data, options.paths)
-        self.static_shapes += self._paths.shapes
         self.arrows = ForceArrows(data, box, shows_all=options.forces, is_magnified=options.exaggerate > 1.0)
         self.layers = MotionLayers(data, box, options.layers if shows_bodies(data) else ())
         self.box = self.layers.enclosing_box(self._paths.enclosing_box(self.arrows.enclosing_box(self.box)))

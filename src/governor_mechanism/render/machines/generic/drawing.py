@@ -25,6 +25,7 @@ class GenericDrawing(MechanismExtents):
         """Yield the axis of a rotating plane, discs and circles of cranks, the guides on the ground, feet, walls and captions."""
         placed = self.placed_at(Moment(self.poses[len(self.poses) // 2], 0.0))
         yield fixed(self._axis_shapes())
+        yield from joints.wheel_parts(placed, fixed=True)
         yield fixed(bodies.crank_shapes(self))
         yield from joints.guide_parts(placed, fixed=True)
         yield fixed(joints.rack_bed_shapes(placed))
@@ -55,7 +56,7 @@ class GenericDrawing(MechanismExtents):
         yield from force_elements.torque_arrow_parts(self)
         yield from (part for part in (*slotted, *bodies_without) if part.shapes[0].role == WEB_ROLE)
         yield from joints.rack_parts(placed)
-        yield from joints.wheel_parts(placed)
+        yield from joints.wheel_parts(placed, fixed=False)
         yield from (part for part in slotted if part.shapes[0].role not in (WEB_ROLE, "ball"))
         yield from joints.guide_parts(placed, fixed=False)
         others = [part for part in bodies_without if part.shapes[0].role not in (WEB_ROLE, "block", "ball")]

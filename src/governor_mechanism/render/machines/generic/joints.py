@@ -338,17 +338,18 @@ def rack_bodies(mechanism: Mechanism) -> set[str]:
     return {joint.second.body for joint in mechanism.joints if Glyph.RACK in joint.glyphs} - {joints.GROUND}
 
 
-def wheel_parts(placed: PlacedMechanism) -> Iterator[Attached]:
-    """Yield wheels with spokes that rotate with their bodies, larger ones behind; those that the ground holds are rims without spokes."""
+def wheel_parts(placed: PlacedMechanism, *, fixed: bool) -> Iterator[Attached]:
+    """Yield the wheels that the ground holds (`fixed`), rims without spokes, or wheels with spokes that rotate; larger ones behind."""
     u = placed.unit
     # A wheel can mesh with several others.
     wheels: dict[tuple[str, float, float, int], tuple[joints.Point, float]] = {}
     for joint in placed.mechanism.joints:
         for point, radius in _wheels_of(placed.extents, joint):
             wheels.setdefault((point.body, point.x, point.y, round(200 * radius / u)), (point, radius))
-    for point, radius in sorted(wheels.values(), key=lambda wheel: -wheel[1]):
+    shown = [wheel for wheel in wheels.values() if (wheel[0].body == GROUND) == fixed]
+    for point, radius in sorted(shown, key=lambda wheel: -wheel[1]):
         wheel = spoked_wheel(radius, max(radius - 0.035 * u, 0.72 * radius), 0.045 * u, (point.x, point.y))
-        shapes = wheel[:2] if point.body == GROUND else wheel
+        shapes = wheel[:2] if fixed else wheel
         yield Attached(frame=placed.extents.body_axes(point.body), shapes=tuple(shapes))
 
 
