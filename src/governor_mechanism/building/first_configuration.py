@@ -84,10 +84,7 @@ def minimise_gaps(
     held: Sequence[int],
     opened: int | None = None,  # number of the joint that may open; None for any joint
 ) -> FloatArray:
-    """Return the poses near a guess with the least sum of squared gaps.
-
-    Result: poses; shape (bodies, 3).
-    """
+    """Return the poses near a guess with the least sum of squared gaps; shape (bodies, 3)."""
     from scipy.optimize import least_squares  # slow to import, and few mechanisms need it
 
     scales, length = solver.free_coordinate_scales, solver.mechanism.length_scale
@@ -141,10 +138,7 @@ def chain_bodies(
     # 1; shape (bodies,)
     offsets: FloatArray,
 ) -> FloatArray:
-    """Return guessed poses of the mass centres.
-
-    Result: poses, m and rad; shape (bodies, 3). A loop of joints is open at one of them.
-    """
+    """Return guessed poses of the mass centres (m, rad; shape (bodies, 3)); a loop of joints is open at one of them."""
     scale = sketch.length_scale
     poses: dict[str, _Pose] = {GROUND: (0.0, 0.0, 0.0)}
     offset_of = {body.name: float(offset) for body, offset in zip(sketch.bodies, offsets, strict=True)}
@@ -250,10 +244,7 @@ def place_bodies(
 def list_assemblies(
     document: Mapping[str, Any],  # keys and tables of a scene file with a custom machine
 ) -> tuple[ClosedConfigurations, list[str]]:
-    """Return all configurations at the given angles, and in words what holds them.
-
-    Raises MechanismError if the given angles do not determine them, with the number of values that are missing.
-    """
+    """Return all configurations at the given angles, and in words what holds them."""
     sketch = CustomMachineParser(_without_open_values(document), None, ProblemCollector()).parse_sketch()
     tables = document.get("body", [])
     given_angles = {body.name: body.angle for body, table in zip(sketch.bodies, tables, strict=False) if "angle" in table}

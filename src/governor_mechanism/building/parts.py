@@ -119,10 +119,7 @@ class BodyBuilder(DocumentTables):
         y: Program,
         name: str = "",  # name of the point; "A", "B" and so on if empty
     ) -> BuiltPoint:
-        """Add a point of the ground.
-
-        Raises MechanismError if there is a point of this name, or a coordinate is wrong.
-        """
+        """Add a point of the ground; raise MechanismError if there is a point of this name, or a coordinate is wrong."""
         points = self._tables.setdefault(GROUND, {})
         if isinstance(name, str) and not name:
             name = next(letter for letter in _letters() if letter not in points)
@@ -152,10 +149,7 @@ class JointBuilder(DocumentTables):
         name: str = "",  # name of the joint in results; made of its bodies if empty
         **keys: Program | None,
     ) -> None:
-        """Add a joint of any type that a scene file knows; further arguments are the keys of its table.
-
-        Raises MechanismError if the type is unknown, or a key is wrong.
-        """
+        """Add a joint of any type that a scene file knows; further arguments are the keys of its table."""
         self._checks.check_joint_type(kind)
         self._couple(kind, first, second, name, **{key: plain_list(value) for key, value in keys.items()})
 
@@ -166,10 +160,7 @@ class JointBuilder(DocumentTables):
         # name of the joint in results, numbered from the second on; made of its bodies if empty
         name: str = "",
     ) -> None:
-        """Join points of two or more bodies, so that they coincide: each further point is pinned to the first by a joint of its own.
-
-        Raises MechanismError if there is no second point.
-        """
+        """Join points of two or more bodies, so that they coincide: each further point is pinned to the first by a joint of its own."""
         if not others:
             raise MechanismError("pin joins points of two or more bodies, as pin(crank.end, coupler.start); found one point")
         for number, second in enumerate(others, start=1):

@@ -96,10 +96,7 @@ def compare(
 
 
 def split_changes(changes: Sequence[str], n_scenes: int) -> list[list[str]]:
-    """Return the assignments KEY=VALUE for each scene: "2:KEY=VALUE" is for the second alone, and one without a number for all.
-
-    Raises MechanismError if there is no scene of a number.
-    """
+    """Return the assignments KEY=VALUE for each scene: "2:KEY=VALUE" is for the second alone, and one without a number for all."""
     of_each: list[list[str]] = [[] for _ in range(n_scenes)]
     for change in changes:
         numbered = _OF_ONE_SCENE.fullmatch(change)

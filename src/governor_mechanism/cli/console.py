@@ -100,10 +100,7 @@ def guarded_command(
     # those of films
     command: Callable[..., CommandResult],
 ) -> Callable[..., None]:
-    """Print the result of a command; turn its failures into one message each and an exit status.
-
-    Result: the command with the same signature; it ends with `CommandExit`.
-    """
+    """Print the result of a command; turn its failures into one message each and an exit status."""
 
     @functools.wraps(command)
     def guarded(*args: Any, **options: Any) -> None:

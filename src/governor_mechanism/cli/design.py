@@ -108,10 +108,7 @@ def _replace_inputs(defaults: Any, assignments: Sequence[str], options: Mapping[
 
 
 def parse_input_options(words: Sequence[str]) -> dict[str, str]:
-    """Return the values of options that are no options of the command, by the names of inputs: "--ball-mass 5kg" or "--ball_mass=5kg".
-
-    Raises MechanismError if an option has no value or is given twice, or a word belongs to no option.
-    """
+    """Return the values of options that are no options of the command, by the names of inputs: "--ball-mass 5kg" or "--ball_mass=5kg"."""
     from governor_mechanism.errors import MechanismError, did_you_mean
 
     values: dict[str, str] = {}

@@ -100,10 +100,7 @@ def report_linearisation(
     spindle_speed: float | None,  # speed of the spindle, rad/s; that of the scene if None
     limit: str | None,  # key and range as "KEY=LOW:HIGH" for a limit of stability, or None
 ) -> console.CommandResult:
-    """Return what `equilibria --linearise` and `--limit` print.
-
-    Result: lines for the terminal, and the same in SI. Raises MechanismError if nothing can be linearised.
-    """
+    """Return what `equilibria --linearise` and `--limit` print: lines for the terminal, and the same in SI."""
     if limit is not None:
         key, low, high = _parse_limit(limit)
         result = gm.stability_limit(scene, key, low, high)

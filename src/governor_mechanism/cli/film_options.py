@@ -28,10 +28,7 @@ COMMAND_WORDS: Final[Mapping[str, str]] = {
 
 
 def parse_film_size(text: str) -> int:
-    """Return the height of a film in pixels, written as 720, or as 720x720 for a square film.
-
-    Raises MechanismError if it is no number, or the width differs from the height.
-    """
+    """Return the height of a film in pixels, written as 720, or as 720x720 for a square film."""
     width, cross, height = text.lower().partition("x")
     if not all(word.strip().isdecimal() for word in ((width, height) if cross else (width,))):
         raise MechanismError(f"--size {text!r} is not understood; write the height of the film in pixels, as --size 720")
@@ -81,10 +78,7 @@ FILM_PARAMETERS: Final = tuple(_declare_options())
 
 @contextmanager
 def in_command_words() -> Iterator[None]:
-    """State mistakes in options of films with the names that these have on the command line: a context, or a decorator.
-
-    Result: nothing. Raises MechanismError the mistake.
-    """
+    """State mistakes in options of films with the names that these have on the command line: a context, or a decorator."""
     try:
         yield
     except FilmOptionError as error:
@@ -96,11 +90,7 @@ def gather_film_options(
     # values of the parameters of the command by name; also `film`, its format, `no_film` and `theme`
     given: Mapping[str, Any],
 ) -> FilmOptions:
-    """Return the options of the film of a command, in the colours of its figures if these are dark.
-
-    Result: the options. A page follows the theme of the reader's screen. Raises MechanismError if an option
-    is not valid, or there is no film that would take it.
-    """
+    """Return the options of the film of a command, in the colours of its figures if these are dark."""
     names = [one.name for one in FILM_PARAMETERS]
     if given["no_film"]:
         refuse_idle_options("film", *names, condition="with --no-film")
@@ -119,11 +109,7 @@ def check_film(
     options: FilmOptions,
     file_format: str,  # ending of the name of the file, without its dot
 ) -> None:
-    """Check before a simulation what its film will not take, so that no run is lost.
-
-    Raises MechanismError if there is no such reading or part, a time is outside of the runs, the scenes or
-    the format do not take an option, or ffmpeg is missing.
-    """
+    """Check before a simulation what its film will not take, so that no run is lost."""
     from governor_mechanism.render.film.options import VIDEO_SUFFIXES, require_suitable_options, require_video_writer
     from governor_mechanism.render.film.timing import select_slow_down, select_time_span
 

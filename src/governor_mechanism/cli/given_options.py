@@ -30,10 +30,7 @@ def is_given(name: str) -> bool:
 
 
 def refuse_idle_options(*names: str, condition: str) -> None:
-    """Raise MechanismError if options, by the names of their parameters, are given that do nothing; call it where they have no effect.
-
-    Raises MechanismError with one sentence that names them as typed.
-    """
+    """Raise MechanismError if options, by the names of their parameters, are given that do nothing; call it where they have no effect."""
     idle = [_typed_options.get(_NONE)[name] for name in names if is_given(name)]
     if not idle:
         return

@@ -91,11 +91,7 @@ def parse_changes(
     # texts "KEY=VALUE". A value is written as in a scene file; text needs no quotation marks
     changes: Sequence[str],
 ) -> dict[str, Any]:
-    """Return the values of assignments by key.
-
-    Result: values by dotted key; None for an empty one. Raises MechanismError if a text is no assignment, or
-    a key is given twice.
-    """
+    """Return the values of assignments by dotted key; None for an empty one."""
     from governor_mechanism.errors import MechanismError
 
     values: dict[str, Any] = {}
@@ -110,10 +106,7 @@ def parse_changes(
 
 
 def parse_value(text: str) -> Any:
-    """Return a value as a scene file has it, or the text itself where that is no value of TOML, as 320mm.
-
-    Result: number, text, true or false, list or table.
-    """
+    """Return a value as a scene file has it, or the text itself where that is no value of TOML, as 320mm."""
     try:
         document: Mapping[str, Any] = tomllib.loads(f"value = {text}")
     except (ValueError, RecursionError):  # text without quotation marks

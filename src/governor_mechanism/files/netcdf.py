@@ -45,10 +45,7 @@ ENERGY_VARIABLES: Final = {
 
 
 def run_variables(run: Trajectory) -> list[RunVariable]:
-    """Return all arrays of a run by the CF conventions; names of bodies, joints and components are coordinates of text.
-
-    Result: coordinates; readings, their rates and their errors; motion; energies; reactions; events.
-    """
+    """Return all arrays of a run by the CF conventions; names of bodies, joints and components are coordinates of text."""
     variables = [RunVariable(name="time", dimensions=("time",), values=run.times, attributes={"units": "s", "long_name": "time"})]
     variables += [_labels("body", run.body_names, "name of the body"), _labels("component", LENGTH_AXES, "axis of the plane of the part")]
     variables += _reading_variables(run)
@@ -74,10 +71,7 @@ def run_attributes(run: Trajectory) -> dict[str, str]:
 
 
 def find_true_document(scene: Scene) -> Mapping[str, Any]:
-    """Return the document of a scene, or an empty one if the scene was changed in Python and its document no longer describes it.
-
-    Result: keys and tables of a scene file, whose settings of the run may be others.
-    """
+    """Return the document of a scene, or an empty one if the scene was changed in Python and its document no longer describes it."""
     if not scene.document:
         return {}
     try:
@@ -224,11 +218,7 @@ def write_netcdf(run: Trajectory, record: Mapping[str, Any], path: Path) -> None
 
 
 def read_netcdf(path: Path) -> SavedArrays:
-    """Read the netCDF file of a saved run.
-
-    Result: arrays and record. Raises MechanismError if the file cannot be read, is not that of a run, is
-    damaged, or has another version.
-    """
+    """Return the arrays and the record of a saved run; raise MechanismError for a file that is none, damaged, or of another version."""
     from scipy.io import netcdf_file  # slow to import
 
     try:
@@ -315,11 +305,7 @@ def open_saved_run(
     # the folder of a saved run, its .nc file, or a file of the same name beside that
     source: str | os.PathLike[str],
 ) -> Trajectory:
-    """Return a run that was saved.
-
-    Raises MechanismError if there is no such file, it is damaged or of another version, or its scene was not
-    saved.
-    """
+    """Return a run that was saved; raise MechanismError if there is none, or its scene was not saved."""
     path = _find_file(Path(source))
     saved = read_netcdf(path)
     record, arrays = saved.record, saved.arrays

@@ -29,10 +29,7 @@ def make_data_frame(
     # units of columns by name, which `attrs["units"]` of the table holds
     units: Mapping[str, str] | None = None,
 ) -> DataFrame:
-    """Return columns as a table of pandas.
-
-    Raises MechanismError if pandas is not installed.
-    """
+    """Return columns as a table of pandas; raise MechanismError if pandas is not installed."""
     pandas = _require("pandas", "a table")
     table = pandas.DataFrame(dict(columns))
     table = table if index is None else table.set_index(index)
@@ -41,11 +38,7 @@ def make_data_frame(
 
 
 def make_xarray_dataset(run: Trajectory) -> Dataset:
-    """Return all arrays of a run as a data set of xarray: the same that `xarray.open_dataset` reads from its netCDF file.
-
-    Result: readings, rates, errors, motion, energies, reactions and events with units; coordinates are time,
-    body, component and joint. Raises MechanismError if xarray is not installed.
-    """
+    """Return all arrays of a run as a data set of xarray: the same that `xarray.open_dataset` reads from its netCDF file."""
     xarray = _require("xarray", "a data set")
     variables = {one.name: (one.dimensions, one.values, dict(one.attributes)) for one in run_variables(run)}
     labels = variables.get("event_time", ((), None, {}))[2].pop("coordinates", "").split()
@@ -61,10 +54,7 @@ def _require(package: str, what: str) -> Any:
 
 
 def record_result(result: Recorded) -> dict[str, Any]:
-    """Return what the class of a result records, in the types of JSON.
-
-    Result: values by name; numbers that are not finite are None. All rows, or one of them, have the values of their columns.
-    """
+    """Return what the class of a result records, in the types of JSON; rows, all or one, have the values of their columns."""
     names = result.record or [name for name in _field_names(result) if name not in result.hidden]
     columns = result.columns if isinstance(result, Result) else ()
     rows: Sequence[object] = getattr(result, "rows", ()) if columns else ()
@@ -119,19 +109,13 @@ def tabulate_result(
 
 @check_arguments(path=PATH)
 def save_record(result: Result, path: str | os.PathLike[str]) -> Path:
-    """Write the plain values of a result as a JSON file.
-
-    Raises MechanismError if the path is none.
-    """
+    """Write the plain values of a result as a JSON file; raise MechanismError if the path is none."""
     return save_json(result.as_json(), Path(path))
 
 
 @check_arguments(path=PATH)
 def save_columns(result: Result, path: str | os.PathLike[str]) -> Path:
-    """Write the table of a result as a CSV file: a comment with the units, if they are known, a header, and the rows.
-
-    Raises MechanismError if the path is none.
-    """
+    """Write the table of a result as a CSV file: a comment with the units, if they are known, a header, and the rows."""
     columns, _ = _column_values(result)
     units = _units(result.columns)
     comment = "" if result.has_units_in_header else "; ".join(f"{name} {unit}" for name, unit in units.items())

@@ -24,10 +24,7 @@ def save_netcdf(run: Trajectory, path: Path) -> None:
 
 
 def run_record(run: Trajectory) -> dict[str, Any]:
-    """Return what of a run is no array, as plain JSON values; `files.netcdf` makes the run of it and of the arrays.
-
-    Result: the summary, and what only a program needs.
-    """
+    """Return what of a run is no array, as plain JSON values; `files.netcdf` makes the run of it and of the arrays."""
     names = {"readings": list(run.readings), "rates": list(run.rates), "bodies": run.body_names, "joints": list(run.reactions)}
     scales = {"scales": run.scales, "energy_scale": run.energy.scale}
     summary = {name: value for name, value in summarise_run(run).items() if name != "document"}  # the scene has a place of its own
@@ -35,10 +32,7 @@ def run_record(run: Trajectory) -> dict[str, Any]:
 
 
 def summarise_run(run: Trajectory) -> dict[str, Any]:
-    """Return the summary of a run as plain JSON values.
-
-    Result: scene, engine, settings, outcome, errors, final readings, events, cost and package versions.
-    """
+    """Return the summary of a run as plain JSON values."""
     summary = {
         "scene": Path(run.scene.source).name,  # a record goes to others, whom the folders of this machine do not concern
         "title": run.scene.title,

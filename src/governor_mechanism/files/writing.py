@@ -65,10 +65,7 @@ def atomic_write(path: Path) -> Iterator[Path]:
 def plain_value(
     value: object,  # a number, text, path, array or dataclass, or a mapping or sequence of these
 ) -> Any:
-    """Return a value in the types of JSON.
-
-    Result: mappings and dataclasses as dicts, sequences as lists, complex numbers as pairs.
-    """
+    """Return a value in the types of JSON: mappings and dataclasses as dicts, sequences as lists, complex numbers as pairs."""
     if hasattr(value, "tolist"):  # an array, or a number of NumPy
         value = value.tolist()
     if isinstance(value, complex):
@@ -85,10 +82,7 @@ def plain_value(
 
 
 def finite_or_none(value: float) -> float | None:
-    """Return a number that may be infinite or missing (NaN), which JSON lacks, with None in its place.
-
-    Result: the number, or None if it is not finite.
-    """
+    """Return a number that may be infinite or missing (NaN), which JSON lacks, with None in its place."""
     return value if math.isfinite(value) else None
 
 
@@ -120,8 +114,5 @@ def save_table(
 
 
 def format_json(value: object) -> str:
-    """Return a value as JSON text, indented.
-
-    Raises ValueError if a number is not finite: where that has a meaning, the caller writes `finite_or_none`.
-    """
+    """Return a value as indented JSON text; raise ValueError for a number that is not finite."""
     return json.dumps(plain_value(value), indent=2, allow_nan=False)

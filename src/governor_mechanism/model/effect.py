@@ -164,8 +164,5 @@ class OutputForce(OutputEffect, ForceLaw):
         value: Any,  # value of the reading, m or rad
         rate: Any,  # its rate, m/s or rad/s
     ) -> Any:
-        """Return the force at values and rates of the reading, N or N m; 0 where the effect is slack.
-
-        Result: force, N, or moment, N m, positive toward larger values.
-        """
+        """Return the force (N, N m), positive toward larger values, at values and rates of the reading; 0 where the effect is slack."""
         return self.force(self.coefficients, value, rate) * (value >= self.slack_below)

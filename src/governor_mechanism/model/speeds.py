@@ -33,10 +33,7 @@ class AngleRate:
 
 
 def find_speeds(system: CoupledSystem) -> dict[str, AngleRate]:
-    """Return the speeds of shafts and spindles of a system by name, but for those that are given.
-
-    Result: what each speed is the rate of.
-    """
+    """Return of what the speeds of shafts and spindles are the rates, by name, but for speeds that are given."""
     mechanism = system.mechanism
     speeds = {one.name: AngleRate(angle=one.reading) for one in mechanism.derived_readings if isinstance(one, ShaftSpeed)}
     angles = {one.body: one.name for one in mechanism.readings if isinstance(one, BodyAngle) and one.reference_body == GROUND}
@@ -47,10 +44,7 @@ def find_speeds(system: CoupledSystem) -> dict[str, AngleRate]:
 
 
 def check_crossings(system: CoupledSystem, crossings: Sequence[NamedCrossing]) -> None:
-    """Raise MechanismError for a crossing of what is no reading, or of a speed that is given.
-
-    Raises MechanismError with a sentence for each such crossing.
-    """
+    """Raise MechanismError for a crossing of what is no reading, or of a speed that is given."""
     speeds, readings = find_speeds(system), [reading.name for reading in system.mechanism.readings]
     outputs = [*readings, *(output.name for output in system.mechanism.internal_outputs), *speeds]
     given_speeds = {f"{plane.prefix}{SPINDLE_SPEED}" for plane in system.planes} - set(speeds)

@@ -55,10 +55,7 @@ def draw_small_curve(
     values: FloatArray,  # values; shape (n,). Those that are not finite are left out
     noise: float,
 ) -> str:
-    """Return a curve over equal steps without axes.
-
-    Result: a picture as SVG; empty without two finite values.
-    """
+    """Return a curve over equal steps without axes: a picture as SVG; empty without two finite values."""
     finite = np.flatnonzero(np.isfinite(values))
     if len(finite) < 2:
         return ""
@@ -84,10 +81,7 @@ def _format_cells(tag: str, cells: Sequence[str], n_text_columns: int) -> str:
 
 
 def speed_curve_html(curve: SpeedCurve) -> str:
-    """Return a speed curve as HTML.
-
-    Result: travel, equilibrium speeds with a small curve, the stable share, folds and poles.
-    """
+    """Return a speed curve as HTML: travel, equilibrium speeds with a small curve, the stable share, folds and poles."""
     has_equilibrium = curve.has_equilibrium
     rows = [("travel", "", f"{curve.coordinate_name} {curve.coordinate[0]:.6g} to {curve.coordinate[-1]:.6g} (SI)")]
     if has_equilibrium.any():
@@ -109,10 +103,7 @@ CONSTANT_RATIO = 1e-9
 
 
 def result_html(result: Any) -> str:
-    """Return a result as HTML: the text that it prints, with its columns aligned, or else its fields.
-
-    Result: of the fields, a table of names, small curves of arrays over one axis, and values or their range.
-    """
+    """Return a result as HTML: the text that it prints, with its columns aligned, or else its fields."""
     if "__str__" in {name for owner in type(result).__mro__[:-1] for name in vars(owner)}:
         return format_printed(str(result))
     title = f"{type(result).__name__} (SI units)"
@@ -161,10 +152,7 @@ ROUNDING_RATIO = 1e-14
 
 
 def run_html(run: Trajectory) -> str:
-    """Return a run as HTML.
-
-    Result: title, outcome, accuracy and cost; a table of the readings with small curves; the events.
-    """
+    """Return a run as HTML: title, outcome, accuracy and cost; a table of the readings with small curves; the events."""
     cost = run.cost
     span = f"{len(run.times)} times from {run.times[0]:g} to {run.times[-1]:g} s" if len(run.times) else "no reported time"
     error = "" if run.error_estimate is None else f", relative error at most {format_rounded_up(run.error_estimate)}"
@@ -196,10 +184,7 @@ def _reading_rows(run: Trajectory) -> Iterator[tuple[str, ...]]:
 
 
 def scene_html(scene: Scene) -> str:
-    """Return a scene as HTML.
-
-    Result: title; of each part its machine, dimensions and effects; couplings and readings.
-    """
+    """Return a scene as HTML: title; of each part its machine, dimensions and effects; couplings and readings."""
     description = describe_scene(scene)
     lines = [format_paragraph(scene.title, is_bold=True)]
     for part in description.parts:
@@ -232,8 +217,5 @@ def film_run(
     progress: Progress | None = None,  # called with the number of frames done and in total
     **options: Unpack[FilmKeywords],
 ) -> Film:
-    """Write a run as a film and return its file, which a notebook shows.
-
-    Raises MechanismError as `write_film`.
-    """
+    """Write a run as a film and return its file, which a notebook shows; raise MechanismError as `write_film`."""
     return Film(write_film(run, path, FilmOptions(**options), progress=progress))

@@ -185,11 +185,7 @@ def find_unresolved_branch(
     mechanism: Mechanism,  # the mechanism, with one degree of freedom and no redundant joints
     motion: SampledMotion,
 ) -> tuple[float, float] | None:
-    """Find the first time at which a motion goes straight through where the branches avoid each other.
-
-    Result: time of the pass, s, and of the last sample that is clearly before it; None if there is no such
-    pass.
-    """
+    """Return when a motion first goes straight through where branches avoid each other, and the last clear time before (s), or None."""
     position_solver, exact_poses = PositionSolver(mechanism), list[FloatArray]()
     for k in find_nearly_singular_samples(motion).tolist():
         before, after = (_orientation(position_solver, motion.poses[i], motion.velocities[i]) for i in (k - 1, k + 1))

@@ -29,10 +29,7 @@ def find_crossing_intervals(
     direction: str,
     tolerance: float,
 ) -> IntArray:
-    """Return the points before which a value lies beyond a tolerance on one side, and after which on the other.
-
-    Result: index of the last point before each passage; shape (crossings,).
-    """
+    """Return the last points (crossings,) before a value passes from beyond a tolerance on one side to beyond it on the other."""
     low_indices = list[int]()
     for before, after in pairwise(np.flatnonzero(np.abs(deviations) > tolerance).tolist()):
         sign = math.copysign(1.0, deviations[after])

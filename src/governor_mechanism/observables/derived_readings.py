@@ -101,11 +101,7 @@ def _spring_force(mechanism: Mechanism, name: str, poses: FloatArray) -> FloatAr
 
 
 def mean_gas_torque(scene: Scene) -> float:
-    """Return the mean torque of gas in cylinders over a stroke: its work over half a turn, whatever the connecting rods.
-
-    Result: torque, N m; positive if it drives. Raises MechanismError if a throttle or a cut-off moves, so
-    that strokes differ, or the scene has no gas in cylinders.
-    """
+    """Return the mean torque of gas in cylinders over a stroke: its work over half a turn, whatever the connecting rods."""
     gases = [element for element in scene.mechanism.force_elements if isinstance(element, CylinderGas)]
     if not gases:
         raise MechanismError("the mean gas torque is that of an engine; this scene has no gas in cylinders")
@@ -135,10 +131,7 @@ def evaluate_derived_readings(
     scene: Scene,
     history: StateHistory,  # states of its motion, n times; the joints are closed
 ) -> dict[str, FloatArray]:
-    """Return the derived readings of a scene by name.
-
-    Result: values, SI; shape (n,) each. Raises MechanismError as `compute_static_force` does.
-    """
+    """Return the derived readings (n,) of a scene by name, SI; raise MechanismError as `compute_static_force` does."""
     mechanism = scene.mechanism
     readings = evaluate_static_forces(scene, history.poses) | _evaluate_paths(mechanism, history.poses)
     for output in mechanism.derived_readings:
@@ -164,10 +157,7 @@ def evaluate_positional_readings(
     scene: Scene,
     poses: FloatArray,  # poses that close the joints, m and rad; shape (n, bodies, 3)
 ) -> dict[str, FloatArray]:
-    """Return the derived readings that positions alone determine: forces of springs and weights, and pressures of gas without a control.
-
-    Result: values, SI; shape (n,) each. Raises MechanismError as `compute_static_force` does.
-    """
+    """Return the derived readings (n,) that positions determine: forces of springs and weights, pressures of gas without a control."""
     readings, nothing = evaluate_static_forces(scene, poses), np.zeros(len(poses))
     history = StateHistory(
         times=nothing, poses=poses, velocities=np.zeros_like(poses), work=nothing, dissipated_energy=nothing, lags=np.zeros((len(poses), 0))

@@ -112,10 +112,7 @@ class PlaneRotation:
 
 @once_per_object
 def plane_rotations(scene: Scene) -> tuple[PlaneRotation, ...]:
-    """Return the rotation of each plane of a scene that turns with a spindle.
-
-    Result: rotations in the order of the planes.
-    """
+    """Return the rotations of the planes of a scene that turn with a spindle, in the order of the planes."""
     return tuple(PlaneRotation(scene.mechanism, plane) for plane in scene.system.planes)
 
 

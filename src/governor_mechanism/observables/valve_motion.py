@@ -52,20 +52,14 @@ class ValveKinematics(NamedTuple):
 
 
 def has_valve_events(scene: Scene) -> bool:
-    """Return whether a scene has one part, whose mechanism has a valve and a driver that turns a body.
-
-    Result: whether the valve may have events; a valve of a free crank has none.
-    """
+    """Return whether a scene has one part, whose mechanism has a valve and a driver that turns a body: a free crank has no events."""
     if len(scene.parts) > 1 or scene.part.mechanism.valve is None:
         return False
     return any(isinstance(joint, RotationalDriver) for joint in scene.part.mechanism.joints)
 
 
 def valve_of(scene: Scene) -> Valve:
-    """Return the valve of a scene.
-
-    Raises MechanismError if the mechanism has no valve.
-    """
+    """Return the valve of a scene; raise MechanismError if the mechanism has no valve."""
     valve = scene.part.mechanism.valve
     if valve is None:
         raise MechanismError(
@@ -76,10 +70,7 @@ def valve_of(scene: Scene) -> Valve:
 
 
 def crank_driver_of(mechanism: Mechanism, valve: Valve) -> RotationalDriver:
-    """Return the driver of the crank.
-
-    Raises MechanismError if the crank is not driven, or if several drivers might be that of the crank.
-    """
+    """Return the driver of the crank."""
     drivers = [joint for joint in mechanism.joints if isinstance(joint, RotationalDriver)]
     names = [driver.name for driver in drivers]
     if valve.crank and valve.crank not in names:
@@ -143,10 +134,7 @@ class ValveMotion:
         self,
         angles: FloatArray,  # crank angles, rad; shape (n,)
     ) -> ValveKinematics:
-        """Return the readings and their derivatives at crank angles, with the mechanism assembled at all of them at once.
-
-        Result: readings and derivatives in the order of the angles.
-        """
+        """Return the readings and their derivatives at crank angles, with the mechanism assembled at all of them at once."""
         values = self._origin + self._direction * angles
         turns = np.floor((values - self._path.values[0]) / math.tau)
         guesses = self._path.predict_poses(values - math.tau * turns) + np.multiply.outer(turns, self._pose_increment)
@@ -224,10 +212,7 @@ def valve_motion_of(scene: Scene) -> ValveMotion:
 
 
 def reverse_crank(scene: Scene) -> Scene:
-    """Return a scene whose crank turns the other way from where it starts.
-
-    Result: the scene with the crank's motion reversed.
-    """
+    """Return a scene whose crank turns the other way from where it starts."""
     mechanism = scene.part.mechanism
     crank = crank_driver_of(mechanism, valve_of(scene))
     start = float(CubicTimeFunction(crank.motion)(np.zeros(1))[0])
@@ -240,10 +225,7 @@ def reverse_crank(scene: Scene) -> Scene:
 def find_turning_angles(
     position: "BPoly",  # the reading as a periodic function of the crank angle
 ) -> FloatArray:
-    """Return the crank angles of the extremes of a reading over a turn.
-
-    Result: ascending angles over one turn, of which the last is the first in the next turn, rad; shape (n,).
-    """
+    """Return the ascending crank angles (n,), rad, of the extremes of a reading over a turn; the last is the first of the next turn."""
     from scipy.interpolate import PPoly  # slow to import
 
     roots = PPoly.from_bernstein_basis(position.derivative()).roots(extrapolate=False)
@@ -274,10 +256,7 @@ def _free_crank(scene: Scene, valve: Valve) -> tuple[Mechanism, float]:
 
 
 def _follow_turn(mechanism: Mechanism, solver: CoordinateSolver) -> tuple[PathInterpolant, FloatArray]:
-    """Return the path over a turn of the crank from its start, and the change of the poses (bodies, 3) in it: whole turns of bodies.
-
-    Raises MechanismError if the crank cannot turn fully, or if the motion does not repeat in every turn.
-    """
+    """Return the path over a turn of the crank from its start, and the change of the poses (bodies, 3) in it: whole turns of bodies."""
     start = solver.initial_coordinate
     try:
         path = build_path(mechanism, start, start + math.tau)
@@ -370,10 +349,7 @@ class _Crossing(NamedTuple):
 
 
 def find_port_timings(scene: Scene) -> tuple[PortTiming, ...]:
-    """Return the openings and closings of the ports at both ends of the cylinder, to about 1e-13 rad.
-
-    Result: steam port and exhaust of the crank end, then those of the head end.
-    """
+    """Return openings and closings of steam port and exhaust, crank end first, to about 1e-13 rad."""
     motion = valve_motion_of(scene)
     position = motion.turn[motion.valve.displacement]
     turning_angles = find_turning_angles(position)
@@ -401,10 +377,7 @@ def find_port_timings(scene: Scene) -> tuple[PortTiming, ...]:
 
 
 def find_event_angles(scene: Scene) -> dict[str, float]:
-    """Return the crank angles of the valve events, eight if every port opens once in a turn, to about 1e-13 rad.
-
-    Result: crank angles, rad, from 0 to 2 pi, by names such as "crank end cut-off".
-    """
+    """Return the crank angles (0 to 2 pi) of the valve events by names as "crank end cut-off", to about 1e-13 rad."""
     return {name: angle for timing in find_port_timings(scene) for name, angle in timing.events.items()}
 
 

@@ -72,10 +72,7 @@ def draw_result(
     result: Result,
     *options: Any,  # those of the function that draws it
 ) -> Figure:
-    """Return the figure that the class of a result names.
-
-    Raises MechanismError if it names none.
-    """
+    """Return the figure that the class of a result names; raise MechanismError if it names none."""
     if not result.figure:
         where = "figures() returns them" if result.figure_set else "as_json() and to_dataframe() return its numbers"
         raise MechanismError(f"{type(result).__name__} has no figure that shows all of it; {where}")
@@ -84,10 +81,7 @@ def draw_result(
 
 
 def draw_figures(result: Result) -> Mapping[str, Figure]:
-    """Return all figures of a result by the ends of the names of their files.
-
-    Raises MechanismError if its class names none.
-    """
+    """Return all figures of a result by the ends of the names of their files; raise MechanismError if its class names none."""
     return _find_function(result.figure_set)(result) if result.figure_set else {"": draw_result(result)}
 
 

@@ -147,11 +147,7 @@ _FACTOR_ACCURACY = 1e-3
 
 
 def require_one_coordinate(scene: Scene) -> None:
-    """Check that one coordinate determines all positions of a scene; call it before long work.
-
-    Raises MechanismError if it has several parts, or not exactly one degree of freedom beside a spindle of
-    given speed.
-    """
+    """Check that one coordinate determines all positions of a scene; call it before long work."""
     if len(scene.parts) > 1:
         names = ", ".join(part.name for part in scene.parts)
         template = f"{{exaggerate}} magnifies the motion of one part; the scene has {{count}}: {{names}}; {_LEAVE_OUT}"
@@ -173,12 +169,7 @@ def magnify_motion(
     run: Trajectory,
     factor: float,  # magnification, at least 1. The mean is that over time
 ) -> Trajectory:
-    """Return a run with the positions that its coordinate has at its mean + factor * (coordinate - mean).
-
-    Result: the run with poses, velocities and positional readings of the magnified motion, for drawings.
-    Raises MechanismError if not exactly one coordinate determines the positions, or the magnified motion
-    leaves the range of the mechanism or passes a stop; the message states the largest possible factor.
-    """
+    """Return a run with the positions that its coordinate has at its mean + factor * (coordinate - mean)."""
     require_one_coordinate(run.scene)
     name = run.scene.part.mechanism.coordinate
     values, rates = run.readings[name], run.rates[name]

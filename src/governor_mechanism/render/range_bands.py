@@ -102,10 +102,7 @@ def make_range_band(
     *,
     is_of_turns: bool = True,
 ) -> RangeBand:
-    """Return the band and the mean of a curve whatever its oscillations.
-
-    Result: the band and the mean as those of `find_range_band`.
-    """
+    """Return the band and the mean of a curve whatever its oscillations, as `find_range_band` does."""
     points = np.linspace(times[0], times[-1], max(n_columns, 1) + 1)
     middles = np.interp(points, times, cycles)
     # The band of a cycle that is shorter than a column spans the columns beside its point, so that no sample is left out.

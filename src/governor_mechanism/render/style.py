@@ -342,11 +342,7 @@ Colour = Any
 
 
 def themed_colour(colour: Colour, theme: Theme) -> Colour:
-    """Return the colour in a theme that stands for one of the light theme, with the same opacity.
-
-    Result: red, green, blue and opacity, 0 to 1. On a dark ground, a colour outside the table of the drawings
-    has the inverse lightness. Without a ground, the paper is invisible.
-    """
+    """Return the colour in a theme that stands for one of the light theme, with the same opacity."""
     red, green, blue, opacity = to_rgba(colour)
     name = to_hex((red, green, blue))
     if theme is Theme.DARK:
@@ -362,10 +358,7 @@ def _inverse_lightness(red: float, green: float, blue: float) -> tuple[float, fl
 
 @contextmanager
 def themed(figure: Figure, theme: Theme) -> Iterator[None]:
-    """Give a figure the colours of a theme while the body of the with statement runs.
-
-    Result: while the figure has these colours.
-    """
+    """Give a figure the colours of a theme while the body of the with statement runs."""
     changes = recolour(figure, theme)
     try:
         yield
@@ -379,10 +372,7 @@ Change = tuple[Callable[[Any], object], Any, Any]
 
 
 def recolour(figure: Figure, theme: Theme) -> list[Change]:
-    """Give a figure the colours of a theme.
-
-    Result: what was changed.
-    """
+    """Give a figure the colours of a theme, and return what was changed."""
     if theme is Theme.LIGHT:
         return []
     figure.draw_without_rendering()  # creates the ticks and their labels

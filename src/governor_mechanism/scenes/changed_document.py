@@ -26,11 +26,7 @@ _BARE_KEY: Final = re.compile(r"[A-Za-z0-9_-]+")
 
 
 def format_scene_toml(document: Mapping[str, Any], comment: str = "") -> str:
-    """Return the document of a scene as the text of a TOML file.
-
-    Result: the text. It is read back as an equal document. Raises MechanismError if a value has no form in
-    TOML.
-    """
+    """Return the document of a scene as the text of a TOML file; raise MechanismError if a value has no form in TOML."""
     lines = [*(f"# {line}" for line in comment.splitlines()), *_format_tables("", document)]
     return "\n".join(lines).lstrip("\n") + "\n"
 

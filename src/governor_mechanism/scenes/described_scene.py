@@ -66,10 +66,7 @@ def format_number(
     value: float,
     unit: str,  # SI unit
 ) -> str:
-    """Return a number with a customary unit, as scene files write it.
-
-    Result: text such as "300 mm"; "none" for an infinite one.
-    """
+    """Return a number with a customary unit, as scene files write it ("300 mm"); "none" for an infinite one."""
     return "none" if math.isinf(value) else format_quantity(value, NEAT_UNITS.get(unit, unit))
 
 
@@ -79,10 +76,7 @@ def describe_value(
     unit: str,  # SI unit of the number or of the values of the function
     meaning: str = "",
 ) -> DescribedValue:
-    """Return a value of a description with its name.
-
-    Result: the value; that of a function is a text.
-    """
+    """Return a value of a description with its name; that of a function is a text."""
     if isinstance(value, InputFunction):
         is_plain = value.is_constant
         return DescribedValue(name=name, value=value.values[0] if is_plain else describe_input(value, unit), unit=unit, meaning=meaning)
@@ -98,10 +92,7 @@ def describe_input(
     function: InputFunction,  # value over time, with the functions of readings that are added and multiplied
     unit: str,  # SI unit of the value
 ) -> str:
-    """Return an input in words.
-
-    Result: text such as "300 N m at 0 s, 150 N m at 6 s, times a table of governor.sleeve_lift".
-    """
+    """Return an input in words, as "300 N m at 0 s, 150 N m at 6 s, times a table of governor.sleeve_lift"."""
     has_zero = len(function.times) == 1 and not function.values[0] and bool(function.functions or function.harmonics)
     terms = [] if has_zero else [_describe_points(function.times, function.values, unit)]
     for one in function.harmonics:

@@ -38,10 +38,7 @@ from governor_mechanism.units.quantities import parse_quantity
 def describe_scene(
     scene: Scene,  # the scene. One that cannot start is described too; `problem` says why
 ) -> SceneDescription:
-    """Describe a scene: dimensions with units, effects, readings, degrees of freedom, loads, couplings, events, and its engines.
-
-    Result: the description; it prints as text, and `as_json` returns plain values.
-    """
+    """Describe a scene: dimensions with units, effects, readings, degrees of freedom, loads, couplings, events, and its engines."""
     start_values, degrees_of_freedom, problem = _start_of(scene)
     settings = scene.run
     return SceneDescription(

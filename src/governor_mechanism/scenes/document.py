@@ -99,10 +99,7 @@ GOVERNOR_PART_NAME = "governor"
 
 
 def parse_document(document: Mapping[str, Any], source: str) -> Scene:
-    """Return the scene of a document of one part or of several.
-
-    Raises MechanismError with all mistakes.
-    """
+    """Return the scene of a document of one part or of several; raise MechanismError with all mistakes."""
     collector = ProblemCollector()
     is_single = "part" not in document and "coupling" not in document
     title, parts, couplings, watched = (_parse_only_part if is_single else _parse_parts)(document, collector)

@@ -29,10 +29,7 @@ _COMMON_KEYS: Final = ("title", "run", "events")
 
 
 def scene_schema() -> dict[str, Any]:
-    """Return the JSON Schema (draft 7) of scene files.
-
-    Result: the schema: with `part` or `coupling` that of several parts, otherwise by the machine.
-    """
+    """Return the JSON Schema (draft 7) of scene files."""
     names = [*MACHINES, CUSTOM_MACHINE]
     definitions: dict[str, Any] = {f"dimensions_{name}": dimensions_table(MACHINES[name]).schema() for name in MACHINES}
     definitions |= {"effects": _effects_schema(), "spindle": _spindle_schema(), "start": _start_schema(), "run": RUN.schema()}

@@ -88,10 +88,7 @@ def list_catalogue_entries(family: str | None = None) -> dict[str, CatalogueEntr
 
 
 def read_scene_title(path: Path) -> str:
-    """Return the title of a scene file without parsing the rest.
-
-    Result: the title, or the stem of the path without one.
-    """
+    """Return the title of a scene file without parsing the rest, or the stem of the path without one."""
     return str(tomllib.loads(path.read_text(encoding="utf-8")).get("title", path.stem))
 
 
@@ -148,10 +145,7 @@ def _read_once(path: Path, modified: int, size: int) -> Scene:
 def load_scene(
     scene: str | Path,  # a path, or the name of a shipped scene. Text with a dot or a separator is a path
 ) -> Scene:
-    """Return the scene of a file or the shipped scene of a name.
-
-    Raises MechanismError if the name is unknown, or the file cannot be read or has mistakes.
-    """
+    """Return the scene of a file or the shipped scene of a name."""
     if not isinstance(scene, str | Path):
         raise MechanismError(f"a scene is a path or the name of a shipped scene, or what load returns; found {format_value(scene)}")
     if isinstance(scene, Path) or any(mark in scene for mark in (".", "/", os.sep)):

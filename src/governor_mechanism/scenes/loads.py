@@ -163,10 +163,7 @@ def parse_load(
     sign: str = "any",  # key of quantities.SIGNS, for a load that depends on time alone
     reason: str = "",  # reason for the sign, at the end of the requirement
 ) -> InputFunction:
-    """Return a load: a quantity, a list of [time, quantity], harmonics, a function of a reading, or a list of these, which is their sum.
-
-    Raises MechanismError with the problems of the value.
-    """
+    """Return a load: a quantity, a list of [time, quantity], harmonics, a function of a reading, or a list of these, which is their sum."""
     load = _parse_terms(value, kind, name)
     has_sign, requirement = quantities.SIGNS[sign]
     is_points = isinstance(value, list | tuple) and not any(isinstance(item, Mapping) for item in value)

@@ -31,10 +31,7 @@ def read_scene_file(
     *,
     known_names: Iterable[str] = (),  # names of scenes to suggest if there is no such file
 ) -> Scene:
-    """Return the scene of a TOML file.
-
-    Raises MechanismError with a sentence for each mistake in the file, or why it cannot be read.
-    """
+    """Return the scene of a TOML file; raise MechanismError with a sentence for each mistake in the file, or why it cannot be read."""
     source = str(path)
     with _named(source):
         document = _read_document(Path(path), known_names)
@@ -45,10 +42,7 @@ def parse_scene_document(
     document: Mapping[str, Any],  # keys and tables; numbers without a unit are SI
     source: str = "",  # start of every message, usually the path of the file
 ) -> Scene:
-    """Return the scene of a document as read from TOML.
-
-    Result: the scene, with a copy of the document. Raises MechanismError with all mistakes as `problems`.
-    """
+    """Return the scene of a document as read from TOML; raise MechanismError with all mistakes as `problems`."""
     with _named(source):
         if not isinstance(document, Mapping):
             raise mistake(ProblemCode.WRONG_TYPE, f"a scene is a table of keys; found {format_value(document)}")

@@ -177,10 +177,7 @@ NUMBER_OR_TEXT: Final[JsonSchema] = {"type": ["number", "string"]}
 
 
 def quantity_schema(kind: str, sign: str = "any") -> dict[str, Any]:
-    """Return the JSON Schema of a quantity.
-
-    Result: the schema: a number in SI, or text with a unit.
-    """
+    """Return the JSON Schema of a quantity: a number in SI, or text with a unit."""
     limit = {"positive": {"exclusiveMinimum": 0}, "not negative": {"minimum": 0}}.get(sign, {})
     return {**NUMBER_OR_TEXT, "pattern": NUMBER_PATTERN, **limit, "description": QUANTITY_KINDS[kind].hint}
 

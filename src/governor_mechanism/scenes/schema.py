@@ -170,10 +170,7 @@ def parse_spindle(values: Mapping[str, Any], is_coupled: bool) -> Spindle | Free
 
 @cache
 def dimensions_table(machine: type[Machine]) -> Table:
-    """Return the table [dimensions] of a machine, from the declared fields of its class.
-
-    Result: table with one key per dimension.
-    """
+    """Return the table [dimensions] of a machine, with a key for each dimension that its class declares."""
     fields = {}
     for name, declared in fields_of(machine).items():
         meaning = f"the {declared.kind_and_meaning}" if declared.kinds else declared.meaning

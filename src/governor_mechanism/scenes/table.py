@@ -78,10 +78,7 @@ class Table:
         return {one.key or name: one for name, one in self.fields.items()}
 
     def read(self, values: object, context: Any = None) -> dict[str, Any]:
-        """Return the values of the keys that are given, by argument and in the order of the declarations.
-
-        Raises MechanismError with a `Problem` for each mistake.
-        """
+        """Return the values of the keys that are given, by argument and in the order of the declarations."""
         if not isinstance(values, Mapping):
             raise wrong_value(values, "must be a table", f"; write {self.example}" if self.example else "")
         keys = self.fields_by_key

@@ -165,10 +165,7 @@ _HEADER: Final = """\
 
 
 def scene_template(machine: str) -> str:
-    """Return a scene file to begin with.
-
-    Result: text of the file, with comments. Raises MechanismError if there is no machine of that name.
-    """
+    """Return a scene file to begin with, with comments; raise MechanismError if there is no machine of that name."""
     by_word = {name.replace("-", "_"): name for name in TEMPLATE_NAMES}
     name, classic = by_word.get(machine.replace("-", "_")), catalogue_scenes()
     if machine in classic:

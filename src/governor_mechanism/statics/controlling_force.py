@@ -220,11 +220,7 @@ def find_ball_radius(
     # one
     balls: int | None,
 ) -> BallRadius:
-    """Return the reading of the ball's distance from the spindle axis.
-
-    Raises MechanismError if there is no such reading, it is no distance from the spindle axis, or the number
-    is wrong.
-    """
+    """Return the reading of the ball's distance from the spindle axis."""
     mechanism = reduction.mechanism
     reading = _choose_reading(mechanism) if name is None else _validate_reading(mechanism, name)
     if balls is not None and (not isinstance(balls, Integral) or isinstance(balls, bool) or not 1 <= balls <= MAX_BALLS):
@@ -425,11 +421,7 @@ def compute_controlling_force(
     # else one
     balls: int | None = None,
 ) -> ControllingForce:
-    """Return the controlling force of a governor, with effort, power and sensitiveness.
-
-    Raises MechanismError if no spindle speed can balance the loads, the mechanism does not have one degree of
-    freedom or no such radius, or an argument is wrong.
-    """
+    """Return the controlling force of a governor, with effort, power and sensitiveness."""
     equilibrium_speed.require_equilibrium_speed(scene)
     change = _validate_speed_change(speed_change)
     if not isinstance(points, Integral) or isinstance(points, bool) or not 2 <= points <= MAX_CURVE_POINTS:

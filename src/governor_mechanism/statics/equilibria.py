@@ -98,10 +98,7 @@ class Equilibrium(Result):
 
 
 def has_damping(scene: Scene) -> bool:
-    """Return whether a scene has dashpots or dampers, which frequencies and divergence rates of equilibria leave out.
-
-    Result: whether the linearised equations have other growth rates.
-    """
+    """Return whether a scene has dashpots or dampers, which frequencies and divergence rates of equilibria leave out."""
     has_dampers = any(isinstance(element, Damper | TorsionDamper) for element in scene.mechanism.force_elements)
     return has_dampers or any(effect.dissipates for effect in output_forces_of(scene))
 

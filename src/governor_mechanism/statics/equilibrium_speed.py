@@ -43,27 +43,18 @@ MAX_RESISTANCE = 1e12
 
 
 def has_equilibrium_speed(scene: Scene) -> bool:
-    """Return whether a scene has both loads and a spindle-dependent load that can balance them.
-
-    Result: whether an equilibrium speed can exist.
-    """
+    """Return whether a scene has both loads and a spindle-dependent load that can balance them."""
     has_springs = any(not effect.dissipates for effect in output_forces_of(scene))
     return has_spindle_dependent_loads(scene) and bool(scene.gravity or scene.part.mechanism.force_elements or has_springs)
 
 
 def has_spindle_dependent_loads(scene: Scene) -> bool:
-    """Return whether the loads of a scene depend on the spindle speed.
-
-    Result: whether the plane turns and the centrifugal load is active.
-    """
+    """Return whether the loads of a scene depend on the spindle speed: the plane turns and the centrifugal load is active."""
     return bool(scene.has_centrifugal and scene.part.plane == TURNING_PLANE)
 
 
 def require_equilibrium_speed(scene: Scene) -> None:
-    """Raise an error unless a spindle speed can balance the loads.
-
-    Raises MechanismError if it cannot.
-    """
+    """Raise an error unless a spindle speed can balance the loads."""
     if not has_equilibrium_speed(scene):
         raise MechanismError(
             "an equilibrium speed needs both effects, gravity and centrifugal (or a spring instead of gravity), and a "
@@ -294,12 +285,7 @@ def locate_working_range(
     # scene, or for the whole travel
     between: Mapping[str, Sequence[float | str]] | None,
 ) -> tuple[str, tuple[float, float]] | None:
-    """Return what limits the working range, and the coordinates of its ends in ascending order.
-
-    Result: 'values', 'stops' or 'travel' with the ends; None if nothing is given and an end of the travel has
-    no equilibrium speed or is a dead centre. Raises MechanismError if the values are wrong, outside the
-    travel, or reached at several positions.
-    """
+    """Return what limits the working range, and the coordinates of its ends in ascending order."""
     if between is not None:
         name, values = _validate_values(reduction, between)
         low, high = sorted(_locate_value(reduction, name, value) for value in values)

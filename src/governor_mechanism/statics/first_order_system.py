@@ -49,10 +49,7 @@ class Mode:
 def format_modes(
     modes: Sequence[Mode],  # at least one mode; all have amplitudes of the same outputs
 ) -> str:
-    """Return modes as a table.
-
-    Result: lines of text: growth, frequency, damping ratio, error, and the amplitude of each output.
-    """
+    """Return modes as lines of a table: growth, frequency, damping ratio, error, and the amplitude of each output."""
     outputs = list(modes[0].amplitudes)
     headers = ["growth 1/s", "frequency rad/s", "damping ratio", "error 1/s", *(format_reading_name(name) for name in outputs)]
     rows = [
@@ -73,10 +70,7 @@ def format_rate(
     value: float,  # rate, SI
     unit: str,
 ) -> str:
-    """Return the steady rate of a reading as text.
-
-    Result: text such as "spindle speed 10.3 rad/s".
-    """
+    """Return the steady rate of a reading as text, as "spindle speed 10.3 rad/s"."""
     title = format_reading_name(name) if name.endswith("speed") else f"rate of {format_reading_name(name)}"
     return f"{title} {value:.6g} {unit}/s"
 

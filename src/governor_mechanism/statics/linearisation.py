@@ -42,11 +42,7 @@ class StateSpace:
         self,
         frequencies: Sequence[float] | FloatArray,  # angular frequencies, rad/s; shape (n,)
     ) -> ComplexArray:
-        """Return the complex amplitudes of the outputs for unit amplitudes of the inputs.
-
-        Result: amplitudes, SI; shape (n, outputs, inputs). Raises MechanismError if a frequency is exactly
-        that of an undamped mode.
-        """
+        """Return the complex amplitudes of the outputs for unit amplitudes of the inputs; shape (n, outputs, inputs)."""
         try:
             columns = np.array([np.linalg.solve(1j * float(w) * np.eye(len(self.A)) - self.A, self.B) for w in frequencies])
         except np.linalg.LinAlgError as error:
@@ -282,10 +278,7 @@ def linearise_from_start(
     # speed of the spindle, rad/s, or text with a unit; the last of the scene if None
     spindle_speed: float | str | None = None,
 ) -> Linearisation:
-    """Linearise a scene as `linearise_scene` does, about the equilibrium nearest to the start if it has one degree of freedom.
-
-    Result: linearised equations, eigenvalues and modes.
-    """
+    """Linearise a scene as `linearise_scene` does, about the equilibrium nearest to the start if it has one degree of freedom."""
     if len(scene.parts) > 1:
         return linearise_scene(scene, poses, velocities, spindle_speed)
     speed = last_spindle_speed(scene) if spindle_speed is None else spindle_speed
@@ -302,18 +295,12 @@ def linearise_from_start(
 
 
 def poses_at(scene: Scene, equilibrium: Equilibrium) -> FloatArray:
-    """Return the poses of all bodies of a scene at an equilibrium of its part, with the shaft of a free spindle.
-
-    Result: poses, m and rad; shape (bodies, 3).
-    """
+    """Return the poses (bodies, 3) of all bodies of a scene at an equilibrium of its part, with the shaft of a free spindle."""
     return np.concatenate([equilibrium.poses, np.zeros((len(scene.mechanism.bodies) - len(scene.part.mechanism.bodies), 3))])
 
 
 def last_spindle_speed(scene: Scene) -> float | None:
-    """Return the last given speed of the spindle, rad/s.
-
-    Result: speed; None for a free spindle, or if the loads do not depend on it.
-    """
+    """Return the last given speed of the spindle, rad/s; None for a free spindle, or if the loads do not depend on it."""
     return scene.spindle.speeds[-1] if isinstance(scene.spindle, Spindle) and has_spindle_dependent_loads(scene) else None
 
 
@@ -390,11 +377,7 @@ def find_stability_limit(
     key: str,
     unit: str,  # its SI unit
 ) -> StabilityLimit[Linearised]:
-    """Return the limit of stability between two values of a parameter.
-
-    Raises MechanismError if the scene is not stable at one end and unstable at the other, or has no steady
-    state at a value.
-    """
+    """Return the limit of stability between two values of a parameter."""
     from scipy.optimize import brentq  # slow to import
 
     linearise_at = cache(linearise_at)

@@ -27,11 +27,7 @@ def settle(
     velocities: FloatArray,
     time: float | None = None,  # time at which inputs are taken, s; that of their last change if None
 ) -> tuple[SceneDynamics, SteadyState]:
-    """Find the steady state near given poses.
-
-    Results: dynamics, the scene in independent coordinates; state, the steady state in these coordinates.
-    Raises MechanismError if there is no steady state near the start, or it is periodic.
-    """
+    """Find the steady state near given poses; raise MechanismError if there is no steady state near the start, or it is periodic."""
     for _ in range(MAX_RESTARTS):
         dynamics = SceneDynamics(scene, poses, velocities, time)
         dynamics.require_no_uneven_turning()

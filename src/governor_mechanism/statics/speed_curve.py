@@ -167,12 +167,7 @@ def equilibrium_speed_at(
     scene: Scene,
     values: Sequence[float] | FloatArray,  # values of the leading coordinate, SI; shape (n,)
 ) -> FloatArray:
-    """Return the equilibrium speed at given positions.
-
-    Result: spindle speed, rad/s; shape (n,). Where V' and J' vanish together, every speed is one of
-    equilibrium; the limit is returned. Raises MechanismError if a value is outside the travel, or no speed
-    balances the loads there.
-    """
+    """Return the equilibrium speeds (n,), rad/s, at given positions."""
     equilibrium_speed.require_equilibrium_speed(scene)
     reduction = SingleDofReduction(scene)
     coefficients = reduction.evaluate(equilibrium_speed.validate_coordinate_values(reduction, values))
@@ -240,11 +235,7 @@ def compute_insensitivity_band(
     resistance: float | str,  # resistance along the reading, N or N m, or text with a unit; at least 0
     against: str = "sleeve_lift",
 ) -> InsensitivityBand:
-    """Return the insensitivity band at given positions.
-
-    Raises MechanismError if the resistance is wrong, a value is outside the travel, or no speed balances the
-    loads there without resistance.
-    """
+    """Return the insensitivity band at given positions."""
     equilibrium_speed.require_equilibrium_speed(scene)
     reduction = SingleDofReduction(scene)
     resistance_and_reading = equilibrium_speed.validate_resistance(reduction.mechanism, resistance, against)

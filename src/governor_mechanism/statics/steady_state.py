@@ -162,12 +162,7 @@ def find_cyclic_directions(
     scales: FloatArray,  # scales of the coordinates; shape (n,)
     time_scale: float,  # characteristic time, s
 ) -> tuple[IntArray, FloatArray]:
-    """Return the constant positions and the directions of the cyclic coordinates.
-
-    Results: positions, indices of the coordinates that are constant in a steady state; shape (m,); cyclic,
-    directions along which no acceleration changes; shape (n, n - m). Each is 1 in one of the other
-    coordinates.
-    """
+    """Return the constant positions and the directions of the cyclic coordinates; shape (m,)."""
     from scipy.linalg import null_space, qr  # slow to import
 
     def shifted_accelerations(at: FloatArray, v: FloatArray, shift: FloatArray) -> FloatArray:

@@ -147,10 +147,7 @@ class Assemblies(Result):
 
 
 def list_scene_assemblies(scene: Scene) -> Assemblies:
-    """Return all assemblies of the only part of a scene, at its drives, start values and given angles.
-
-    Raises MechanismError if these leave a motion, with the number of values that must be given, or if the joints close nowhere.
-    """
+    """Return all assemblies of the only part of a scene, at its drives, start values and given angles."""
     mechanism, document = scene.part.mechanism, scene.document
     written = document.get("assembly")
     at = tuple(written.get("at", ())) if isinstance(written, Mapping) else ()

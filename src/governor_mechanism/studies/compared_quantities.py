@@ -38,10 +38,7 @@ def plain_names(run: Trajectory) -> dict[str, str]:
 
 
 def find_shared_readings(runs: Sequence[Trajectory]) -> Mapping[str, tuple[str | None, ...]]:
-    """Return the readings that at least two runs have, in one unit; those that most runs have first.
-
-    Result: by plain name, the full name in each run; None where a run has none.
-    """
+    """Return the readings that at least two runs have, in one unit; those that most runs have first."""
     names = [plain_names(run) if len(run.times) else {} for run in runs]
     shared: dict[str, tuple[str | None, ...]] = {}
     for name in dict.fromkeys(name for one in names for name in one):
@@ -53,10 +50,7 @@ def find_shared_readings(runs: Sequence[Trajectory]) -> Mapping[str, tuple[str |
 
 
 def leading_reading(run: Trajectory) -> str:
-    """Return the name of the reading that shows a run best: of the part that turns with a spindle, or else of the first part.
-
-    Result: full name of its leading coordinate.
-    """
+    """Return the name of the reading that shows a run best: of the part that turns with a spindle, or else of the first part."""
     part = max(run.scene.parts, key=lambda part: part.turns)
     name = part.mechanism.coordinate
     return name if name in run.readings else f"{part.name}.{name}"
@@ -163,10 +157,7 @@ class StaticsQuestion:
 
 
 def evaluate_statics(run: Trajectory, question: StaticsQuestion) -> GovernorStatics | str:
-    """Return the statics of a scene, or the reason why it has none.
-
-    Raises MechanismError if the resistance is not valid.
-    """
+    """Return the statics of a scene, or the reason why it has none; raise MechanismError if the resistance is not valid."""
     notes: list[str] = []
 
     def attempt(function: Callable[[], _Result]) -> _Result | None:

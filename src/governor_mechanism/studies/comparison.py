@@ -269,11 +269,7 @@ def compare_scenes(
     engine: str | Engine = "auto",  # name of an engine, or an engine; "auto" takes that of each scene
     accuracy: float | None = None,  # accuracy of all runs; that of each scene if None
 ) -> Comparison:
-    """Run several scenes and set their statics and readings side by side.
-
-    Raises MechanismError if there are too few or too many scenes, or a resistance or working range that none
-    of them can take.
-    """
+    """Run several scenes and set their statics and readings side by side."""
     if not 2 <= len(scenes) <= MAX_SCENES:
         raise MechanismError(f"a comparison needs 2 to {MAX_SCENES} scenes; got {len(scenes)}")
     names = _short_names(scenes)

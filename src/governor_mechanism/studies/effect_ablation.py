@@ -166,10 +166,7 @@ def run_effects_study(
     # called with the number of finished runs and the number of all
     progress: Callable[[int, int], None] | None = None,
 ) -> EffectsStudy:
-    """Run a scene with each effect switched in turn, all by one engine at one accuracy.
-
-    Result: changes and costs of the effects. Raises MechanismError if the scene itself cannot be run.
-    """
+    """Run a scene with each effect switched in turn, all by one engine at one accuracy, and return changes and costs."""
     chosen, _ = select_engine(scene.run.engine if engine == "auto" else engine, scene, accuracy)
     requested_accuracy = scene.run.accuracy if accuracy is None else accuracy
 

@@ -94,10 +94,7 @@ def compare_motions(
     motions: Motions,  # known values and rates of readings at the times of the run, or at more
     is_compared: BoolArray,  # which of the first m times are compared; shape (m,)
 ) -> Mapping[str, float]:
-    """Return the errors of a run against known motions, in units of the scales.
-
-    Result: largest error of each reading and rate.
-    """
+    """Return the largest error of each reading and rate against known motions, in units of the scales."""
     indices, scales = np.flatnonzero(is_compared), run.scales
 
     def largest_difference(values: FloatArray, known_values: FloatArray) -> float:

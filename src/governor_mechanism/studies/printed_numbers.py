@@ -67,8 +67,5 @@ PRINTED_COLUMNS = (
 
 
 def select_deviations(numbers: Iterable[PrintedNumber]) -> tuple[PrintedNumber, ...]:
-    """Return the numbers that have a cause to deviate, in their order.
-
-    Result: those that do not agree with the recomputed ones.
-    """
+    """Return the numbers that do not agree with the recomputed ones, in their order."""
     return tuple(number for number in numbers if number.cause)

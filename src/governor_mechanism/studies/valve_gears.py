@@ -43,10 +43,7 @@ class ClosedFormEvent(NamedTuple):
 
 
 def closed_form_event(scene: Scene, name: str) -> ClosedFormEvent:
-    """Return a valve event of a slide valve scene in closed form.
-
-    Result: crank angles and strokes, the fractions of the piston stroke from the event's own end.
-    """
+    """Return a valve event of a slide valve scene in closed form."""
     dimensions = scene.part.dimensions
     eccentric, train = Eccentric.from_dimensions(dimensions), CrankTrain.from_dimensions(dimensions)
     angle_of = partial(event_angle, event=name, outside_lap=dimensions["outside_lap"], inside_lap=dimensions["inside_lap"])
@@ -342,10 +339,7 @@ def compare_valve_gears(
     scenes: Sequence[Scene],  # scenes of one part, from files, whose valves name their reverser
     count: int = DEFAULT_COUNT,
 ) -> ValveGears:
-    """Return leads, cut-offs and travel of valve gears over the range of what reverses them.
-
-    Raises MechanismError if a valve has no reverser, or if a gear cannot be assembled.
-    """
+    """Return leads, cut-offs and travel of valve gears over the range of what reverses them."""
     return ValveGears(gears=tuple(_follow_gear(scene, count) for scene in scenes))
 
 

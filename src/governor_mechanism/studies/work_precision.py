@@ -116,11 +116,7 @@ def run_accuracy_study(
     progress: Callable[[int, int], None] | None = None,
     timer: Callable[[], float] = time.perf_counter,  # clock that measures the runs, s
 ) -> AccuracyStudy:
-    """Run a scene by each engine at each setting and measure errors and times.
-
-    Result: errors and times of every setting. Raises MechanismError if max_time is not positive and finite,
-    or there is no reference run that is long enough.
-    """
+    """Run a scene by each engine at each setting and measure errors and times."""
     if not (isinstance(max_time, int | float) and 0 < max_time < math.inf):
         raise MechanismError(f"the maximum time of a setting must be a positive number of seconds; got {format_value(max_time)}")
     n_times = min(len(make_reported_times(scene)) - 1, MAX_COMPARED_TIMES) + 1

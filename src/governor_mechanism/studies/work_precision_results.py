@@ -306,10 +306,7 @@ class AccuracyStudy(Result):
 
 
 def validate_target_error(error: float) -> None:
-    """Raise MechanismError unless the error is a number between 0 and 1.
-
-    Raises MechanismError if it is not between 0 and 1.
-    """
+    """Raise MechanismError unless the error is a number between 0 and 1."""
     if not (isinstance(error, Real) and 0 < error < 1):
         raise MechanismError(f"the error must be between 0 and 1, such as 1e-6; got {error!r}")
 

@@ -108,10 +108,7 @@ def si_unit_of(unit: Unit) -> str:
 
 
 def read_any_quantity(value: object, what: str) -> tuple[float, str]:
-    """Return a quantity of any kind in SI, and its kind; a bare number is a plain number.
-
-    Raises MechanismError if it is no quantity.
-    """
+    """Return a quantity of any kind in SI, and its kind; a bare number is a plain number; raise MechanismError if it is no quantity."""
     if not isinstance(value, str):
         return read_quantity(value, "number", what), "number"
     written_unit = value.strip().lstrip("+-−.0123456789eE").strip()

@@ -113,10 +113,7 @@ def entry(
     default: Any = REQUIRED,  # default of the field; without one it must be given
     **properties: Any,
 ) -> Any:
-    """Declare a dataclass field whose value is no plain quantity.
-
-    Result: the field; kinds of quantity and other arguments are those of `declare`.
-    """
+    """Declare a dataclass field whose value is no plain quantity; kinds of quantity and other arguments are those of `declare`."""
     own_default = MISSING if default is REQUIRED else default
     declared = declare(form, *kinds, default=default, **properties)
     return dataclasses.field(default=own_default, metadata={"declared": declared})
@@ -127,10 +124,7 @@ def quantity(
     default: Any = REQUIRED,  # default of the field; without one it must be given
     **properties: Any,
 ) -> Any:
-    """Declare a dataclass field that is a quantity in SI.
-
-    Result: the field; kinds of quantity and other arguments are those of `declare`.
-    """
+    """Declare a dataclass field that is a quantity in SI; kinds of quantity and other arguments are those of `declare`."""
     return entry("quantity", *kinds, default=default, **properties)
 
 
@@ -142,10 +136,7 @@ optional_size = partial(quantity, sign="not negative", built=True, default=0.0)
 
 
 def fields_of(owner: Any) -> dict[str, Declaration]:
-    """Return what the fields of a dataclass declare, by name and in their order.
-
-    Result: the declarations; fields without one are left out.
-    """
+    """Return what the fields of a dataclass declare, by name and in their order; fields without one are left out."""
     return _fields_of(owner)
 
 

@@ -206,11 +206,7 @@ def convert_texts(
     kind: str,
     what: str,
 ) -> Any:
-    """Return a quantity, or a list of quantities, with the texts in SI; what is no text stays as it is, for others to check.
-
-    Result: the values, a list where there were texts in a sequence. Raises MechanismError if a text is no
-    finite quantity of this kind.
-    """
+    """Return a quantity, or a list of quantities, with the texts in SI; what is no text stays as it is, for others to check."""
     if isinstance(values, str):
         return parse_quantity(values, kind, what)
     items = values.tolist() if getattr(getattr(values, "dtype", None), "kind", "") in ("U", "O") else values
@@ -388,10 +384,7 @@ DISPLAY_UNITS = {"rad": (180 / math.pi, "deg"), "m": (1e3, "mm"), "rad/s": (30 /
 
 
 def format_reading_name(name: str) -> str:
-    """Return the name of a reading in running text.
-
-    Result: the words of the name; a name with that of its part stays as it is written in scene files.
-    """
+    """Return the name of a reading in running text."""
     return name if "." in name else name.replace("_", " ")
 
 

@@ -13,11 +13,7 @@ MAX_SHOWN_ITEMS: Final = 4
 
 
 def short_repr(value: object) -> str:
-    """Return the name of a dataclass and its fields as short text; `__repr__ = short_repr` makes it the representation of a class.
-
-    Result: text of at most MAX_REPR_LENGTH characters. Of an array, its shape and range; of a mapping, its
-    names.
-    """
+    """Return the name of a dataclass and its fields as short text; `__repr__ = short_repr` makes it the representation of a class."""
     start, texts = f"{type(value).__name__}(", list[str]()
     shown = [field.name for field in fields(value) if field.repr]  # type: ignore[arg-type]  # any dataclass
     remaining = MAX_REPR_LENGTH - len(start) - len(", ...)")

@@ -19,10 +19,7 @@ def format_table(
     # one letter per column, "l", "c" or "r"; the last letter also holds for all columns after it
     justify: str = "l",
 ) -> str:
-    """Return a table as plain text without rules or colour, as wide as its cells need.
-
-    Result: lines without trailing spaces, joined by newlines.
-    """
+    """Return a table as plain text without rules or colour, as wide as its cells need, without trailing spaces."""
     from rich.console import Console  # imported late: the command line starts without it
     from rich.table import Table
     from rich.text import Text

@@ -112,10 +112,7 @@ def _difference_ratio(row: ComparisonRow) -> float:
 
 
 def save_junit(report: CheckReport, path: Path) -> Path:
-    """Write a check as a JUnit file, with a test case for each comparison.
-
-    Raises MechanismError if the file cannot be written.
-    """
+    """Write a check as a JUnit file, with a test case for each comparison; raise MechanismError if the file cannot be written."""
     defects = report.defects
     n_failed = sum(not row.passed for row in report.rows) + len(defects)
     counts = {"tests": str(len(report.rows) + len(defects)), "failures": str(n_failed), "errors": "0"}

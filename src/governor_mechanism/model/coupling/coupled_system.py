@@ -255,10 +255,7 @@ def _with_load(mechanism: Mechanism, load: LoadCoupling) -> Mechanism:
 
 
 def rotating_body(mechanism: Mechanism, coupling: str, name: str) -> str:
-    """Return the body whose angle is a reading; raise MechanismError if it is not the angle of one body.
-
-    Raises MechanismError if the reading is unknown or not the angle of a body relative to the ground.
-    """
+    """Return the body whose angle is a reading; raise MechanismError if it is not the angle of one body."""
     angles = {one.name: one.body for one in mechanism.readings if isinstance(one, BodyAngle) and one.reference_body == GROUND}
     if name not in angles:
         known = [reading.name for reading in mechanism.readings]

@@ -133,10 +133,7 @@ class ControlCoupling(Coupling):
     quantity: str = ""
 
     def apply(self, mechanism: Mechanism, effects: tuple[OutputEffect, ...]) -> tuple[Mechanism, tuple[OutputEffect, ...]]:
-        """Return a mechanism and effects in which the load that the control names follows its reading.
-
-        Raises MechanismError if there is no load of that name, or it is of another quantity.
-        """
+        """Return a mechanism and effects in which the load that the control names follows its reading."""
         what = f"coupling {self.name!r} {'scales' if self.scales else 'sets'} {self.target!r}"
         if fixed := next((one for one in mechanism.fixed_loads if one.name == self.target), None):
             raise MechanismError(f"{what}, but {fixed.reason}")
@@ -208,10 +205,7 @@ def check_gears(
     spindle_angles: Sequence[str],
     mechanism: Mechanism,  # mechanism whose readings are the coordinates that a gear can couple
 ) -> None:
-    """Raise MechanismError for a gear on a spindle that is no coordinate, and for gears in a closed loop.
-
-    Raises MechanismError if a gear is impossible or superfluous.
-    """
+    """Raise MechanismError for a gear on a spindle that is no coordinate, and for gears in a closed loop."""
     readings = {reading.name for reading in mechanism.readings}
     trains: dict[str, tuple[str, float]] = {}  # the first angle of the train of each angle, and the ratio of the angle to it
     for gear in gears:
@@ -230,11 +224,7 @@ def check_gears(
 
 
 def find_load_sources(mechanism: Mechanism, effects: tuple[OutputEffect, ...]) -> tuple[Mechanism, tuple[OutputEffect, ...]]:
-    """Return a mechanism and effects in which each function of a reading knows the reading whose value or rate it takes.
-
-    Result: both with the sources of their loads. Raises MechanismError with a sentence for each function of
-    an unknown reading, a reaction, a force, or a speed that is given.
-    """
+    """Return a mechanism and effects in which each function of a reading knows the reading whose value or rate it takes."""
     speeds = {one.name: one.reading for one in mechanism.derived_readings if isinstance(one, ShaftSpeed)}
     angles = [one.name for one in mechanism.readings if one.name.rpartition(".")[2] == "spindle_angle"]
     speeds |= {f"{name.removesuffix('angle')}speed": name for name in angles}

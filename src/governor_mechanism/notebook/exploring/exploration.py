@@ -383,11 +383,7 @@ def explore_scene(
     # keys or names of dimensions, also with a range; the first dimensions of the machine if empty
     keys: Sequence[str],
 ) -> Exploration:
-    """Return a view of a scene with a slider for each key.
-
-    Raises MechanismError if ipywidgets is not installed, a key is wrong, or the scene has neither a speed
-    curve nor one degree of freedom.
-    """
+    """Return a view of a scene with a slider for each key."""
     require_widgets()
     return Exploration(scene, *keys)
 

@@ -202,11 +202,7 @@ def make_governor_view(
     scene: Scene,
     key: str,  # key of its spindle speed in the document; empty if the speed is not a number there
 ) -> GovernorView:
-    """Return the view of a governor.
-
-    Result: the view; the slider of the speed begins at that of the scene. Raises MechanismError if it has no
-    speed curve.
-    """
+    """Return the view of a governor; the slider of the speed begins at that of the scene."""
     view = _analyse(scene)
     start = abs(SpindleSpeedFunction(view.scene.spindle).start_speed)
     speeds = _shown_speeds(view.speed_curve, start)

@@ -138,11 +138,7 @@ class MotionView:
 
 
 def make_motion_view(scene: Scene) -> MotionView:
-    """Return the view of a mechanism over its leading coordinate; if that does not describe a driven motion, over time.
-
-    Result: the view; its slider begins at the start of the scene. Raises MechanismError if the mechanism has
-    more than one degree of freedom, or cannot be assembled.
-    """
+    """Return the view of a mechanism over its leading coordinate; if that does not describe a driven motion, over time."""
     alone = _without_free_spindle(scene)
     mechanism = alone.part.mechanism
     freedom = mobility_of(mechanism)

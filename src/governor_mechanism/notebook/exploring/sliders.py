@@ -118,11 +118,7 @@ def find_sliders(
     # it
     probe: Probe,
 ) -> list[Slider]:
-    """Return the sliders of requested keys, or of the dimensions that matter most.
-
-    Result: the sliders. Their ranges are shrunk to what the geometry admits. Raises MechanismError if a key
-    is unknown or takes no number, or a range is wrong.
-    """
+    """Return the sliders of requested keys, or of the dimensions that matter most."""
     prefix = f"part.{part.name}." if "part" in document else ""
     own: Mapping[str, Any] = document.get("part", {}).get(part.name, {}) if prefix else document
     for request in requests:
@@ -193,10 +189,7 @@ def _make_slider(document: Mapping[str, Any], request: str, part: Part, prefix: 
 
 
 def _read_axis(document: Mapping[str, Any], key: str, values: Sequence[float | str], fallback: Sequence[float | str]) -> SweepAxis:
-    """Return the values of a key as numbers in SI; of a key without a value and a range, those that stand for it.
-
-    Raises MechanismError for an unknown key, a wrong value, or a key that has none.
-    """
+    """Return the values of a key as numbers in SI; of a key without a value and a range, those that stand for it."""
     axis: SweepAxis | None = None
     try:
         (axis,) = parse_axes(document, {key: [*dict.fromkeys(values or fallback or [PROBED_VALUE])]})

@@ -80,10 +80,7 @@ class ClosedConfigurations:
 
 
 def enumerate_configurations(solver: PositionSolver) -> ClosedConfigurations:
-    """Return all configurations of a mechanism that its joints and drives determine, but for bodies that hang on one joint.
-
-    Raises MechanismError if joints and drives leave a motion, with the number of values that must be given.
-    """
+    """Return all configurations of a mechanism that its joints and drives determine, but for bodies that hang on one joint."""
     parts = decompose(solver)
     if parts.n_undetermined:
         raise MechanismError(_undetermined(parts.n_undetermined))

@@ -240,10 +240,7 @@ DRAWINGS: Mapping[Paper, Callable[[], Page]] = {
 
 
 def draw_erratum(paper: Paper) -> Page:
-    """Draw the main error of a paper.
-
-    Result: the figure; `save` writes it.
-    """
+    """Draw the main error of a paper."""
     return DRAWINGS[paper]()
 
 

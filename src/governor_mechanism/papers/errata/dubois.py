@@ -27,10 +27,7 @@ _formula = partial(Erratum, paper=Paper.DUBOIS, command="governor-mechanism erra
 
 
 def list_dubois_errata() -> Iterator[Erratum]:
-    """Return the errata.
-
-    Result: the wrong angle, then wrong digits, formulas whose exponents are lost, and rounded numbers.
-    """
+    """Return the errata: the wrong angle, then wrong digits, formulas whose exponents are lost, and rounded numbers."""
     comparison = compare_with_paper()
     numbers = {number.quantity: number for number in (*comparison.numbers, *comparison.table, *comparison.counter_example)}
     yield _wrong_angle(numbers)

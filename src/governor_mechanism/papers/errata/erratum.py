@@ -114,10 +114,7 @@ def make_number_erratum(
     # not known
     meant: str = "",
 ) -> Erratum:
-    """Return the erratum of a printed number.
-
-    Raises ValueError if the number has no cause to deviate: it is right then.
-    """
+    """Return the erratum of a printed number; raise ValueError if the number has no cause to deviate: it is right then."""
     if number.cause is None:
         raise ValueError(f"{number.quantity} has no cause to deviate: it is no erratum")
     unit = "" if number.unit == "1" else number.unit
@@ -146,10 +143,7 @@ def make_number_erratum(
 
 
 def check_paper(paper: str) -> Paper:
-    """Return a paper by its name.
-
-    Raises MechanismError if there is no such paper.
-    """
+    """Return a paper by its name; raise MechanismError if there is no such paper."""
     if not isinstance(paper, str) or paper not in set(Paper):
         raise MechanismError(
             f"paper must be one of {', '.join(Paper)}; got {format_value(paper)}.{did_you_mean(paper, [one.value for one in Paper])}"
@@ -158,10 +152,7 @@ def check_paper(paper: str) -> Paper:
 
 
 def check_cause(cause: str) -> Cause:
-    """Return a cause by its name.
-
-    Raises MechanismError if there is no such cause.
-    """
+    """Return a cause by its name; raise MechanismError if there is no such cause."""
     if not isinstance(cause, str) or cause not in set(Cause):
         hint = did_you_mean(cause, [one.value for one in Cause])
         raise MechanismError(f"cause must be one of {', '.join(Cause)}; got {format_value(cause)}.{hint}")

@@ -47,10 +47,7 @@ def list_marks_errata() -> Iterator[Erratum]:
 
 
 def shift_of_event(event: str) -> float:
-    """Return by how much the finite eccentric rod delays a valve event, with equal leads.
-
-    Result: change of the crank angle against Zeuner's law, deg.
-    """
+    """Return by how much the finite eccentric rod delays a valve event, with equal leads."""
     exact, theory = (event_angle(one, event=event, **LAPS) for one in (ECCENTRIC, replace(ECCENTRIC, rod=math.inf)))
     return math.degrees(math.remainder(exact - theory, math.tau))
 

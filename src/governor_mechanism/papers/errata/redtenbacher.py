@@ -36,11 +36,7 @@ _formula = partial(Erratum, paper=Paper.REDTENBACHER, command=FORMULA_COMMAND)
 
 
 def list_redtenbacher_errata() -> Iterator[Erratum]:
-    """Return the errata.
-
-    Result: the wrong term and what follows from it, then the formulas and the other numbers in the order of
-    the text.
-    """
+    """Return the errata: the wrong term and what follows from it, then the formulas and the other numbers in the order of the text."""
     comparison = compare_with_paper()
     numbers = {number.quantity: number for number in (*comparison.numbers, *comparison.terms)}
     yield from _errors(numbers, comparison)

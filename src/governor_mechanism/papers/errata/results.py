@@ -166,11 +166,7 @@ def collect_errata(
     *,
     simulate: bool = False,  # whether to simulate the machines that show the main errors
 ) -> Errata:
-    """Recompute the errata of a paper or of all.
-
-    Result: the errata, of each paper by cause, then in the order of its list. Raises MechanismError if there
-    is no such paper.
-    """
+    """Recompute the errata of a paper or of all, of each paper by cause, then in the order of its list."""
     papers = LISTS if paper is None else (check_paper(paper),)
     ranks = {cause: rank for rank, cause in enumerate(Cause)}
     errata = (erratum for one in papers for erratum in sorted(LISTS[one](), key=lambda erratum: ranks[erratum.cause]))

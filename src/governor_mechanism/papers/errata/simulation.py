@@ -84,10 +84,7 @@ def simulated_speeds(
     arm_ratio: float,  # arm over the radius of curvature; point and slope stay
     degrees: FloatArray,  # angles through which the arm has turned up, deg; shape (n,)
 ) -> FloatArray:
-    """Return the speeds of rest by the statics of the simulated governor beside the point of osculation.
-
-    Result: speeds, rad/s; shape (n,).
-    """
+    """Return the speeds of rest (n,) by the statics of the simulated governor beside the point of osculation."""
     start = design.start
     arm = arm_ratio * start.radius_of_curvature
     governor = design.governor

@@ -34,10 +34,7 @@ _statement = partial(Erratum, paper=Paper.ZEHNDER, place=_PLACE, unit="%", comma
 
 
 def list_zehnder_errata() -> Iterator[Erratum]:
-    """Return the errata.
-
-    Result: the three statements of one wrong argument, then the formulas in the order of the text.
-    """
+    """Return the errata: the three statements of one wrong argument, then the formulas in the order of the text."""
     design = design_pendulum()
     yield from _statements(design.start)
     yield from _formulas(design)
@@ -48,10 +45,7 @@ def speed_change(
     arm_ratio: float,
     degrees: float,  # angle through which the arm has turned up, deg
 ) -> float:
-    """Return by how much the speed of rest changes (%) when an arm leaves the point of osculation.
-
-    Result: relative change of the equilibrium speed, %.
-    """
+    """Return by how much the speed of rest changes (%) when an arm leaves the point of osculation."""
     change = parabolic.equilibrium_speed_change(
         start_angle=start.arm_angle,
         start_abscissa=start.abscissa,

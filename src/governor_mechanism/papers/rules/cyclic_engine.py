@@ -105,10 +105,7 @@ def build_cyclic_engine(
     point: SteadyEngine,
     values: Values,
 ) -> CyclicEngine:
-    """Return the engine with other values, at the load of an operating point of its twin with mean torque.
-
-    Result: the engine, started in the middle of the insensitivity band.
-    """
+    """Return the engine with other values, at the load of an operating point of its twin with mean torque."""
     scene = with_values(engine, {**values, **point.start, LOAD: point.scene.document["load"]["fraction"]})
     trial = CyclicEngine(scene=scene, point=point, fluctuation=0.0)
     start_speed, fluctuation = point.engine_speed, 0.0

@@ -111,10 +111,7 @@ class DashpotCheck(RuleCheck):
 
 
 def check_dashpot(mean_engine: Scene, point: SteadyEngine) -> DashpotCheck:
-    """Run the engine with mean torque through a load step with several dashpots.
-
-    Result: settling times and the limit of stability.
-    """
+    """Run the engine with mean torque through a load step with several dashpots: settling times and the limit of stability."""
     before = find_steady_engine(mean_engine, {"load.fraction": LOAD_BEFORE})
     settling_times, histories = [], []
     for damping in DAMPINGS:

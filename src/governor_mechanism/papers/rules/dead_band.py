@@ -173,10 +173,7 @@ class RegulatingForceCheck(RuleCheck):
 def check_dead_band(
     point: SteadyEngine,  # steady state of an engine under a governor whose sleeve carries a weight
 ) -> DeadBandCheck:
-    """Run the engine with mean torque under dry friction on its sleeve: out of the band, and to rest.
-
-    Result: widths of the band and speeds at rest.
-    """
+    """Run the engine with mean torque under dry friction on its sleeve: out of the band, and to rest."""
     bands = [point.find_insensitivity_band(friction) for friction in FRICTIONS]
     shown_band = point.find_insensitivity_band(SHOWN_FRICTION)
     runs = [_run_to_rest(point, load) for load in LOADS_BEFORE]
@@ -198,10 +195,7 @@ def check_regulating_force(
     mean_engine: Scene,
     strong_engine: Scene,  # scene of the same engine under Hartung's governor
 ) -> RegulatingForceCheck:
-    """Measure the dead bands of a weak and a strong governor on the same engine under the same friction.
-
-    Result: widths of the bands.
-    """
+    """Measure the dead bands of a weak and a strong governor on the same engine under the same friction."""
     strong = find_steady_engine(_exchange_governor(mean_engine, strong_engine))
     strong_force = float(run_uncertified(with_values(strong.scene, {DURATION: 0.1})).readings["governor.static_sleeve_force"][0])
     return RegulatingForceCheck(

@@ -104,10 +104,7 @@ class DryFrictionCheck(RuleCheck):
 
 
 def check_dry_friction(point: SteadyEngine) -> DryFrictionCheck:
-    """Displace the sleeve of an engine that hunts without friction, and see whether friction brings it to rest.
-
-    Result: limiting displacements.
-    """
+    """Displace the sleeve of an engine that hunts without friction, and see whether friction brings it to rest."""
     limit = find_damping_limit(point)
     # A harmonic motion of amplitude A and frequency w loses 4 W A to friction and pi w (c0 - c) A^2 to the missing dashpot per period.
     predicted = np.array([4 * FRICTION / (math.pi * limit.frequency * (limit.value - damping)) for damping in DAMPINGS])

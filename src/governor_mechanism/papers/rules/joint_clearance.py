@@ -103,10 +103,7 @@ def check_clearance(
     mean_engine: Scene,
     cyclic_engine: CyclicEngine,
 ) -> ClearanceCheck:
-    """Run the governed engine with clearance between links and sleeve: under its Porter governor, and under one with a light sleeve.
-
-    Result: amplitudes against clearances.
-    """
+    """Run the governed engine with clearance between links and sleeve: under its Porter governor, and under one with a light sleeve."""
     light = _build_light_engine(engine, mean_engine, cyclic_engine)
     friction = cyclic_engine.find_friction(SHAKING_RATIO)
     return ClearanceCheck(

@@ -160,10 +160,7 @@ def check_shaking(
     point: SteadyEngine,
     cyclic_engine: CyclicEngine,
 ) -> ShakingCheck:
-    """Run the governed engine at constant load under friction of several strengths.
-
-    Result: amplitudes and thresholds.
-    """
+    """Run the governed engine at constant load under friction of several strengths: amplitudes and thresholds."""
     frictions = [friction_on_sleeve(cyclic_engine.find_friction(ratio)) for ratio in RATIOS]
     engines = {inertia: build_cyclic_engine(engine, point, {INERTIA: inertia}) for inertia in FLYWHEELS}
     return ShakingCheck(
@@ -175,10 +172,7 @@ def check_shaking(
 
 
 def check_oil_brake(cyclic_engine: CyclicEngine) -> OilBrakeCheck:
-    """Run the governed engine at constant load with several dashpots under half the friction that would hold the sleeve.
-
-    Result: amplitudes and decay rates.
-    """
+    """Run the governed engine at constant load with several dashpots under half the friction that would hold the sleeve."""
     friction = friction_on_sleeve(cyclic_engine.find_friction(SHAKING_RATIO))
     dashpots = [dashpot_on_sleeve(damping) for damping in OIL_BRAKES]
     amplitudes = [cyclic_engine.amplitudes_per_turn(N_TURNS, {**friction, **dashpot})[-1] for dashpot in dashpots]

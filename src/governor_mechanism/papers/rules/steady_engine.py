@@ -129,10 +129,7 @@ def find_steady_engine(
     # lift of the sleeve near the steady state, m; if None, the governor starts as in the scene
     sleeve_lift: float | None = None,
 ) -> SteadyEngine:
-    """Return the steady state of an engine with mean torque at half load.
-
-    Raises MechanismError if there is none.
-    """
+    """Return the steady state of an engine with mean torque at half load; raise MechanismError if there is none."""
     scene = with_values(mean_engine, {LOAD: HALF_LOAD, **values})
     if sleeve_lift is not None:
         scene = with_values(scene, start_at_rest(scene, find_coordinate_at(scene, sleeve_lift)))

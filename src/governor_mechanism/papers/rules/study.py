@@ -108,10 +108,7 @@ def study_paper_rules(
     # called with the number of rules that are done and the number of all, before each rule and at the end
     progress: Callable[[int, int], None] | None = None,
 ) -> PaperRules:
-    """Test the papers' rules about governing on the shipped scenes of the governed engine.
-
-    Raises MechanismError if a run fails.
-    """
+    """Test the papers' rules about governing on the shipped scenes of the governed engine; raise MechanismError if a run fails."""
     engine, mean_engine, strong_engine = (load_scene(name) for name in (ENGINE, MEAN_ENGINE, STRONG_ENGINE))
     point = find_steady_engine(mean_engine)
     cyclic_engine = build_cyclic_engine(engine, point, {})

@@ -67,10 +67,7 @@ _NAME_HEIGHT, _MAX_NAME_LETTERS, _MAX_LETTERS_OF_TWO = 0.21, 110, 62
 
 
 def comparison_figure(comparison: Comparison) -> Page:
-    """Draw the speed curves and controlling forces of the governors, and what the runs share over time.
-
-    Result: the figure; `save` writes it.
-    """
+    """Draw the speed curves and controlling forces of the governors, and what the runs share over time; `save` writes it."""
     plots = _choose_plots(comparison)
     rows = (1 if comparison.governors else 0) + (1 if plots else 0)
     names = [shorten(f"{name}: {run.scene.title}", _MAX_NAME_LETTERS, placeholder=" …") for name, run in _named(comparison)]

@@ -27,10 +27,7 @@ _MAX_SHOWN_SPEED_RATIO = 1.6
 
 
 def speed_curve_figure(curve: SpeedCurve, equilibria: Sequence[Equilibrium] = ()) -> Page:
-    """Draw speed against travel: stable solid, unstable dashed, folds and equilibria marked.
-
-    Result: the figure; `save` writes it.
-    """
+    """Draw speed against travel: stable solid, unstable dashed, folds and equilibria marked; `save` writes it."""
     scene = curve.scene
     unit, factor = display_unit_of("rad" if _is_angle(scene, curve.coordinate_name) else "m")
     page = Page(7.2, 5.2, scene.title)
@@ -136,10 +133,7 @@ _MIN_SPEED_LINES = 4
 
 
 def controlling_force_figure(curve: ControllingForce, equilibria: Sequence[Equilibrium] = ()) -> Page:
-    """Draw the controlling force of one ball: stable solid, unstable dashed, with speed lines, working range and friction.
-
-    Result: the figure; `save` writes it.
-    """
+    """Draw the controlling force of one ball: stable solid, unstable dashed, with speed lines, working range and friction."""
     scene = curve.scene
     title = textwrap.shorten(scene.title, _MAX_TITLE_LETTERS, placeholder=" …")
     page = Page(7.6, 5.6, title, _subtitle(curve), subtitle_y=0.888)
@@ -306,10 +300,7 @@ def _mark_equilibrium_forces(panel: Panel, curve: ControllingForce, shown: BoolA
 
 
 def equilibrium_figures(report: EquilibriumReport) -> Mapping[str, Figure]:
-    """Draw speed curve, controlling force if there are balls, and Zehnder's plate for the governors that it covers.
-
-    Result: the figures by the ends of the names of their files; none without a speed curve.
-    """
+    """Draw speed curve, controlling force if there are balls, and Zehnder's plate for the governors that it covers."""
     if report.curve is None:
         return {}
     figures = {"_characteristic": report.curve.plot(report.equilibria)}

@@ -43,10 +43,7 @@ def hard_case_figures(report: HardCasesReport) -> Mapping[str, Page]:
 
 
 def hard_case_figure(report: HardCasesReport, case: HardCase) -> Page:
-    """Draw true errors and error estimates of a hard case.
-
-    Result: the figure; `save` writes it.
-    """
+    """Draw true errors and error estimates of a hard case; `save` writes it."""
     rows = report.rows_of(case)
     engines = [name for name in _ENGINE_STYLES if any(row.engine == name for row in rows)]
     page = Page(8.4, 5.2 + 0.22 * len(engines))
@@ -145,10 +142,7 @@ _MIN_SHOWN_KERNEL_ERROR = 1e-17
 
 
 def kernel_errors_figure(report: KernelReport) -> Page:
-    """Draw the results and the relative errors of a kernel over what varies, with the tolerance and the error of the simulation.
-
-    Result: the figure; `save` writes it.
-    """
+    """Draw the results and the relative errors of a kernel over what varies, with the tolerance and the error of the simulation."""
     title = textwrap.shorten(f"kernel {report.against} against the simulation: {report.title}", _MAX_TITLE_LETTERS, placeholder=" …")
     page = Page(8.4, 6.0, title, _subtitle(report), subtitle_y=0.897)
     inputs = _varying_inputs(report)

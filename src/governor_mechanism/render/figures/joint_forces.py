@@ -31,10 +31,7 @@ def joint_force_figure(
     joints: Sequence[str],  # names of joints; all that a rigid model determines if empty
     axes: str = "plane",
 ) -> Page:
-    """Return the polar plots of joint forces.
-
-    Raises MechanismError if there is no such joint, a rigid model does not determine its force, or the run has no reported time.
-    """
+    """Return the polar plots of joint forces."""
     shown = _choose_joints(run, joints, axes)
     n_columns, n_rows = min(len(shown), _N_COLUMNS), math.ceil(min(len(shown), _MAX_PANELS) / _N_COLUMNS)
     height = n_rows * _PANEL_SIZE + _HEADER_HEIGHT + _FOOTER_HEIGHT

@@ -170,11 +170,7 @@ class Page(Figure):
         path: str | os.PathLike[str],
         theme: str = Theme.LIGHT,
     ) -> Path:
-        """Write the page as PNG, SVG or PDF; an exception leaves no file behind.
-
-        Result: the path. Equal figures give equal files. Raises MechanismError if the name has another
-        ending, or there is no such theme.
-        """
+        """Write the page as PNG, SVG or PDF; an exception leaves no file behind."""
         target = Path(path)
         file_format = target.suffix.lower().removeprefix(".")
         if file_format not in _METADATA_WITHOUT_DATE:

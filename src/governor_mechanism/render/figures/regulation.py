@@ -93,10 +93,7 @@ def _draw_onset(page: Page, study: CyclicMotionStudy, excess: FloatArray, amplit
 
 
 def clearance_figure(*studies: ClearanceStudy) -> Page:
-    """Draw the sleeve amplitude over that without clearance, against clearance, one line per study.
-
-    Raises MechanismError if a scene has no cyclic sleeve motion without clearance.
-    """
+    """Draw the sleeve amplitude over that without clearance, against clearance, one line per study."""
     for study in studies:
         if study.amplitude_without_clearance == 0:
             raise MechanismError(

@@ -274,10 +274,7 @@ def _draw_panels(
 
 
 def diagnostics_figure(run: Trajectory) -> Page:
-    """Draw what is zero in an exact run: the widest joint gap, and the change of the energy that is not explained by work and losses.
-
-    Result: the figure; `save` writes it. Raises MechanismError if the run has no reported time.
-    """
+    """Draw what is zero in an exact run: the widest joint gap, and the change of the energy that is not explained by work and losses."""
     _check_times(run)
     height = 2 * _ROW_HEIGHT + 0.85
     page = Page(_FIGURE_WIDTH, height)

@@ -50,10 +50,7 @@ def work_precision_figure(
     # relative error to mark, with the cheapest setting of each variant that reaches it
     requested_error: float | None = None,
 ) -> Page:
-    """Draw error against time for every setting.
-
-    Result: the figure; `save` writes it.
-    """
+    """Draw error against time for every setting; `save` writes it."""
     page = Page(8.4, 5.6)
     panel = _add_panel(page, study, requested_error)
     shown = [variant for variant in study.variants if variant.points]
@@ -218,10 +215,7 @@ _TIME_NOISE_RATIO = 0.1
 
 
 def effect_ablation_figure(study: EffectsStudy) -> Page:
-    """Draw the largest change of any reading by each effect, the requested accuracy, and the time of each effect.
-
-    Result: the figure; `save` writes it.
-    """
+    """Draw the largest change of any reading by each effect, the requested accuracy, and the time of each effect; `save` writes it."""
     rows_height = _ROW_HEIGHT * max(len(study.rows), 1)
     height = _HEADER_HEIGHT + rows_height
     page = Page(_FIGURE_WIDTH, height)

@@ -21,10 +21,7 @@ _OF_PARTS = ("labels", "forces", "traces", "paths", "layers", "view", "exaggerat
 
 
 def require_suitable_options(options: FilmOptions, scenes: Sequence[Scene], suffix: str) -> None:
-    """Check that a film can show what is requested.
-
-    Raises MechanismError if the format or the scenes do not take an option, or the format shows one run only.
-    """
+    """Check that a film can show what is requested."""
     if suffix == PAGE_SUFFIX:
         _require_page(options, len(scenes))
     if suffix == DRAWING_SUFFIX:
@@ -57,10 +54,7 @@ def _require_points(options: FilmOptions, scene: Scene) -> None:
 def require_video_writer(
     suffix: str = ".mp4",  # ending of the file's name
 ) -> None:
-    """Check that videos can be written; call it before long work.
-
-    Raises MechanismError if imageio-ffmpeg is not installed.
-    """
+    """Check that videos can be written; call it before long work; raise MechanismError if imageio-ffmpeg is not installed."""
     try:
         import_module("imageio_ffmpeg")
     except ImportError as missing:

@@ -320,11 +320,7 @@ def write_still(
     size: int = 720,
     part: str | None = None,  # name of the part to show. None shows all parts, as in a film
 ) -> Path:
-    """Write one frame of the film of a run as a picture.
-
-    Result: path of the picture. No file is left behind if an exception is raised. Raises MechanismError if
-    the name of the file, the time or the size is not valid, or nothing was reported.
-    """
+    """Write one frame of the film of a run as a picture."""
     target = Path(path)
     if target.suffix.lower() != ".png":
         raise MechanismError(f"a picture's name must end in .png; got {target.name!r}")

@@ -40,10 +40,7 @@ def write_animation(
     duration: float,  # duration of the film, s
     n_frames: int,  # number of its frames, at equal times from the start to the end
 ) -> None:
-    """Write the frames of a canvas as an animated drawing that repeats.
-
-    Raises MechanismError if so much moves that the file would be too large.
-    """
+    """Write the frames of a canvas as an animated drawing that repeats."""
     writer = _Writer(canvas, duration, n_frames)
     width, height = (round(float(inches) * FRAME_DPI) for inches in canvas.figure.get_size_inches())
     background = re.sub(r'width="[^"]*pt" height="[^"]*pt"', f'width="{width}" height="{height}"', _draw_background(canvas), count=1)

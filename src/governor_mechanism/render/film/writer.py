@@ -172,11 +172,7 @@ def choose_gif_settings(
     film: FilmFrames,
     lowest_rate: float = 0.0,  # lowest frame rate (1/s) with which its motion is still understood
 ) -> tuple[float, bool]:
-    """Return the highest rate (1/s) up to that of the film with which its file is small enough, or the lowest that is allowed.
-
-    Results: float, the frame rate, 1/s; bool, whether the file is to have few colours; only if it would be
-    too large at the frame rate of the film.
-    """
+    """Return the highest rate (1/s) up to that of the film with which its file is small enough, or the lowest that is allowed."""
     n_frames = len(film.delays)
     if n_frames < 2 * _N_PROBES:
         return film.frame_rate, False

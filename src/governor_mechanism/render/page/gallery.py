@@ -82,10 +82,7 @@ def make_gallery(
     runs: Sequence[tuple[str, Trajectory]],
     heading: str,
 ) -> str:
-    """Return the index of pages as an HTML document.
-
-    Result: the document; the names of the pages are relative to its folder.
-    """
+    """Return the index of pages as an HTML document; the names of the pages are relative to its folder."""
     cards = [_make_card(name, run) for name, run in runs]
     groups: defaultdict[str, list[str]] = defaultdict(list)
     for card in cards:

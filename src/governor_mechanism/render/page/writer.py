@@ -144,11 +144,7 @@ def write_page(
     time_span: Vec2,  # start and end of the shown part of the run, s
     slow_down: float,  # seconds of film per second of the run, at first
 ) -> Path:
-    """Write a run as one interactive HTML file.
-
-    Result: path of the file. No file is left behind if an exception is raised. Raises MechanismError if there
-    is no such part, or the file cannot be written.
-    """
+    """Write a run as one interactive HTML file; raise MechanismError if there is no such part, or the file cannot be written."""
     text = make_page(run, part=part, paths=paths, time_span=time_span, slow_down=slow_down)
     with atomic_write(path) as temporary:
         temporary.write_text(text, encoding="utf-8")

@@ -74,10 +74,7 @@ def hold_given_values(
     given_angles: Mapping[str, float],  # angles that the file writes, by body, rad
     at: tuple[str, ...] = (),
 ) -> tuple[Mechanism, list[str]]:
-    """Return a mechanism that is held where drives, start values and given angles determine it, and in words what holds it.
-
-    Raises MechanismError for a start value that is no number, or a body that does not exist.
-    """
+    """Return a mechanism that is held where drives, start values and given angles determine it, and in words what holds it."""
     words = [name for name, value in start.values.items() if isinstance(value, str)]
     if words:
         raise MechanismError(f"the assemblies at start.{words[0]} = {start.values[words[0]]!r} are not listed; give a number")

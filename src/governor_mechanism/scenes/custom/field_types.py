@@ -258,10 +258,7 @@ def parse_moving_point(
     name: str,
     position: object,  # both coordinates as written: a length, a table or a formula
 ) -> tuple[SketchedBody, list[Joint]]:
-    """Return a moving point of the ground: a massless body, and the drivers of its coordinates.
-
-    Results: SketchedBody, the body where it is at 0 s; list of Joint, its drivers along x and y.
-    """
+    """Return a moving point of the ground: a massless body, and the drivers of its coordinates."""
     if not isinstance(position, list | tuple) or len(position) != 2:
         raise wrong_value(position, "must be [x, y], each a length or a motion")
     motions = parse_each(_parse_coordinate, position, paths=[f"{KEY} x:", f"{KEY} y:"])

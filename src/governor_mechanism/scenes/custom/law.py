@@ -172,10 +172,7 @@ def parse_law(
     dimensions: Mapping[str, Dimension],
     dimension_table: DimensionTable,
 ) -> Law:
-    """Return the law of [law].
-
-    Raises MechanismError with a `Problem` for each mistake.
-    """
+    """Return the law of [law]; raise MechanismError with a `Problem` for each mistake."""
     if readings is None:  # a mistake elsewhere, without which more is known
         raise MechanismError
     kinds = {reading.name: reading.quantity for reading in readings} | {TIME_VARIABLE: "time"}

@@ -448,11 +448,7 @@ def parse_valve(
     readings: Sequence[Reading] | None,  # readings of the mechanism, or None if not all are known
     joints: Iterable[Joint],
 ) -> Valve:
-    """Return the valve of [valve].
-
-    Result: the valve, which names the driver of its crank. Raises MechanismError with a `Problem` for each
-    mistake.
-    """
+    """Return the valve of [valve], which names the driver of its crank."""
     drivers = tuple(joint.name for joint in joints if isinstance(joint, RotationalDriver))
     kinds = None if readings is None else {reading.name: reading.quantity for reading in readings}
     given = VALVE.read(table, ValveContext(kinds, drivers))

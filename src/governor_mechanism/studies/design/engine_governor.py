@@ -224,10 +224,7 @@ class GovernorDesign(Recorded):
 
 
 def design_governor(inputs: GovernedEngineInputs) -> GovernorDesign:
-    """Return the governor whose equilibrium speeds at full load and without load are the wanted ones.
-
-    Raises MechanismError if the geometry cannot give the droop, or the gear ratio not the speed.
-    """
+    """Return the governor whose equilibrium speeds at full load and without load are the wanted ones."""
     offset, no_load_angle = _geometry(inputs)
     gear_ratio, mass_ratio = _gear_and_mass_ratio(inputs, offset)
     wanted = INSENSITIVITY_PER_DROOP * inputs.droop if inputs.insensitivity is None else inputs.insensitivity

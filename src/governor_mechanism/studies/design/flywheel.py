@@ -242,10 +242,7 @@ class FlywheelDesign(Design):
 def design_flywheel(
     inputs: FlywheelInputs = PAPER_INPUTS,  # the inputs; by default the paper's
 ) -> FlywheelDesign:
-    """Design a flywheel by the procedure of the paper, or find the fluctuation of a given one.
-
-    Raises MechanismError if the inputs are not valid, or the engine cannot carry its load.
-    """
+    """Design a flywheel by the procedure of the paper, or find the fluctuation of a given one."""
     require_valid(inputs, alternatives=_contradictions)  # AirEngine validates the inputs of the engine
     engine = inputs.engine()
     extremes = energy_fluctuation(engine)
@@ -445,10 +442,7 @@ class PaperComparison(Recorded):
 
 
 def compare_with_paper() -> PaperComparison:
-    """Return all numbers of the paper, recomputed.
-
-    Result: the numbers, the terms of the bracket, and the flywheels that follow.
-    """
+    """Return all numbers of the paper, recomputed, with the terms of the bracket and the flywheels that follow."""
     extremes = energy_fluctuation(PAPER_ENGINE)
     exact_terms = bracket_terms(PAPER_ENGINE, slowest_angle=extremes.slowest_angle, fastest_angle=extremes.fastest_angle)
     return PaperComparison(

@@ -208,11 +208,7 @@ def change_times(design: GovernedEngineDesign) -> tuple[float, float]:
 
 @np.errstate(all="ignore")  # results that are not finite are refused in a sentence
 def design_governed_engine(inputs: GovernedEngineInputs = DEFAULT_INPUTS) -> GovernedEngineDesign:
-    """Design an engine with its flywheel, governor, throttle rod and dashpot.
-
-    Raises MechanismError if the inputs are not valid, the pressures give no work, or the governor cannot have
-    the droop.
-    """
+    """Design an engine with its flywheel, governor, throttle rod and dashpot."""
     validate_inputs(inputs)
     engine, bore = _size_cylinders(inputs)
     governor = design_governor(inputs)

@@ -208,11 +208,7 @@ def build_governor(
 
 
 def design_hartnell(inputs: HartnellInputs = DEFAULT_INPUTS) -> HartnellDesign:
-    """Design the spring of a Hartnell governor for two speeds.
-
-    Raises MechanismError if the inputs are not valid, or no spring of positive rate and compression holds the
-    two speeds.
-    """
+    """Design the spring of a Hartnell governor for two speeds."""
     resolved, travel = resolve_inputs(inputs)
     governor = build_governor(resolved)
     speeds = (resolved.lowest_speed, resolved.highest_speed)
@@ -247,12 +243,7 @@ _UNSTABLE = (
 
 
 def resolve_inputs(inputs: HartnellInputs) -> tuple[HartnellInputs, Travel]:
-    """Return the inputs with pivots and outer radius or lift filled in, and the travel.
-
-    Result: inputs without None, and the travel. Raises MechanismError with one sentence per mistake: a value
-    that is not positive, radii in the wrong order, a lift that the arms do not give, or speeds that do not
-    rise.
-    """
+    """Return the inputs with pivots and outer radius or lift filled in, and the travel; raise MechanismError with all mistakes."""
     require_valid(inputs, _contradictions)
     placed = replace(inputs, pivot_radius=inputs.inner_radius if inputs.pivot_radius is None else inputs.pivot_radius)
     if problems := [*_place_problems(placed)]:

@@ -203,10 +203,7 @@ class HartungDesign(Design):
 def design_hartung(
     inputs: HartungInputs = PAPER_INPUTS,  # the inputs; by default the paper's
 ) -> HartungDesign:
-    """Design a Hartung governor by the procedure of the paper.
-
-    Raises MechanismError if no governor can be built from the inputs.
-    """
+    """Design a Hartung governor by the procedure of the paper; raise MechanismError if no governor can be built from the inputs."""
     _max_bell_crank_angle(inputs)  # raises for a swing that is too large
     require_valid(inputs, _contradictions)
     inner_radius = inputs.rest_radius
@@ -273,10 +270,7 @@ def build_hartung_layout(
     # sleeve arm of the bell crank, m; None: hangers symmetric about the axis
     sleeve_arm: float | None = None,
 ) -> HartungLayout:
-    """Return the governor with a given bell crank and its forces over the stroke.
-
-    Raises MechanismError if the lever would pass its change point, or springs cannot follow the line.
-    """
+    """Return the governor with a given bell crank and its forces over the stroke."""
     if sleeve_arm is None:
         sleeve_arm = float(formulas.symmetric_sleeve_arm(fulcrum_radius=inputs.fulcrum_radius, angle=angle, swing=inputs.swing))
     governor = inputs.governor(angle, sleeve_arm)

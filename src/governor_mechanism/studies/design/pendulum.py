@@ -389,10 +389,7 @@ def design_pendulum(
     # the inputs; by default a Porter governor with arms as long as the radius of curvature
     inputs: PendulumInputs = DEFAULT_INPUTS,
 ) -> PendulumDesign:
-    """Design a pendulum governor by Zehnder's procedure.
-
-    Raises MechanismError if the inputs are not valid, or no such governor reaches the highest speed.
-    """
+    """Design a pendulum governor by Zehnder's procedure."""
     resolved, requirement = resolve_inputs(inputs)
     start = _place_start(resolved, requirement)
     arm, offset = _choose_arm(resolved, requirement, start)
@@ -416,11 +413,7 @@ def design_pendulum(
 
 
 def resolve_inputs(inputs: PendulumInputs) -> tuple[PendulumInputs, Requirement]:
-    """Return the inputs with the values of their kind, and what the procedure starts from.
-
-    Result: inputs without None but for the geometry, and the requirement. Raises MechanismError with one
-    sentence per mistake.
-    """
+    """Return the inputs with the values of their kind, and the requirement from which the procedure starts."""
     kind = GovernorKind(inputs.kind)
     porter = {"lowest_speed": 120 * RPM, "highest_speed": 126 * RPM, "mass_ratio": 4.0, "resistance": 6 * KILOGRAM_FORCE_1853}
     watt = {"lowest_speed": 60 * RPM, "highest_speed": 63 * RPM, "mass_ratio": 0.0, "resistance": KILOGRAM_FORCE_1853}

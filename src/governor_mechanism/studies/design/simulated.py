@@ -128,11 +128,7 @@ def compare_statics(quantity: str, unit: str, wanted: float, found: float, by: s
 
 
 def simulate_hartnell(design: HartnellDesign) -> SimulatedMachine:
-    """Evaluate the statics of the designed machine, and run its scene.
-
-    Result: the numbers beside the wanted ones, and the run. Raises MechanismError if the simulated machine
-    has no working range between its stops.
-    """
+    """Evaluate the statics of the designed machine beside the wanted numbers, and run its scene."""
     scene = design.scene
     run = run_uncertified(scene)
     return SimulatedMachine(numbers=(*_hartnell_statics(design, scene), _hartnell_rest(design, scene, run)), run=run)
@@ -175,11 +171,7 @@ def _hartnell_rest(design: HartnellDesign, scene: Scene, run: Trajectory) -> Com
 
 
 def simulate_pendulum(design: PendulumDesign) -> SimulatedPendulum:
-    """Evaluate the statics of the designed machine, and run its scene.
-
-    Result: the numbers beside the wanted ones, and the run. Raises MechanismError if the run does not reach
-    its end, or the sleeve never moves.
-    """
+    """Evaluate the statics of the designed machine beside the wanted numbers, and run its scene."""
     scene = design.scene
     run = run_uncertified(scene)
     time = next((event.time for event in run.events if event.kind is EventKind.SLIP), None)
@@ -321,11 +313,7 @@ def _sleeve_motion(study: LoadChangeStudy) -> float:
 
 
 def simulate_governed_engine(design: GovernedEngineDesign) -> SimulatedEngine:
-    """Simulate a fall of the load from the rated torque to the half.
-
-    Result: the responses with the mean torque of the air, with its cyclic torque, and with the resistance at
-    the sleeve too. Raises MechanismError if a run does not reach its end, or the machine has no equilibrium.
-    """
+    """Simulate a fall of the load from the rated torque to the half."""
     begin, end = change_times(design)
     options: tuple[dict[str, bool], ...] = {"mean_torque": True}, {}, {"with_resistance": True}
     parsed = [parse_scene_document(design.fill_scene(design.scene_values(**one))) for one in options]
@@ -413,11 +401,7 @@ def simulate_wheels(
     design: FlywheelDesign,
     comparison: PaperComparison | None = None,  # the paper's numbers, if the design is that of the paper
 ) -> SimulatedWheels:
-    """Simulate the engine over two turns with the flywheel of a design, or with those by each of the paper's sums.
-
-    Result: how the flywheels ran. Raises MechanismError if a run does not reach its end, or the shaft makes
-    no complete turn.
-    """
+    """Simulate the engine over two turns with the flywheel of a design, or with those by each of the paper's sums."""
     wheels = [(wheel.sized_by, wheel.inertia) for wheel in comparison.wheels] if comparison else [("design", design.inertia)]
     return SimulatedWheels(_simulate_wheel(design, sized_by, inertia) for sized_by, inertia in wheels)
 

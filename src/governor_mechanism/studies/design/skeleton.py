@@ -120,10 +120,7 @@ def change_inputs(
     # function of the name of an input that returns it as the user writes it, for messages
     spell: Callable[[str], str] = str,
 ) -> _Inputs:
-    """Return inputs with some replaced.
-
-    Raises MechanismError with one sentence per change that is not valid.
-    """
+    """Return inputs with some replaced; raise MechanismError with one sentence per change that is not valid."""
     known = {one.name: one.metadata for one in fields(defaults)}
     values: dict[str, float | str | None] = {}
     collector = ProblemCollector()
@@ -164,10 +161,7 @@ def parse_assignments(
     # values by the names of inputs: the text "14 mm" by "wire" for the option --wire
     options: Mapping[str, str] | None = None,
 ) -> _Inputs:
-    """Return inputs with the assignments of the option --with, and those given as options of their own, applied.
-
-    Raises MechanismError with one sentence per assignment that is not valid.
-    """
+    """Return inputs with the assignments of the option --with, and those given as options of their own, applied."""
     changes: dict[str, object] = {}
     given = options or {}
     collector = ProblemCollector()

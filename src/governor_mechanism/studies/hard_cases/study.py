@@ -207,10 +207,7 @@ def run_hard_cases(
     # called with the number of finished values and the number of all
     progress: Callable[[int, int], None] | None = None,
 ) -> HardCasesReport:
-    """Run hard cases by every engine over their hard parameters.
-
-    Result: one row per case, value and engine. Raises MechanismError if a name is unknown.
-    """
+    """Run hard cases by every engine over their hard parameters, with a row for each case, value and engine."""
     cases = tuple(_find_case(name) for name in names) or tuple(HARD_CASES.values())
     if short:
         cases = tuple(replace(case, values=case.short_values) for case in cases)

@@ -248,11 +248,7 @@ class GovernedEngine:
         self,
         torque: float,  # load, N m
     ) -> OperatingPoint:
-        """Return the equilibrium under a load.
-
-        Result: the equilibrium; the one with the lowest sleeve if there are several. Raises MechanismError if
-        there is none: the engine would stall, or run away.
-        """
+        """Return the equilibrium under a load; the one with the lowest sleeve if there are several."""
         curve = self.characteristic
         is_known = np.isfinite(curve.shaft_speed)
         difference = np.where(is_known, curve.torque - torque, np.nan)
@@ -301,10 +297,7 @@ class GovernedEngine:
         coordinates: FloatArray,  # coordinate of the governor, SI; shape (n,)
         shaft_speeds: FloatArray,  # speed of the shaft, rad/s; shape (n,)
     ) -> FloatArray:
-        """Return the force along the sleeve that weights, springs and centrifugal forces leave unbalanced.
-
-        Result: force, N, positive upward; shape (n,).
-        """
+        """Return the force along the sleeve that weights, springs and centrifugal forces leave unbalanced; shape (n,)."""
         reduction, low, high = self._reduction, float(coordinates.min()), float(coordinates.max())
         grid = np.linspace(low, high, N_FORCE_POINTS) if high > low else np.array([low])
         coefficients = reduction.evaluate(grid)
@@ -330,10 +323,7 @@ class GovernedEngine:
         angles: FloatArray,  # angle of the shaft, rad; shape (n,)
         speeds: FloatArray,  # speed of the shaft, rad/s; shape (n,)
     ) -> float:
-        """Return the work that the load takes along a motion, J.
-
-        Result: work: exact for a load in steps, else with the error of the reported times.
-        """
+        """Return the work that the load takes along a motion, J."""
         load = self.load.fraction
         changes = [one for one in dict.fromkeys(load.times) if times[0] < one < times[-1]]
         work = 0.0

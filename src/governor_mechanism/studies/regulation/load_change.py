@@ -303,10 +303,7 @@ class LoadChangeStudy(Result):
 
 
 def parse_load_step(load_step: object) -> tuple[float, float]:
-    """Return the loads before and after a change, relative to the rated torque.
-
-    Raises MechanismError if there are not two.
-    """
+    """Return the loads before and after a change, relative to the rated torque; raise MechanismError if there are not two."""
     items = load_step.split(":") if isinstance(load_step, str) else load_step
     if not isinstance(items, Sequence) or len(items) != 2:
         raise MechanismError(f'a change of the load is two fractions of the rated torque, as "100%:50%"; found {format_value(load_step)}')
@@ -332,11 +329,7 @@ def study_load_change(
     engine: str = "auto",
     accuracy: float | None = None,  # accuracy of the run; that of the scene if None
 ) -> LoadChangeStudy:
-    """Run a governed engine whose load changes, from the equilibrium under the first load, and measure the response.
-
-    Raises MechanismError if the scene is no governed engine, the first load has no equilibrium, or an
-    argument is wrong.
-    """
+    """Run a governed engine whose load changes, from the equilibrium under the first load, and measure the response."""
     begin, end = _change_times(scene, at, ramp)
     for fraction in fractions:
         if not fraction >= 0 or not math.isfinite(fraction):

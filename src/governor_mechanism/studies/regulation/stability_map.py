@@ -87,10 +87,7 @@ def find_periodic_motion(
     scene: Scene,  # scene of a governed engine without contacts on its governor
     torque: float,  # load, N m
 ) -> PeriodicMotion:
-    """Return the periodic motion of a governed engine under a constant load.
-
-    Raises MechanismError if the load has no equilibrium, or no periodic motion is found near it.
-    """
+    """Return the periodic motion of a governed engine under a constant load."""
     governed = GovernedEngine(GovernedEngine(scene).with_constant_load(torque))
     return _TurnMap(governed, governed.operating_point(torque)).solve()
 
@@ -177,10 +174,7 @@ def _with_start(scene: Scene, governed: GovernedEngine, state: FloatArray, durat
 
 
 def characteristic_coefficients_of(governed: GovernedEngine, point: OperatingPoint) -> CharacteristicCoefficients | None:
-    """Return the polynomial of the loop with mean torque, by Vyshnegradskii's theory with the reaction of the governor.
-
-    Result: coefficients; None unless the governor is a pendulum whose only effects are a linear dashpot on its sleeve, and stops.
-    """
+    """Return the polynomial of the loop with mean torque, by Vyshnegradskii's theory with the reaction of the governor."""
     part = next(one for one in governed.scene.parts if one.name == governed.governor)
     dashpots = [one for one in part.effects if isinstance(one, Dashpot)]
     others = [one for one in part.effects if not isinstance(one, Dashpot | Gravity | Centrifugal | Stops)]
@@ -326,10 +320,7 @@ def map_stability(
     n_workers: int = 1,
     progress: Callable[[int, int], None] | None = None,  # called with the numbers of points done and of all
 ) -> StabilityMap:
-    """Return the stability of a governed engine over two parameters, under its last load.
-
-    Raises MechanismError if the scene is no governed engine, its cut-off moves, or the parameters are wrong.
-    """
+    """Return the stability of a governed engine over two parameters, under its last load."""
     if not scene.document:
         raise MechanismError("a stability map needs a scene from a file or a document, whose keys can be varied")
     governed = GovernedEngine(scene)

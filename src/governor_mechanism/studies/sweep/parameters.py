@@ -29,10 +29,7 @@ def find_scene_value(
     key: str,  # dotted key; an item of a list is meant by its name or its number, counted from 1
     kind: str | None,  # kind of quantity; None if only words are allowed
 ) -> float | str | bool | None:
-    """Return the value at a dotted key of a document.
-
-    Result: a number in SI or a word; None if the document leaves the key out, or has something else there.
-    """
+    """Return the value at a dotted key of a document."""
     value: Any = document
     for name in key.split("."):
         value = _find_item(value, name)
@@ -154,10 +151,7 @@ class AxisGrid:
 
 
 def parse_axes(document: Mapping[str, Any], vary: Mapping[str, Any] | Sequence[str]) -> tuple[SweepAxis, ...]:
-    """Return the axes of "key=first:last:count", "key=value,value", or a mapping of keys to lists of values.
-
-    Raises MechanismError with a message for each key that does not exist or changes nothing, malformed range or list, and wrong unit.
-    """
+    """Return the axes of "key=first:last:count", "key=value,value", or a mapping of keys to lists of values."""
     collector, axes = ProblemCollector(), []
     requests = _parse_axis_requests(vary, collector)
     for request in requests:

@@ -125,10 +125,7 @@ QuantityRequest = Mapping[str, "str | Callable[[Trajectory], float]"] | Sequence
 def parse_quantities(
     scene: Scene, requested: Mapping[str, Any] | Sequence[str], accuracy: float | None, *, certify: bool
 ) -> tuple[RunQuantity, ...]:
-    """Return the requested quantities.
-
-    Raises MechanismError with a message for each quantity that is unknown, occurs twice, or cannot be sent to a process.
-    """
+    """Return the requested quantities."""
     if isinstance(requested, str) or not isinstance(requested, Mapping | Sequence) or not requested:
         raise MechanismError(
             f"quantities must be a list of names, as ['max arm_angle'], or map names to functions; found {format_value(requested)}"

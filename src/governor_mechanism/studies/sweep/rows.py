@@ -204,10 +204,7 @@ class RowEnding(Recorded):
 def find_endings(
     rows: SweepRows,  # the rows of a sweep, all of which are computed
 ) -> tuple[RowEnding, ...]:
-    """Return the endings of rows, in the order in which they occur first.
-
-    Result: endings; none if every row ran to its end and has all its numbers.
-    """
+    """Return the endings of rows, in the order in which they occur first; none if every row ran to its end and has all its numbers."""
     found: list[RowEnding] = []
     outcomes = rows.outcomes
     for outcome in rows.first_rows:

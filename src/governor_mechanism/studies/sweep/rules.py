@@ -175,10 +175,7 @@ def _evaluate(nodes: FloatArray, coefficients: list[FloatArray], arguments: Floa
 
 
 def mean_value(samples: ReadingSamples, turning_points: TurningPoints) -> float:
-    """Return the mean of a reading over time: over its whole oscillations if it oscillates, and over the run otherwise.
-
-    Result: the mean, SI; exact for cubics between the times of a position.
-    """
+    """Return the mean of a reading over time: over its whole oscillations if it oscillates, and over the run otherwise."""
     times, values, rates = samples.times, samples.values, samples.rates
     span = turning_points.whole_oscillations()
     if span is not None:

@@ -55,10 +55,7 @@ def journal_path(
     folder: Path,
     source: str,  # path of the scene file; empty for a scene without a file
 ) -> Path:
-    """Return the path of the journal of a sweep.
-
-    Result: the journal, which exists while the sweep runs.
-    """
+    """Return the path of the journal of a sweep, which exists while the sweep runs."""
     return folder / f"{Path(source).stem or 'scene'}_sweep.part"
 
 
@@ -138,10 +135,7 @@ class SweepFiles:
 
 
 def count_journal_rows(path: Path) -> int:
-    """Return the number of finished rows in a journal.
-
-    Result: complete lines after the one that identifies the sweep.
-    """
+    """Return the number of finished rows in a journal: complete lines after the one that identifies the sweep."""
     with path.open("rb") as journal:
         return max(sum(line.endswith(b"\n") for line in journal) - 1, 0)
 
@@ -176,10 +170,7 @@ TRIAL_ACCURACY = 1e-3
 def choose_quantities(
     scene: Scene,  # the scene as it is before a key is varied
 ) -> tuple[list[str], str]:
-    """Return the names of the quantities that characterise the motion of a scene, and the reason for them.
-
-    Results: names, names of quantities; reason, a clause, as "nothing damps the motion".
-    """
+    """Return the names of the quantities that characterise the motion of a scene, and the reason for them."""
     readings = find_reading_units(scene)
     if has_valve_events(scene):
         slip = [f"span {SLIP_READING}"] if SLIP_READING in readings else []
@@ -280,10 +271,7 @@ def make_task(
     workers: int,
     cluster: Any,
 ) -> SweepTask:
-    """Return the task of a sweep of a scene at every combination of values of its keys.
-
-    Raises MechanismError with a message for each mistake of the request.
-    """
+    """Return the task of a sweep of a scene at every combination of values of its keys."""
     collector = ProblemCollector()
     document = collector.attempt("", _require_unchanged_document, scene) or {}
     axes = (collector.attempt("", parse_axes, document, vary) if document else None) or ()
@@ -324,10 +312,7 @@ def run_sweep(
     out: str | Path | None,
     progress: SweepProgress | None,  # callback with the number of finished rows and of all rows
 ) -> Sweep:
-    """Run all rows of a task that are not on disk yet.
-
-    Result: rows and axes. Raises MechanismError if `out` holds another sweep.
-    """
+    """Run all rows of a task that are not on disk yet; raise MechanismError if `out` holds another sweep."""
     files = None if out is None else SweepFiles(Path(out), scene.source, task, task.settings)
     rows = SweepRows(math.prod(task.shape), len(task.quantities)) if files is None else files.read_finished_rows()
     _compute_missing_rows(rows, task, compute, files, progress or (lambda n_done, n_rows: None))

@@ -159,10 +159,7 @@ def find_computer_problems(
     workers: object,
     cluster: object,  # client or address of a scheduler, or None
 ) -> list[str]:
-    """Return a sentence for each mistake in where rows are to be computed.
-
-    Result: sentences; none if a sweep can be computed there.
-    """
+    """Return a sentence for each mistake in where rows are to be computed; none if a sweep can be computed there."""
     problems = []
     if not isinstance(workers, int) or isinstance(workers, bool) or workers < 1:
         problems.append(f"workers must be a whole number of at least 1; got {format_value(workers)}")
@@ -187,11 +184,7 @@ def row_computer(
     workers: int,
     cluster: Any,  # client or address of a scheduler; None computes the rows on this computer
 ) -> Iterator[RowComputer[SweepRow]]:
-    """Provide the function that computes the rows: in this process, in several ones, or on a cluster.
-
-    Raises MechanismError if dask.distributed is missing, no scheduler with a worker answers, or a worker has
-    other versions of the packages.
-    """
+    """Provide the function that computes the rows: in this process, in several ones, or on a cluster."""
     if cluster is None:
         yield compute_alone if workers == 1 else partial(compute_in_parallel, n_workers=workers)
         return
@@ -220,10 +213,7 @@ def find_versions() -> dict[str, str]:
 
 
 def require_same_versions(client: Any) -> None:
-    """Raise MechanismError unless a cluster has workers, and all of them have the versions that this process has.
-
-    Raises MechanismError with a sentence for each worker that differs.
-    """
+    """Raise MechanismError unless a cluster has workers, and all of them have the versions that this process has."""
     try:
         client.wait_for_workers(1, timeout=CONNECTION_TIMEOUT)
     except TimeoutError as error:

@@ -31,11 +31,7 @@ CHECKS = {
 
 
 def check_against_closed_forms(scene: Scene) -> CheckReport:
-    """Compare the simulation of a scene with every closed form that applies to its machine, or with the law that its file states.
-
-    Result: comparison rows, and notes on what is not checked. Raises MechanismError if there is no closed
-    form for the machine.
-    """
+    """Compare the simulation of a scene with every closed form that applies to its machine, or with the law that its file states."""
     machine = scene.part.machine
     if scene.part.law is not None:
         return check_law(scene)

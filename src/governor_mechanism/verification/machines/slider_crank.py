@@ -44,10 +44,7 @@ def check_slider_crank(scene: Scene) -> comparisons.Checks:
 
 
 def build_crank_train(scene: Scene) -> closed.CrankTrain:
-    """Return the closed form's crank train with the masses of the scene.
-
-    Result: crank, rod and masses; a rod without rod_centre and rod_inertia is uniform.
-    """
+    """Return the closed form's crank train with the masses of the scene."""
     dimensions = scene.part.dimensions
     masses = next((effect for effect in scene.effects if isinstance(effect, CrankMasses)), None)
     if masses is None:

@@ -50,10 +50,7 @@ MAX_REFUSALS = 3
 def kernel_quantities(
     scene: Scene,  # any scene. Quantities of statics are those of the part that turns with a spindle, alone
 ) -> Iterator[Quantity]:
-    """Yield all quantities of a scene that a kernel may compute.
-
-    Result: first those at given positions, then those of the whole scene, at last those over time.
-    """
+    """Yield the quantities that a kernel may compute: at given positions, then of the whole scene, at last over time."""
     for quantity, _ in _quantities_with_scenes(scene):
         yield quantity
 
@@ -99,11 +96,7 @@ def check_kernel(
     random: int | None = None,
     seed: int = 0,
 ) -> KernelReport:
-    """Compare a function with the simulation.
-
-    Result: one row per comparison. Raises MechanismError if an argument is wrong, nothing can be simulated,
-    or the kernel gives no number anywhere.
-    """
+    """Compare a function with the simulation; raise MechanismError if an argument is wrong, or there is no number anywhere."""
     if not allowed > 0:
         raise MechanismError(f"allowed is a relative tolerance above 0, such as 1e-6; got {allowed:g}")
     chosen, studied = _find_quantity(scene, quantity, over or {})
@@ -317,8 +310,5 @@ class QuantityListing(Result):
 
 
 def list_quantities(scene: Scene) -> QuantityListing:
-    """Return the quantities of a scene that a kernel may compute.
-
-    Result: the quantities; it prints as a table.
-    """
+    """Return the quantities of a scene that a kernel may compute; it prints as a table."""
     return QuantityListing(title=scene.title, quantities=tuple(kernel_quantities(scene)), constants=constant_units(scene))

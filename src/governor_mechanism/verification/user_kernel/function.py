@@ -124,10 +124,7 @@ def match_arguments(
     # our name by its name, with a unit if it is not SI, as {"alpha": "arm_angle in deg"}
     names: Mapping[str, str],
 ) -> dict[str, Series]:
-    """Return the arguments of a kernel by its own names, in the units that it wants.
-
-    Raises MechanismError if a parameter without a default has no value, or a name or unit is wrong.
-    """
+    """Return the arguments of a kernel by its own names, in the units that it wants."""
     parameters = _parameters_of(kernel)
     for theirs in names:
         if theirs not in parameters:
@@ -171,10 +168,7 @@ def call_kernel(
     # array must be that of its point alone
     is_history: bool = False,
 ) -> KernelResults:
-    """Call a kernel at all points, with arrays if it takes them.
-
-    Result: results and problems.
-    """
+    """Call a kernel at all points, with arrays if it takes them, and return results and problems."""
     defects: list[str] = []
     values = _call_with_arrays(kernel, arguments, count, defects) if count > 1 else None
     if values is not None and not is_history:
@@ -298,10 +292,7 @@ class SampleGroup:
 
 
 def parse_inputs(quantity: Quantity, over: Mapping[str, Any]) -> dict[str, FloatArray]:
-    """Return the values (n,) of each input in SI, as they are given; optional inputs that are not given are left out.
-
-    Raises MechanismError for an unknown or missing input, or values that are not understood.
-    """
+    """Return the values (n,) of each input in SI, as they are given; optional inputs that are not given are left out."""
     unknown = [name for name in over if name not in quantity.inputs]
     missing = [name for name, one in quantity.inputs.items() if one.default is None and name not in over]
     if unknown or missing:

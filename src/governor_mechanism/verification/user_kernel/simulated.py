@@ -33,10 +33,7 @@ def unit_factor(
     *,
     is_frequency: bool = False,  # whether the unit counts cycles of a frequency in rad/s: 1 Hz is 2 pi rad/s
 ) -> float:
-    """Return the SI value of one `unit`.
-
-    Raises MechanismError if the unit is unknown or of another kind.
-    """
+    """Return the SI value of one `unit`; raise MechanismError if the unit is unknown or of another kind."""
     if unit == si_unit:
         return 1.0
     if not unit.strip():

@@ -41,8 +41,5 @@ _FIGURES: Mapping[str, Callable[[Any, Any, Any], Mapping[str, Page]]] = {
 
 
 def design_figures(report: DesignReport) -> Mapping[str, Page]:
-    """Draw the figures of a design.
-
-    Result: the figures by the names of their files, without ending.
-    """
+    """Draw the figures of a design, by the names of their files without ending."""
     return _FIGURES[report.design.machine](report.design, report.simulated, report.paper)

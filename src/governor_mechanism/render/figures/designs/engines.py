@@ -44,10 +44,7 @@ def draw_flywheel_plate(
     # its terms are printed
     comparison: PaperComparison | None = None,
 ) -> Plate:
-    """Draw the plate of a design.
-
-    Result: the figure; `save` writes it.
-    """
+    """Draw the plate of a design; `save` writes it."""
     captions = (*_CAPTIONS, _WORK_CAPTION if comparison is None else _BRACKET_CAPTION)
     title = "Flywheel of an air-expansion engine"
     plate = EnginePlate("Redtenbacher’s flywheel", title, "after Die Luftexpansions-Maschine, Mannheim 1853", captions)
@@ -185,10 +182,7 @@ _LOAD_COLOURS = (VERMILLION, GREEN, INK)
 
 
 def governed_engine_figure(design: GovernedEngineDesign, simulated: SimulatedEngine) -> Page:
-    """Draw the figure of a design.
-
-    Result: the figure; `save` writes it.
-    """
+    """Draw the figure of a design; `save` writes it."""
     page = Page(11.0, 8.0, fill_places(_TITLE, design), fill_places(_SUBTITLE, design).replace(" -", " −"), dpi=110, subtitle_y=0.912)
     _draw_speed(page.add_panel(_SPEED_RECT, "Sleeve lift [mm]", "Equilibrium speed of the shaft [rpm]"), design)
     _draw_plane(page.add_panel(_PLANE_RECT, "$x = a/c^{1/3}$", "$y = b/c^{2/3}$"), design)

@@ -54,10 +54,7 @@ _DOWN = -math.pi / 2
 
 
 def pendulum_figure(design: PendulumDesign, simulated: SimulatedPendulum) -> Page:
-    """Draw the figure of a design.
-
-    Result: the figure; `save` writes it.
-    """
+    """Draw the figure of a design; `save` writes it."""
     joint = "" if design.inputs.joint_ratio == 1 else fill_places(", joint at {joint_length:.4g mm}", design.governor)
     subtitle = fill_places(_SUBTITLE, design, joint=joint).replace(" -", " −")
     page = Page(11.5, 8.0, design.scene.title, subtitle, dpi=110, subtitle_y=0.912)
@@ -218,10 +215,7 @@ _HARTNELL_SUBTITLE = (
 
 
 def hartnell_figure(design: HartnellDesign) -> Page:
-    """Draw the figure of a design.
-
-    Result: the figure; `save` writes it.
-    """
+    """Draw the figure of a design; `save` writes it."""
     page = Page(9.6, 5.4, design.scene.title, fill_places(_HARTNELL_SUBTITLE, design), dpi=120, subtitle_y=0.895)
     angles = np.linspace(*design.travel.arm_angles, _N_HARTNELL_POINTS)
     _draw_force(page.add_panel((0.075, 0.145, 0.395, 0.575), "Radius of the balls [mm]", "Force on each ball [N]"), design, angles)
@@ -296,10 +290,7 @@ def spring_lines_figure(
     # whether to plot the points of Dubois' table and mark its misprint (his Figs. 12 and 13)
     with_printed_points: bool = False,
 ) -> Page:
-    """Draw the astatic spring forces at both speeds, and the straight spring line between them.
-
-    Result: the figure; `save` writes it.
-    """
+    """Draw the astatic spring forces at both speeds, and the straight spring line between them; `save` writes it."""
     layout, inputs = design.layout, design.inputs
     slow, fast = (f"{speed / RPM:.4g} rpm" for speed in (inputs.slow_speed, inputs.fast_speed))
     page = _new_page("Astatic spring forces", f"and the effective spring from {slow} inside to {fast} outside")
@@ -321,10 +312,7 @@ def spring_lines_figure(
 
 
 def sleeve_force_figure(design: HartungDesign) -> Page:
-    """Draw the static sleeve force over the stroke, for several bell-crank angles and the best one.
-
-    Result: the figure; `save` writes it.
-    """
+    """Draw the static sleeve force over the stroke, for several bell-crank angles and the best one; `save` writes it."""
     layouts = [(angle, build_hartung_layout(design.inputs, math.radians(angle))) for angle in _shown_angles(design)]
     page = _new_page("Uniformity of the static sleeve force", "each angle with straight spring lines through both speeds")
     labels = "Lever angle (outward) [deg]", "Static sleeve force S [kgf]"

@@ -89,10 +89,7 @@ def engine_plate_refusal(run: Trajectory) -> str:
 
 
 def draw_engine_plate(run: Trajectory) -> Plate:
-    """Draw the plate of a run over a turn at least.
-
-    Result: the figure; `save` writes it.
-    """
+    """Draw the plate of a run over a turn at least; `save` writes it."""
     plate = EnginePlate("Engine and flywheel", run.scene.title, f"engine {run.cost.engine}", _CAPTIONS)
     _draw_forces(plate, run)
     for index, (name, colour, gases) in enumerate(_cylinders(run)):

@@ -108,11 +108,7 @@ class IsochronousPlateData:
 
 
 def has_isochronous_parabolas(scene: Scene) -> bool:
-    """Return whether the plate can show a scene: a rhombic pendulum governor with gravity and centrifugal force.
-
-    Result: true for a pendulum governor with the balls at the joints, links as long as the arms and lugs
-    below the suspensions.
-    """
+    """Return whether the plate can show a scene: a rhombic pendulum governor with gravity and centrifugal force."""
     if len(scene.parts) != 1 or scene.part.machine != "pendulum_governor" or not (scene.gravity and scene.has_centrifugal):
         return False
     governor = PendulumGovernor(**scene.part.dimensions, gravity=scene.gravity)
@@ -179,10 +175,7 @@ _REASON = (
 def isochronous_figure(
     scene: Scene,  # scene of a rhombic pendulum governor; another scene raises MechanismError
 ) -> Plate:
-    """Draw Zehnder's plate for a scene with isochronous parabolas (`has_isochronous_parabolas`).
-
-    Result: the figure; `save` writes it.
-    """
+    """Draw Zehnder's plate for a scene with isochronous parabolas (`has_isochronous_parabolas`); `save` writes it."""
     data = IsochronousPlateData(scene)
     plate = Plate("The isochronous parabolas and the governor’s circle", scene.title, _SOURCE, _CAPTIONS)
     family_labels = "Distance from the spindle axis [mm]", "Height above the vertex [mm]"
