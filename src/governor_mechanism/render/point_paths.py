@@ -36,15 +36,7 @@ def curve_shape(curves: Sequence[FloatArray]) -> Lines:
 
 
 class PointPaths:
-    """Paths of points of a part in the shown time: the whole curves, and behind each point its last second of film.
-
-    Attributes
-    ----------
-    curves
-        The whole curves, m; shape (sample times, 2).
-    places
-        Where the points are at the frames, m; shape (frames, 2).
-    """
+    """Paths of points of a part in the shown time: whole curves (sample times, 2), and places of the points at the frames (frames, 2), m."""
 
     def __init__(self, data: FrameData, names: Sequence[str] | None) -> None:
         self._data = data

@@ -42,6 +42,11 @@ class DeferredResults(Protocol):
         """Return the extreme speeds of shafts by the reading of their angle."""
 
 
+def _path_column(name: str, index: int, axis: str) -> Column:
+    """Return the column of a coordinate of a point."""
+    return Column(f"{name}.{axis}", unit="m", value=lambda run: run.paths[name][:, index])
+
+
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Trajectory(Result):
     """Result of a run.
@@ -139,8 +144,7 @@ class Trajectory(Result):
         for name in self.rates if rates else ():
             yield item_column(f"rate of {name}", "rates", name, unit=f"{self.units[name]}/s")
         for name in paths:
-            path = self.paths[name]
-            yield from (Column(f"{name}.{axis}", unit="m", value=lambda _, values=path[:, k]: values) for k, axis in enumerate("xy"))
+            yield from (_path_column(name, k, axis) for k, axis in enumerate("xy"))
 
     @cached_property
     def reactions(self) -> Mapping[str, Reaction]:

@@ -196,7 +196,7 @@ class DriveTravel:
 
     @cached_property
     def time_ratios(self) -> dict[str, float]:
-        """Time ratio of each reading with one stroke to and fro in a turn of the drive: the slower stroke over the faster one."""
+        """Time ratio of each reading with one stroke each way in a turn of the drive: the slower stroke over the faster one."""
         ratios = dict[str, float]()
         for name in dict.fromkeys(one.reading for one in self.dead_centres) if self.turns_fully else ():
             drives = [one.drive for one in self.dead_centres if one.reading == name]
