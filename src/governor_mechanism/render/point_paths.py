@@ -36,7 +36,7 @@ def curve_shape(curves: Sequence[FloatArray]) -> Lines:
 
 
 class PointPaths:
-    """Paths of points of a part in the shown time: whole curves (sample times, 2), and places of the points at the frames (frames, 2), m."""
+    """Paths of points in the shown time: whole curves (sample times, 2), and places of the points at the frames (frames, 2), m."""
 
     def __init__(self, data: FrameData, names: Sequence[str] | None) -> None:
         self._data = data
