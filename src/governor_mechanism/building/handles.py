@@ -134,18 +134,10 @@ OWN_POINTS: Final = ("origin", "centre")
 
 @dataclass(frozen=True)
 class BuiltPoint:
-    """A point of a body, or of the ground.
+    """A point of a body, or of the ground."""
 
-    Attributes
-    ----------
-    body
-        Name of the body.
-    reference
-        What scene files write for it: "body.point", or [body, x, y].
-    """
-
-    body: str
-    reference: str | tuple[str, Quantity, Quantity]
+    body: str  # name of the body
+    reference: str | tuple[str, Quantity, Quantity]  # what scene files write for it: "body.point", or [body, x, y]
 
     def __repr__(self) -> str:
         """Return the point as scene files write it."""
@@ -154,24 +146,12 @@ class BuiltPoint:
 
 @dataclass(frozen=True, eq=False)
 class BuiltBody:
-    """A body of a mechanism that is being built.
+    """A body of a mechanism that is being built."""
 
-    Attributes
-    ----------
-    name
-        Name of the body.
-    table
-        Its table in the document.
-    check
-        Check of a table that shall take the place of its own.
-    shape_points
-        Names of the points that its shape brings.
-    """
-
-    name: str
-    table: dict[str, Any]
-    check: Callable[[Mapping[str, Any]], None]
-    shape_points: tuple[str, ...] = ()
+    name: str  # name of the body
+    table: dict[str, Any]  # its table in the document
+    check: Callable[[Mapping[str, Any]], None]  # check of a table that shall take the place of its own
+    shape_points: tuple[str, ...] = ()  # names of the points that its shape brings
 
     @property
     def origin(self) -> BuiltPoint:

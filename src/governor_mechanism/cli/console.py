@@ -61,28 +61,16 @@ class PlainResult(Protocol):
 
 @dataclass(frozen=True)
 class CommandResult:
-    """What a command reports.
+    """What a command reports."""
 
-    Attributes
-    ----------
-    result
-        The result, which prints as text and is given as JSON; None for a command without one.
-    text
-        What is printed, line by line; by default the result.
-    values
-        What is printed with the option --json, after the values of the result.
-    files
-        The files that were written; None for a command that writes none.
-    ok
-        Whether the command reached its goal.
-    """
-
+    # the result, which prints as text and is given as JSON; None for a command without one
     result: PlainResult | None = None
     _: KW_ONLY
-    text: Sequence[object] | None = None
+    text: Sequence[object] | None = None  # what is printed, line by line; by default the result
+    # what is printed with the option --json, after the values of the result
     values: Mapping[str, object] = field(default_factory=dict)
-    files: Sequence[Path] | None = None
-    ok: bool = True
+    files: Sequence[Path] | None = None  # the files that were written; None for a command that writes none
+    ok: bool = True  # whether the command reached its goal
 
     def print(self, *, as_json: bool) -> None:
         """Print the result as one JSON object, or as text with the files that were written."""

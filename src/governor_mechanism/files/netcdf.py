@@ -176,24 +176,12 @@ _ATTRIBUTE_HEADER_SIZE: Final = 8
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class SavedArrays:
-    """What a netCDF file of a run holds.
+    """What a netCDF file of a run holds."""
 
-    Attributes
-    ----------
-    arrays
-        Arrays by the names of their variables; texts as lists.
-    long_names
-        Long names of the variables by name.
-    record
-        What is no array, in the types of JSON.
-    document
-        Document of the scene; empty if it has none.
-    """
-
-    arrays: Mapping[str, Any]
-    long_names: Mapping[str, str]
-    record: Mapping[str, Any]
-    document: Mapping[str, Any]
+    arrays: Mapping[str, Any]  # arrays by the names of their variables; texts as lists
+    long_names: Mapping[str, str]  # long names of the variables by name
+    record: Mapping[str, Any]  # what is no array, in the types of JSON
+    document: Mapping[str, Any]  # document of the scene; empty if it has none
 
 
 def write_netcdf(run: Trajectory, record: Mapping[str, Any], path: Path) -> None:

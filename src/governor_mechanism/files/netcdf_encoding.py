@@ -23,24 +23,12 @@ _MAX_SIZE: Final = 2**32 - 1
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class RunVariable:
-    """An array of a run.
+    """An array of a run."""
 
-    Attributes
-    ----------
-    name
-        Name of ASCII letters, digits and underscores.
-    dimensions
-        Names of the dimensions; none for a number.
-    values
-        Numbers in SI, or texts.
-    attributes
-        Unit, long name, and links to other variables.
-    """
-
-    name: str
-    dimensions: tuple[str, ...]
-    values: NDArray[Any]
-    attributes: Mapping[str, Any] = field(default_factory=dict)
+    name: str  # name of ASCII letters, digits and underscores
+    dimensions: tuple[str, ...]  # names of the dimensions; none for a number
+    values: NDArray[Any]  # numbers in SI, or texts
+    attributes: Mapping[str, Any] = field(default_factory=dict)  # unit, long name, and links to other variables
 
 
 def encode_netcdf(attributes: Mapping[str, str | NDArray[Any]], variables: Sequence[RunVariable]) -> bytes:

@@ -111,31 +111,16 @@ MIN_PARTICIPATION_RATIO = 1e-6
 
 @dataclass(frozen=True, kw_only=True)
 class StateHistory:
-    """States of a motion at n times.
+    """States of a motion at n times."""
 
-    Attributes
-    ----------
-    times
-        Times, s; shape (n,).
-    poses
-        Position (m) of the mass centre and angle (rad) of every body; shape (n, bodies, 3).
-    velocities
-        Their rates, m/s and rad/s; shape (n, bodies, 3).
-    work
-        Work put in by changes of a given spindle speed, less the work of drivers, force elements and spindle torque, J;
-        shape (n,). It includes `dissipated_energy`.
-    dissipated_energy
-        Energy dissipated by dashpots, dry friction and stops, J; shape (n,).
-    lags
-        States of first-order lags; shape (n, lags).
-    """
-
-    times: FloatArray
-    poses: FloatArray
-    velocities: FloatArray
+    times: FloatArray  # times, s; shape (n,)
+    poses: FloatArray  # position (m) of the mass centre and angle (rad) of every body; shape (n, bodies, 3)
+    velocities: FloatArray  # their rates, m/s and rad/s; shape (n, bodies, 3)
+    # work put in by changes of a given spindle speed, less the work of drivers, force elements and spindle
+    # torque, J; shape (n,). It includes `dissipated_energy`.
     work: FloatArray
-    dissipated_energy: FloatArray
-    lags: FloatArray
+    dissipated_energy: FloatArray  # energy dissipated by dashpots, dry friction and stops, J; shape (n,)
+    lags: FloatArray  # states of first-order lags; shape (n, lags)
 
     def at(self, indices: slice | IntArray) -> StateHistory:
         """Return the states at some of the times."""
@@ -168,30 +153,14 @@ class FoundEvents:
 
 @dataclass(frozen=True, kw_only=True)
 class Observables:
-    """Observables at n times.
+    """Observables at n times."""
 
-    Attributes
-    ----------
-    readings
-        Readings by name, SI; shape (n,) each.
-    rates
-        Rates of the readings by name, SI per second; shape (n,) each.
-    units
-        Units of the readings by name.
-    scales
-        Scales of the errors of readings and rates in this motion, as in `Trajectory.scales`.
-    evaluate_joint_gap
-        Function that evaluates `joint_gap`.
-    evaluate_energy
-        Function that evaluates `energy`.
-    """
-
-    readings: dict[str, FloatArray]
-    rates: dict[str, FloatArray]
-    units: dict[str, str]
-    scales: dict[str, float]
-    evaluate_joint_gap: Callable[[], FloatArray]
-    evaluate_energy: Callable[[], Energy]
+    readings: dict[str, FloatArray]  # readings by name, SI; shape (n,) each
+    rates: dict[str, FloatArray]  # rates of the readings by name, SI per second; shape (n,) each
+    units: dict[str, str]  # units of the readings by name
+    scales: dict[str, float]  # scales of the errors of readings and rates in this motion, as in `Trajectory.scales`
+    evaluate_joint_gap: Callable[[], FloatArray]  # function that evaluates `joint_gap`
+    evaluate_energy: Callable[[], Energy]  # function that evaluates `energy`
 
     @cached_property
     def joint_gap(self) -> FloatArray:
@@ -206,50 +175,23 @@ class Observables:
 
 @dataclass(frozen=True, kw_only=True)
 class RunResult:
-    """Result of an engine's run, from which the trajectory is made.
+    """Result of an engine's run, from which the trajectory is made."""
 
-    Attributes
-    ----------
-    reported_states
-        States at the reported times.
-    monitor_states
-        States at all monitor times, or a function that computes them.
-    observables
-        Observables at the reported times.
-    outcome
-        How the run ended; None while a run that reached its end is not yet compared with the requested accuracy.
-    detail
-        Details of the outcome, as text.
-    step
-        Longest step, s, or the last one.
-    error_estimate
-        Largest error relative to the scales; None without a certificate.
-    reading_errors
-        Error of each reading, rate, and the joints, SI.
-    dense_output
-        Motion between the monitor times, where the engine can give it.
-    contact_modes
-        Contact mode at each monitor time; empty without contacts.
-    reported_indices
-        Monitor times that are reported.
-    contact_events
-        Contact events that the engine located.
-    n_excluded
-        Number of reported times excluded from the error estimate because they are too close to an event.
-    """
-
-    reported_states: StateHistory
-    monitor_states: StateHistory | StateProvider
-    observables: Observables
+    reported_states: StateHistory  # states at the reported times
+    monitor_states: StateHistory | StateProvider  # states at all monitor times, or a function that computes them
+    observables: Observables  # observables at the reported times
+    # how the run ended; None while a run that reached its end is not yet compared with the requested
+    # accuracy
     outcome: Outcome | None
-    detail: str
-    step: float = 0.0
-    error_estimate: float | None = None
-    reading_errors: dict[str, float] = field(default_factory=dict)
-    dense_output: DenseOutput | None = None
-    contact_modes: tuple[ContactMode, ...] = ()
-    reported_indices: slice | IntArray | None = None
-    contact_events: tuple[Event, ...] = ()
+    detail: str  # details of the outcome, as text
+    step: float = 0.0  # longest step, s, or the last one
+    error_estimate: float | None = None  # largest error relative to the scales; None without a certificate
+    reading_errors: dict[str, float] = field(default_factory=dict)  # error of each reading, rate, and the joints, SI
+    dense_output: DenseOutput | None = None  # motion between the monitor times, where the engine can give it
+    contact_modes: tuple[ContactMode, ...] = ()  # contact mode at each monitor time; empty without contacts
+    reported_indices: slice | IntArray | None = None  # monitor times that are reported
+    contact_events: tuple[Event, ...] = ()  # contact events that the engine located
+    # number of reported times excluded from the error estimate because they are too close to an event
     n_excluded: int = 0
 
     @property

@@ -88,36 +88,17 @@ class BoundedDenseOutput:
 
 @dataclass(frozen=True)
 class SampledMotion:
-    """A motion sampled at n times (s).
+    """A motion sampled at n times (s)."""
 
-    Attributes
-    ----------
-    times
-        Times, s, ascending; shape (n,).
-    poses
-        Poses; shape (n, bodies, 3).
-    velocities
-        Velocities; same shape.
-    accelerations
-        Accelerations, at a jump those after it; same shape.
-    pivot_ratios
-        Independence of the constraint rows; shape (n,).
-    dense_output
-        Function (k, time) that gives the engine's own state between samples k and k + 1, if it can.
-    contact_times
-        Times of contact events, s, ascending.
-    breakpoints
-        Times at which an input or a derivative of it jumps, s, ascending.
-    """
-
-    times: FloatArray
-    poses: FloatArray
-    velocities: FloatArray
-    accelerations: FloatArray
-    pivot_ratios: FloatArray
+    times: FloatArray  # times, s, ascending; shape (n,)
+    poses: FloatArray  # poses; shape (n, bodies, 3)
+    velocities: FloatArray  # velocities; same shape
+    accelerations: FloatArray  # accelerations, at a jump those after it; same shape
+    pivot_ratios: FloatArray  # independence of the constraint rows; shape (n,)
+    # function (k, time) that gives the engine's own state between samples k and k + 1, if it can
     dense_output: DenseOutput
-    contact_times: FloatArray
-    breakpoints: FloatArray
+    contact_times: FloatArray  # times of contact events, s, ascending
+    breakpoints: FloatArray  # times at which an input or a derivative of it jumps, s, ascending
 
     def interpolate(self, intervals: IntArray, times: FloatArray) -> BodyState:
         """Return poses and velocities (m, bodies, 3) at times (m,) s within intervals (m,), by quintic Hermite interpolation."""

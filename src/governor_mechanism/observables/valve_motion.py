@@ -293,26 +293,13 @@ PORT_EVENTS = {"steam": ("admission", "cut-off"), "exhaust": ("release", "compre
 
 @dataclass(frozen=True, kw_only=True)
 class PortTiming:
-    """Openings and closings of a port in a turn of the crank.
+    """Openings and closings of a port in a turn of the crank."""
 
-    Attributes
-    ----------
-    end
-        End of the cylinder: one of CYLINDER_ENDS.
-    port
-        One of PORT_EVENTS.
-    openings
-        Crank angles at which the port opens, rad, from 0 to 2 pi, ascending.
-    closings
-        Crank angles at which it closes.
-    largest_opening
-        Displacement of the valve less the lap where it is largest, m; negative if the port never opens.
-    """
-
-    end: str
-    port: str
-    openings: tuple[float, ...]
-    closings: tuple[float, ...]
+    end: str  # end of the cylinder: one of CYLINDER_ENDS
+    port: str  # one of PORT_EVENTS
+    openings: tuple[float, ...]  # crank angles at which the port opens, rad, from 0 to 2 pi, ascending
+    closings: tuple[float, ...]  # crank angles at which it closes
+    # displacement of the valve less the lap where it is largest, m; negative if the port never opens
     largest_opening: float
 
     @property

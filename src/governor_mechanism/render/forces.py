@@ -28,24 +28,12 @@ MIN_FORCE_RATIO = 1e-6
 
 @dataclass(frozen=True, kw_only=True)
 class DrawnForce:
-    """A force on a body.
+    """A force on a body."""
 
-    Attributes
-    ----------
-    kind
-        "weight", "centrifugal", "spring", "damping", or REACTION.
-    name
-        What it is.
-    point
-        Point of the body at which it acts.
-    components
-        Components along the axes of the plane, N; shape (samples, 2).
-    """
-
-    kind: str
-    name: str
-    point: Point
-    components: FloatArray
+    kind: str  # "weight", "centrifugal", "spring", "damping", or REACTION
+    name: str  # what it is
+    point: Point  # point of the body at which it acts
+    components: FloatArray  # components along the axes of the plane, N; shape (samples, 2)
 
 
 def find_forces(data: FrameData, *, only_reactions: bool = False) -> list[DrawnForce]:

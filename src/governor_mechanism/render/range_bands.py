@@ -37,28 +37,16 @@ class PlotSize:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class RangeBand:
-    """What stands for a curve with many oscillations.
+    """What stands for a curve with many oscillations."""
 
-    Attributes
-    ----------
-    times
-        Times of the points of the band, s; shape (m,).
-    low, high
-        Smallest and largest sample within a cycle about each of them, in the unit of the curve; shape (m,).
-    mean_times
-        Those of these times about which a whole cycle lies within the curve, s; shape (k,).
-    means
-        Mean over that cycle; shape (k,).
-    is_of_turns
-        Whether a cycle is a turn of a shaft, and not an oscillation of the curve.
-    """
-
-    times: FloatArray
+    times: FloatArray  # times of the points of the band, s; shape (m,)
+    # low, high: smallest and largest sample within a cycle about each of them, in the unit of the curve;
+    # shape (m,)
     low: FloatArray
     high: FloatArray
-    mean_times: FloatArray
-    means: FloatArray
-    is_of_turns: bool
+    mean_times: FloatArray  # those of these times about which a whole cycle lies within the curve, s; shape (k,)
+    means: FloatArray  # mean over that cycle; shape (k,)
+    is_of_turns: bool  # whether a cycle is a turn of a shaft, and not an oscillation of the curve
 
 
 def find_range_band(

@@ -245,18 +245,10 @@ WATCHED_KINDS: Final = ("length", "angle", "angular_speed")
 
 @dataclass(frozen=True)
 class WatchedReadings:
-    """What a named crossing may watch.
+    """What a named crossing may watch."""
 
-    Attributes
-    ----------
-    quantities
-        Quantities of readings and speeds by name; None while they are not known.
-    given_speeds
-        Names of speeds that are given, which no crossing may watch.
-    """
-
-    quantities: ReadingQuantities
-    given_speeds: frozenset[str] = frozenset()
+    quantities: ReadingQuantities  # quantities of readings and speeds by name; None while they are not known
+    given_speeds: frozenset[str] = frozenset()  # names of speeds that are given, which no crossing may watch
 
     def resolve(self, name: object) -> str:
         """Return the name of a reading; refuse what is none, or none that a crossing may watch."""

@@ -46,27 +46,13 @@ def catalogue_scenes() -> dict[str, Path]:
 
 @dataclass(frozen=True, kw_only=True)
 class CatalogueEntry:
-    """What the file of a classic mechanism says at a glance.
+    """What the file of a classic mechanism says at a glance."""
 
-    Attributes
-    ----------
-    title
-        Title of the scene.
-    family
-        Family of the mechanism.
-    law
-        The law that it proves, in words.
-    source
-        Where mechanism, dimensions and law are from.
-    dimensions
-        Dimensions as the file writes them.
-    """
-
-    title: str
-    family: str
-    law: str
-    source: str
-    dimensions: Mapping[str, Any]
+    title: str  # title of the scene
+    family: str  # family of the mechanism
+    law: str  # the law that it proves, in words
+    source: str  # where mechanism, dimensions and law are from
+    dimensions: Mapping[str, Any]  # dimensions as the file writes them
 
     def as_json(self) -> dict[str, Any]:
         """Return the fields by name."""
@@ -94,24 +80,12 @@ def read_scene_title(path: Path) -> str:
 
 @dataclass(frozen=True, kw_only=True)
 class SceneContents:
-    """What a scene file says at a glance.
+    """What a scene file says at a glance."""
 
-    Attributes
-    ----------
-    title
-        Title, or the stem of the path without one.
-    machines
-        Names of the machines of its parts, each once.
-    dimensions
-        Dimensions as the file writes them; with several parts, as "part.arm".
-    effects
-        Keys of the effects that are switched on; with several parts, as "part.gravity".
-    """
-
-    title: str
-    machines: tuple[str, ...]
-    dimensions: Mapping[str, Any]
-    effects: tuple[str, ...]
+    title: str  # title, or the stem of the path without one
+    machines: tuple[str, ...]  # names of the machines of its parts, each once
+    dimensions: Mapping[str, Any]  # dimensions as the file writes them; with several parts, as "part.arm"
+    effects: tuple[str, ...]  # keys of the effects that are switched on; with several parts, as "part.gravity"
 
     def as_json(self) -> dict[str, Any]:
         """Return the fields by name."""

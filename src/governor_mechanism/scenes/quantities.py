@@ -200,17 +200,13 @@ def list_of(schema: JsonSchema) -> dict[str, Any]:
 
 @dataclass(frozen=True)
 class ValueType:
-    """How a scene file writes the values of a form.
+    """How a scene file writes the values of a form."""
 
-    Attributes
-    ----------
-    read
-        Function of the declaration, the value, and what the table's reader knows besides, that returns the value in SI.
-    schema
-        JSON Schema of what is accepted, roughly: the reader may refuse more. A function of the declaration, or the same for all.
-    """
-
+    # function of the declaration, the value, and what the table's reader knows besides, that returns the
+    # value in SI
     read: Callable[[Declaration, Any, Any], Any]
+    # JSON Schema of what is accepted, roughly: the reader may refuse more. A function of the declaration,
+    # or the same for all.
     schema: Callable[[Declaration], JsonSchema] | JsonSchema = field(default_factory=dict)
 
     def schema_of(self, declared: Declaration) -> dict[str, Any]:

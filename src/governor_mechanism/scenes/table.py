@@ -29,42 +29,23 @@ def unknown_key_message(known_keys: Iterable[str], key: str, value: object) -> s
 
 @dataclass(frozen=True, kw_only=True)
 class Table:
-    """A table of a scene file. Every mistake is reported as a sentence, with `KEY` for the path of the table.
+    """A table of a scene file. Every mistake is reported as a sentence, with `KEY` for the path of the table."""
 
-    Attributes
-    ----------
-    make
-        What the table describes: its keys, except `type`, are the arguments.
-    fields
-        What its keys hold, by argument.
-    types
-        How values are written, by form.
-    summary
-        What the table describes, in a sentence.
-    example
-        A valid table, for messages.
-    check
-        Function of the values read, which yields their mistakes if no key has one.
-    find_conflicts
-        Function of the table as it is written and of what its reader knows besides, which yields the problems of keys that are missing,
-        or exclude each other. A mere sentence is a conflict.
-    alternative_keys
-        Keys that the same table may have instead, in another scene.
-    alternative_hint
-        What to do if keys of both kinds are given.
-    unknown_key
-        Function of the known keys, an unknown one and its value, which returns the message; None if unknown keys are passed over.
-    """
-
-    make: Callable[..., Any]
-    fields: Mapping[str, Declaration]
+    make: Callable[..., Any]  # what the table describes: its keys, except `type`, are the arguments
+    fields: Mapping[str, Declaration]  # what its keys hold, by argument
+    # how values are written, by form
     types: Mapping[str, ValueType] = dataclasses.field(default_factory=lambda: VALUE_TYPES)
-    summary: str = ""
-    example: str = ""
+    summary: str = ""  # what the table describes, in a sentence
+    example: str = ""  # a valid table, for messages
+    # function of the values read, which yields their mistakes if no key has one
     check: Callable[[Mapping[str, Any]], Iterable[str]] = _find_nothing
+    # function of the table as it is written and of what its reader knows besides, which yields the problems
+    # of keys that are missing, or exclude each other. A mere sentence is a conflict.
     find_conflicts: Callable[[Mapping[str, Any], Any], Iterable[str]] = _find_nothing
-    alternative_keys: tuple[str, ...] = ()
-    alternative_hint: str = ""
+    alternative_keys: tuple[str, ...] = ()  # keys that the same table may have instead, in another scene
+    alternative_hint: str = ""  # what to do if keys of both kinds are given
+    # function of the known keys, an unknown one and its value, which returns the message; None if unknown
+    # keys are passed over
     unknown_key: Callable[[Iterable[str], str, object], str] | None = unknown_key_message
 
     @classmethod

@@ -195,21 +195,11 @@ MAX_BALLS = 100
 
 @dataclass(frozen=True, kw_only=True)
 class BallRadius:
-    """Reading of a ball's distance from the spindle axis.
+    """Reading of a ball's distance from the spindle axis."""
 
-    Attributes
-    ----------
-    name
-        Name of the reading.
-    sign
-        1, or -1 if the reading is negative because the ball is to the left of the spindle.
-    n_balls
-        Number of balls that share the load.
-    """
-
-    name: str
-    sign: float
-    n_balls: int
+    name: str  # name of the reading
+    sign: float  # 1, or -1 if the reading is negative because the ball is to the left of the spindle
+    n_balls: int  # number of balls that share the load
 
 
 def find_ball_radius(

@@ -139,20 +139,13 @@ class GovernorStatics:
 
 @dataclass(frozen=True, kw_only=True)
 class StaticsQuestion:
-    """What is asked of each governor.
+    """What is asked of each governor."""
 
-    Attributes
-    ----------
-    resistance
-        Resistance along the reading of the sleeve, N or N m, or text with a unit; None for none.
-    against
-        Name of the reading of the sleeve.
-    between
-        Working range: two values of one reading; None for the stops of the scene, or else for what the run covers.
-    """
-
+    # resistance along the reading of the sleeve, N or N m, or text with a unit; None for none
     resistance: float | str | None = None
-    against: str = "sleeve_lift"
+    against: str = "sleeve_lift"  # name of the reading of the sleeve
+    # working range: two values of one reading; None for the stops of the scene, or else for what the run
+    # covers
     between: Mapping[str, Sequence[float | str]] | None = None
 
 

@@ -73,23 +73,12 @@ def _point_columns(points: ControllingForce) -> Iterator[Column]:
 
 @dataclass(frozen=True, kw_only=True)
 class EquilibriumReport(Result):
-    """The equilibria of a scene at one speed.
+    """The equilibria of a scene at one speed."""
 
-    Attributes
-    ----------
-    scene
-        The scene of the part that turns with a spindle.
-    rows
-        The equilibria with their insensitivity bands.
-    curve
-        The speed curve; None without an equilibrium speed.
-    forces
-        The controlling force, or the reason why there is none; None without an equilibrium speed.
-    """
-
-    scene: Scene
-    rows: tuple[PlacedEquilibrium, ...]
-    curve: SpeedCurve | None
+    scene: Scene  # the scene of the part that turns with a spindle
+    rows: tuple[PlacedEquilibrium, ...]  # the equilibria with their insensitivity bands
+    curve: SpeedCurve | None  # the speed curve; None without an equilibrium speed
+    # the controlling force, or the reason why there is none; None without an equilibrium speed
     forces: GovernorForces | str | None
 
     __repr__ = short_repr

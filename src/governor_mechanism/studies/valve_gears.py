@@ -383,27 +383,13 @@ N_ANGLES = 181
 
 @dataclass(frozen=True, kw_only=True)
 class DiePaths:
-    """Paths of the die in the link for one suspension, in n gears at m crank angles of a turn.
+    """Paths of the die in the link for one suspension, in n gears at m crank angles of a turn."""
 
-    Attributes
-    ----------
-    suspension
-        Point of the link from which it hangs.
-    gears
-        Positions of the reversing lever, from 1 to -1; shape (n,).
-    displacements
-        Displacement of the valve, m; shape (n, m).
-    offsets
-        Position of the die along the arc, from its middle toward the upper pin, m; shape (n, m).
-    half_arc
-        Half the length of the arc between the rod pins, m.
-    """
-
-    suspension: str
-    gears: FloatArray
-    displacements: FloatArray
-    offsets: FloatArray
-    half_arc: float
+    suspension: str  # point of the link from which it hangs
+    gears: FloatArray  # positions of the reversing lever, from 1 to -1; shape (n,)
+    displacements: FloatArray  # displacement of the valve, m; shape (n, m)
+    offsets: FloatArray  # position of the die along the arc, from its middle toward the upper pin, m; shape (n, m)
+    half_arc: float  # half the length of the arc between the rod pins, m
 
     @property
     def slips(self) -> FloatArray:

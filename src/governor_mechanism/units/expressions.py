@@ -65,18 +65,10 @@ class Measured:
 
 @dataclass(frozen=True)
 class Function:
-    """A function of expressions.
+    """A function of expressions."""
 
-    Attributes
-    ----------
-    apply
-        The function, from measured arguments to a measured result.
-    n_arguments
-        Number of its arguments.
-    """
-
-    apply: Callable[..., Measured]
-    n_arguments: int = 1
+    apply: Callable[..., Measured]  # the function, from measured arguments to a measured result
+    n_arguments: int = 1  # number of its arguments
 
 
 @cache

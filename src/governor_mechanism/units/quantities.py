@@ -26,24 +26,14 @@ LARGEST_MAGNITUDE, LARGEST_RATE, LARGEST_COEFFICIENT = 1e9, 1e6, 1e30
 
 @dataclass(frozen=True)
 class QuantityKind:
-    """A kind of quantity.
+    """A kind of quantity."""
 
-    Attributes
-    ----------
-    name
-        Its name with an article.
-    units
-        Customary units; the last is SI.
-    example
-        A value as text.
-    largest
-        Largest magnitude, SI. Nothing that is built or moves has a larger one, which is a mistake of units; and the engines multiply
-        quantities and their squares, which beyond such magnitudes lose all digits or overflow.
-    """
-
-    name: str
-    units: tuple[str, ...]
-    example: str
+    name: str  # its name with an article
+    units: tuple[str, ...]  # customary units; the last is SI
+    example: str  # a value as text
+    # largest magnitude, SI. Nothing that is built or moves has a larger one, which is a mistake of units;
+    # and the engines multiply quantities and their squares, which beyond such magnitudes lose all digits or
+    # overflow.
     largest: float = LARGEST_MAGNITUDE
 
     @property

@@ -44,29 +44,15 @@ SPEED_MARGIN = 0.15
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class GovernorView:
-    """A governor, or another mechanism that the spindle speed holds in equilibrium.
+    """A governor, or another mechanism that the spindle speed holds in equilibrium."""
 
-    Attributes
-    ----------
-    scene
-        Scene of the rotating part alone, at a given speed.
-    reduction
-        The scene reduced to its leading coordinate.
-    speed_curve
-        Its speed curve.
-    variable
-        Slider of the spindle speed; its range is that of the plot.
-    given
-        The speed curve of the first scene, which the plot shows beside it.
-    film_speeds
-        Lowest and highest speed of the first scene, rad/s: the drawing has room for the equilibria between them.
-    """
-
-    scene: Scene
-    reduction: SingleDofReduction
-    speed_curve: SpeedCurve
-    variable: Slider
-    given: SpeedCurve
+    scene: Scene  # scene of the rotating part alone, at a given speed
+    reduction: SingleDofReduction  # the scene reduced to its leading coordinate
+    speed_curve: SpeedCurve  # its speed curve
+    variable: Slider  # slider of the spindle speed; its range is that of the plot
+    given: SpeedCurve  # the speed curve of the first scene, which the plot shows beside it
+    # lowest and highest speed of the first scene, rad/s: the drawing has room for the equilibria between
+    # them
     film_speeds: Vec2
     kinematics: None = None
 

@@ -45,27 +45,13 @@ END_MARGIN = 1e-3
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class MotionView:
-    """A mechanism whose pose follows a coordinate or time.
+    """A mechanism whose pose follows a coordinate or time."""
 
-    Attributes
-    ----------
-    scene
-        Scene of one part.
-    kinematics
-        Its motion over the variable.
-    given
-        The motion of the first scene, which the plot shows beside it.
-    variable
-        Slider of the variable.
-    turns_fully
-        Whether the coordinate goes through a whole turn, whatever the dimensions are.
-    """
-
-    scene: Scene
-    kinematics: Kinematics
-    given: Kinematics
-    variable: Slider
-    turns_fully: bool
+    scene: Scene  # scene of one part
+    kinematics: Kinematics  # its motion over the variable
+    given: Kinematics  # the motion of the first scene, which the plot shows beside it
+    variable: Slider  # slider of the variable
+    turns_fully: bool  # whether the coordinate goes through a whole turn, whatever the dimensions are
     speed_curve: None = None
 
     @cached_property

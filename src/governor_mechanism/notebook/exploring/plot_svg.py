@@ -27,18 +27,12 @@ LEGEND_WIDTH = 96.0
 
 @dataclass
 class Plot:
-    """A plot of curves over one axis; what is drawn later covers what is drawn earlier.
+    """A plot of curves over one axis; what is drawn later covers what is drawn earlier."""
 
-    Attributes
-    ----------
-    x_label, y_label
-        Labels of the axes.
-    x_limits, y_limits
-        Ends of the axes.
-    """
-
+    # x_label, y_label: labels of the axes
     x_label: str
     y_label: str
+    # x_limits, y_limits: ends of the axes
     x_limits: Vec2
     y_limits: Vec2
     _elements: list[str] = field(default_factory=list)

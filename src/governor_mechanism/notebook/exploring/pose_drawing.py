@@ -102,21 +102,11 @@ DRAWN_FROM_RUNS = {"flywheel_engine"}
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class PoseDrawing:
-    """Drawing of the only part of a scene over its travel.
+    """Drawing of the only part of a scene over its travel."""
 
-    Attributes
-    ----------
-    scene
-        Scene of one part.
-    poses
-        Poses over the travel; shape (n, bodies, 3).
-    readings
-        Readings by name at these poses, SI; shape (n,).
-    """
-
-    scene: Scene
-    poses: FloatArray
-    readings: Mapping[str, FloatArray]
+    scene: Scene  # scene of one part
+    poses: FloatArray  # poses over the travel; shape (n, bodies, 3)
+    readings: Mapping[str, FloatArray]  # readings by name at these poses, SI; shape (n,)
 
     @cached_property
     def box(self) -> BoundingBox:

@@ -273,30 +273,14 @@ STOP_POINTS = 10_001
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class ViewState:
-    """State at one value of the variable that is dragged.
+    """State at one value of the variable that is dragged."""
 
-    Attributes
-    ----------
-    value
-        Value of the variable, SI.
-    position
-        Leading coordinate of the shown pose, SI.
-    pose
-        The shown pose; shape (bodies, 3).
-    sentences
-        What it is, one sentence each.
-    problem
-        Why there is no equilibrium, so that the pose is an earlier one; empty if there is one.
-    equilibria
-        Equilibria, of which `equilibrium` is the shown one; None without any.
-    """
-
-    value: float
-    position: float
-    pose: FloatArray
-    sentences: tuple[str, ...]
-    problem: str = ""
-    equilibria: tuple[Equilibrium, ...] = ()
+    value: float  # value of the variable, SI
+    position: float  # leading coordinate of the shown pose, SI
+    pose: FloatArray  # the shown pose; shape (bodies, 3)
+    sentences: tuple[str, ...]  # what it is, one sentence each
+    problem: str = ""  # why there is no equilibrium, so that the pose is an earlier one; empty if there is one
+    equilibria: tuple[Equilibrium, ...] = ()  # equilibria, of which `equilibrium` is the shown one; None without any
     equilibrium: Equilibrium | None = None
 
 

@@ -40,27 +40,13 @@ ORDER_DECIMALS: Final = 6
 
 @dataclass(frozen=True, eq=False)
 class ClosedConfigurations:
-    """Poses (configurations, bodies, 3) in which the joints close.
+    """Poses (configurations, bodies, 3) in which the joints close."""
 
-    Attributes
-    ----------
-    solver
-        Solver of the mechanism.
-    poses
-        The poses in their order; shape (n, bodies, 3), m and rad.
-    methods
-        How they were found: "closed form", "homotopy of 6 paths", "many starts".
-    complete
-        Whether there are certainly no others.
-    closing
-        Numbers of the bodies that take part in the closing.
-    """
-
-    solver: PositionSolver
-    poses: FloatArray
-    methods: tuple[str, ...]
-    complete: bool
-    closing: IntArray
+    solver: PositionSolver  # solver of the mechanism
+    poses: FloatArray  # the poses in their order; shape (n, bodies, 3), m and rad
+    methods: tuple[str, ...]  # how they were found: "closed form", "homotopy of 6 paths", "many starts"
+    complete: bool  # whether there are certainly no others
+    closing: IntArray  # numbers of the bodies that take part in the closing
 
     def find_highest(self) -> int:
         """Return the index of the configuration whose mass centres lie highest, and of several the one farthest right.

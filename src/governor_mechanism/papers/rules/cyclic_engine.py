@@ -43,20 +43,12 @@ THRESHOLD_STEP = 1e-3
 
 @dataclass(frozen=True, kw_only=True)
 class CyclicEngine:
-    """An engine at constant load whose lowest and highest speed lie symmetrically in the insensitivity band of its governor.
+    """An engine at constant load whose lowest and highest speed lie symmetrically in the insensitivity band of its governor."""
 
-    Attributes
-    ----------
-    scene
-        The scene without friction, started so that a held sleeve leaves the speed in the middle of the band.
-    point
-        Steady state with mean torque.
-    fluctuation
-        Coefficient of fluctuation of speed, (highest - lowest) / equilibrium speed, while the sleeve rests.
-    """
-
+    # the scene without friction, started so that a held sleeve leaves the speed in the middle of the band
     scene: Scene
-    point: SteadyEngine
+    point: SteadyEngine  # steady state with mean torque
+    # coefficient of fluctuation of speed, (highest - lowest) / equilibrium speed, while the sleeve rests
     fluctuation: float
 
     @property

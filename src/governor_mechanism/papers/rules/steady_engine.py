@@ -70,27 +70,13 @@ def linearise_scene_from_start(scene: Scene) -> Linearisation:
 
 @dataclass(frozen=True, kw_only=True)
 class SteadyEngine:
-    """A governed engine with the mean torque of its gas, in its steady state.
+    """A governed engine with the mean torque of its gas, in its steady state."""
 
-    Attributes
-    ----------
-    scene
-        The scene, started in that state.
-    coordinate
-        Leading coordinate of the governor, rad.
-    sleeve_lift
-        Lift of the sleeve, m.
-    engine_speed
-        Speed of the engine, rad/s.
-    governor_speed
-        Speed of the governor, rad/s.
-    """
-
-    scene: Scene
-    coordinate: float
-    sleeve_lift: float
-    engine_speed: float
-    governor_speed: float
+    scene: Scene  # the scene, started in that state
+    coordinate: float  # leading coordinate of the governor, rad
+    sleeve_lift: float  # lift of the sleeve, m
+    engine_speed: float  # speed of the engine, rad/s
+    governor_speed: float  # speed of the governor, rad/s
 
     @property
     def start(self) -> dict[str, Any]:

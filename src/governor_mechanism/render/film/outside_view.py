@@ -23,21 +23,13 @@ EYE_DISTANCE_RATIO = 12.0
 
 @dataclass(frozen=True, kw_only=True)
 class TurnedPlane:
-    """A plane through the axis x = 0, turned by an angle and seen by an eye in front of the axis.
+    """A plane through the axis x = 0, turned by an angle and seen by an eye in front of the axis."""
 
-    Attributes
-    ----------
-    angle
-        Rotation of the plane, anticlockwise seen from above, rad: what was at the right passes behind the axis first.
-    reach
-        Largest distance of the machine from the axis, m.
-    middle
-        Height of the eye, m.
-    """
-
+    # rotation of the plane, anticlockwise seen from above, rad: what was at the right passes behind the
+    # axis first
     angle: float
-    reach: float
-    middle: float
+    reach: float  # largest distance of the machine from the axis, m
+    middle: float  # height of the eye, m
 
     def depths(self, points: FloatArray, offset: float = 0.0) -> FloatArray:
         """Return how far points (n, 2) are in front of the axis (n,), m; they are `offset` (m) before the plane."""

@@ -34,28 +34,15 @@ class Moment(NamedTuple):
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Attached:
-    """Shapes that move as one.
+    """Shapes that move as one."""
 
-    Attributes
-    ----------
-    frame
-        Axes to which they are attached: those of a body, or of a part that the mechanism does not have.
-    shapes
-        Shapes in these axes, back to front, m.
-    turns
-        Whether they turn with the spindle, in a plane that turns; what is round or fixed to the frame looks the
-        same from all sides.
-    section_only
-        Whether only a section shows them, and not the view from outside.
-    shown
-        Whether they are there at a moment; always if None.
-    """
-
-    frame: Frame
-    shapes: tuple[DrawnShape, ...]
+    frame: Frame  # axes to which they are attached: those of a body, or of a part that the mechanism does not have
+    shapes: tuple[DrawnShape, ...]  # shapes in these axes, back to front, m
+    # whether they turn with the spindle, in a plane that turns; what is round or fixed to the frame looks
+    # the same from all sides
     turns: bool = True
-    section_only: bool = False
-    shown: Callable[[Any], bool] | None = None
+    section_only: bool = False  # whether only a section shows them, and not the view from outside
+    shown: Callable[[Any], bool] | None = None  # whether they are there at a moment; always if None
 
     def is_shown(self, moment: Any) -> bool:
         """Return whether the shapes are there at a moment."""

@@ -22,39 +22,22 @@ Outline = tuple[int, ...]
 
 @dataclass(frozen=True, kw_only=True)
 class RecordedShape:
-    """A shape at n moments; lengths in the unit of its drawing.
+    """A shape at n moments; lengths in the unit of its drawing."""
 
-    Attributes
-    ----------
-    part
-        The part of the drawing to which it belongs.
-    role, kind
-        Role of its style; "circle", "polygon", "lines" or "text".
-    outline
-        Number of points of each polyline.
-    poses
-        Poses (n, 3) of its axes; None for axes that do not move.
-    points
-        Points in its axes; shape (1 or n, points, 2). While the shape is hidden they are those of another moment.
-    visible
-        Whether there is anything to show; shape (n,).
-    radii
-        Radii of a circle; shape (1 or n,); empty for other shapes.
-    text
-        Content of a text.
-    changing
-        Where the number of points changes, those in the axes at each moment, a tuple of polylines (m, 2); else empty.
-    """
-
-    part: DrawnPart
+    part: DrawnPart  # the part of the drawing to which it belongs
+    # role, kind: role of its style; "circle", "polygon", "lines" or "text"
     role: str
     kind: str
-    outline: Outline
-    poses: FloatArray | None
+    outline: Outline  # number of points of each polyline
+    poses: FloatArray | None  # poses (n, 3) of its axes; None for axes that do not move
+    # points in its axes; shape (1 or n, points, 2). While the shape is hidden they are those of another
+    # moment.
     points: FloatArray
-    visible: BoolArray
-    radii: FloatArray
-    text: str = ""
+    visible: BoolArray  # whether there is anything to show; shape (n,)
+    radii: FloatArray  # radii of a circle; shape (1 or n,); empty for other shapes
+    text: str = ""  # content of a text
+    # where the number of points changes, those in the axes at each moment, a tuple of polylines (m, 2);
+    # else empty
     changing: tuple[tuple[FloatArray, ...], ...] = ()
 
     def placed_points(self) -> FloatArray:

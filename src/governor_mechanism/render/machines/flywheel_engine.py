@@ -40,40 +40,20 @@ BAR = 1e5
 
 @dataclass(frozen=True, kw_only=True)
 class CylinderView:
-    """Picture of a cylinder.
+    """Picture of a cylinder."""
 
-    Attributes
-    ----------
-    name
-        Name of the cylinder.
-    driving, resisting
-        Gas behind the piston in its stroke, and in front of it if that has elements of its own.
-    back_pressure
-        Pressure in front of the piston, Pa, if it is constant.
-    clearance
-        Clearance relative to the volume of the stroke.
-    stroke
-        Stroke of the picture, m.
-    base
-        Height of the lower edge of the casting, m.
-    diagram_base
-        Height of the pressure zero of the diagram, m.
-    highest_pressure
-        Pressure at the top of the diagram, Pa.
-    has_moving_diagram
-        Whether the loops of the diagram change from stroke to stroke.
-    """
-
-    name: str
+    name: str  # name of the cylinder
+    # driving, resisting: gas behind the piston in its stroke, and in front of it if that has elements of
+    # its own
     driving: CylinderGas
     resisting: CylinderGas | None
-    back_pressure: float
-    clearance: float
-    stroke: float
-    base: float
-    diagram_base: float
-    highest_pressure: float
-    has_moving_diagram: bool = False
+    back_pressure: float  # pressure in front of the piston, Pa, if it is constant
+    clearance: float  # clearance relative to the volume of the stroke
+    stroke: float  # stroke of the picture, m
+    base: float  # height of the lower edge of the casting, m
+    diagram_base: float  # height of the pressure zero of the diagram, m
+    highest_pressure: float  # pressure at the top of the diagram, Pa
+    has_moving_diagram: bool = False  # whether the loops of the diagram change from stroke to stroke
 
     @property
     def axis(self) -> float:
@@ -188,27 +168,15 @@ _N_SPOKES = 6
 
 @dataclass(frozen=True, kw_only=True)
 class EngineView:
-    """Picture of the engine; the shaft is at the left, and the crank turns anticlockwise from its left dead centre.
+    """Picture of the engine; the shaft is at the left, and the crank turns anticlockwise from its left dead centre."""
 
-    Attributes
-    ----------
-    crank
-        Crank radius of the engine, m.
-    rod
-        Length of its connecting rod, m; infinite for a yoke.
-    left, right
-        Edges of the picture, m.
-    base
-        Lower edge of the picture, m.
-    length
-        Length of the picture in crank radii if longer than needed: the piston rod is that much longer.
-    """
-
-    crank: float
-    rod: float
+    crank: float  # crank radius of the engine, m
+    rod: float  # length of its connecting rod, m; infinite for a yoke
+    # left, right: edges of the picture, m
     left: float
     right: float
-    base: float
+    base: float  # lower edge of the picture, m
+    # length of the picture in crank radii if longer than needed: the piston rod is that much longer
     length: float = 0.0
 
     @cached_property

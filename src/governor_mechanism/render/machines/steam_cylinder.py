@@ -34,34 +34,17 @@ _STEM_HEIGHT, _STEM_HALF_THICKNESS, _END_CLEARANCE = 0.36, 0.08, 1.22
 
 @dataclass(frozen=True, kw_only=True)
 class SteamChest:
-    """Steam chest of a valve; lengths of the picture, m.
+    """Steam chest of a valve; lengths of the picture, m."""
 
-    Attributes
-    ----------
-    distribution
-        Eccentricity and laps.
-    eccentric
-        Drawn eccentricity.
-    face
-        Height of the face of the ports.
-    height
-        Height of the chest above the face.
-    side_wall, lid
-        Thickness of the walls at the ends and of the lid.
-    hatching_spacing
-        Distance of the lines of section lining.
-    bowl_depth
-        Depth of the port in the middle.
-    """
-
-    distribution: SteamDistribution
-    eccentric: float
-    face: float
-    height: float
+    distribution: SteamDistribution  # eccentricity and laps
+    eccentric: float  # drawn eccentricity
+    face: float  # height of the face of the ports
+    height: float  # height of the chest above the face
+    # side_wall, lid: thickness of the walls at the ends and of the lid
     side_wall: float
     lid: float
-    hatching_spacing: float
-    bowl_depth: float
+    hatching_spacing: float  # distance of the lines of section lining
+    bowl_depth: float  # depth of the port in the middle
 
     @property
     def scale(self) -> float:

@@ -25,30 +25,14 @@ _POST_WIDTH, _POST_HEIGHT = 0.05, 0.22
 
 @dataclass(frozen=True, kw_only=True)
 class ThrottleGear:
-    """A forked lever, a rod and a throttle valve, moved by a pin on the sleeve at the spindle's axis.
+    """A forked lever, a rod and a throttle valve, moved by a pin on the sleeve at the spindle's axis."""
 
-    Attributes
-    ----------
-    unit
-        Length (m) that sizes the parts.
-    side
-        -1 for a gear at the left of the spindle, 1 at the right.
-    pin_range
-        Lowest and highest height of the pin over the run, m.
-    strap_half_width
-        Half the width of the strap around the sleeve, m.
-    pivot_distance
-        Distance of the lever's fixed pivot from the axis, m.
-    valve_height
-        Highest height of the throttle valve, m.
-    """
-
-    unit: float
-    side: float
-    pin_range: Vec2
-    strap_half_width: float
-    pivot_distance: float
-    valve_height: float
+    unit: float  # length (m) that sizes the parts
+    side: float  # -1 for a gear at the left of the spindle, 1 at the right
+    pin_range: Vec2  # lowest and highest height of the pin over the run, m
+    strap_half_width: float  # half the width of the strap around the sleeve, m
+    pivot_distance: float  # distance of the lever's fixed pivot from the axis, m
+    valve_height: float  # highest height of the throttle valve, m
 
     @property
     def pivot(self) -> Vec2:

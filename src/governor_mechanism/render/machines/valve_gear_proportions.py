@@ -28,22 +28,13 @@ _STRAIGHTNESS_TOLERANCE = 1e-5
 
 @dataclass(frozen=True, kw_only=True)
 class StraightMotion:
-    """A point that moves along a line, and the reading that measures it.
+    """A point that moves along a line, and the reading that measures it."""
 
-    Attributes
-    ----------
-    point
-        The point.
-    start, start_value
-        A place on the line, m, and the reading there, m.
-    direction
-        Unit vector along the line, in which the reading grows.
-    """
-
-    point: Point
+    point: Point  # the point
+    # start, start_value: a place on the line, m, and the reading there, m
     start: Vec2
     start_value: float
-    direction: Vec2
+    direction: Vec2  # unit vector along the line, in which the reading grows
 
     def place_at(self, value: float) -> Vec2:
         """Return the place (m) of the point where the reading has a value (m)."""

@@ -49,25 +49,14 @@ class PlotCurve:
 
 @dataclass(frozen=True, kw_only=True)
 class Plot:
-    """A plot.
+    """A plot."""
 
-    Attributes
-    ----------
-    name, unit
-        Name, and display unit of the values.
-    curves
-        Curves; the first one is the main one.
-    limits
-        Limits of the axis.
-    is_first
-        Whether it stands beside the drawing.
-    """
-
+    # name, unit: name, and display unit of the values
     name: str
     unit: str
-    curves: Sequence[PlotCurve]
-    limits: Vec2
-    is_first: bool
+    curves: Sequence[PlotCurve]  # curves; the first one is the main one
+    limits: Vec2  # limits of the axis
+    is_first: bool  # whether it stands beside the drawing
 
     @property
     def decimals(self) -> int:

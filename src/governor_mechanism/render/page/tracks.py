@@ -19,18 +19,10 @@ MAX_MODES = 10
 
 @dataclass(frozen=True, kw_only=True)
 class Track:
-    """A rigid motion.
+    """A rigid motion."""
 
-    Attributes
-    ----------
-    name
-        Name of the body that moves so; empty for axes of the drawing.
-    poses
-        Position in the picture and clockwise angle, rad; shape (samples, 3).
-    """
-
-    name: str
-    poses: FloatArray
+    name: str  # name of the body that moves so; empty for axes of the drawing
+    poses: FloatArray  # position in the picture and clockwise angle, rad; shape (samples, 3)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -43,24 +35,12 @@ class Mode:
 
 @dataclass(frozen=True, kw_only=True)
 class Motion:
-    """How a shape moves.
+    """How a shape moves."""
 
-    Attributes
-    ----------
-    points
-        Points in the axes of the track, or in the picture; shape (points, 2).
-    track
-        Index of the track; None for a shape without one.
-    modes
-        Deformations that are added to the points.
-    is_changing
-        Whether the points have to be taken from the record, sample by sample.
-    """
-
-    points: FloatArray
-    track: int | None = None
-    modes: tuple[Mode, ...] = ()
-    is_changing: bool = False
+    points: FloatArray  # points in the axes of the track, or in the picture; shape (points, 2)
+    track: int | None = None  # index of the track; None for a shape without one
+    modes: tuple[Mode, ...] = ()  # deformations that are added to the points
+    is_changing: bool = False  # whether the points have to be taken from the record, sample by sample
 
 
 @dataclass

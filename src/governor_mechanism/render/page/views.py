@@ -62,70 +62,42 @@ MAX_STROKE = 24.0
 
 @dataclass(frozen=True, kw_only=True)
 class Trail:
-    """The last second of film of a path.
+    """The last second of film of a path."""
 
-    Attributes
-    ----------
-    role
-        Role of its style: "trace" behind what moves, or "tail" in front of it.
-    places
-        Where the point is at the samples, in the drawing; shape (samples, 2).
-    """
-
-    role: str
-    places: FloatArray
+    role: str  # role of its style: "trace" behind what moves, or "tail" in front of it
+    places: FloatArray  # where the point is at the samples, in the drawing; shape (samples, 2)
 
 
 @dataclass(frozen=True, kw_only=True)
 class PageView:
-    """One drawing of a page.
+    """One drawing of a page."""
 
-    Attributes
-    ----------
-    name, machine
-        Name of the part, empty if there is only one; name of its machine in scene files, or ENGINE_ROOM.
-    box
-        Box around the drawing at all times, in its own unit of length: m, or pixels of an engine room.
-    fixed, moving
-        Parts of the drawing that do not move, and in front of them those that move, back to front.
-    moment_at
-        Moment of the drawing at a sample.
-    stroke_scale
-        Length in the drawing that a stroke of width 1 takes.
-    data
-        The part of the run whose bodies and forces the view shows.
-    place_poses
-        Map from poses (..., 3) of that part, m and rad, to the drawing.
-    scales
-        Names of the scale bars, with units of the drawing in a metre; empty name for the only one.
-    shows_bodies
-        Whether the bodies are drawn where they are; a diagram of a valve gear, for one, has a map of its own.
-    names_bodies
-        Whether the shapes of bodies are called by the names of these, as in a drawing of any mechanism.
-    has_plane, has_outside
-        Whether the elevation is shown, and the view from outside of a plane that turns.
-    rotation_slowing
-        Number of turns for which the drawing shows one.
-    trails
-        What stays behind a point for a second of film.
-    """
-
+    # name, machine: name of the part, empty if there is only one; name of its machine in scene files, or
+    # ENGINE_ROOM
     name: str
     machine: str
-    box: BoundingBox
+    box: BoundingBox  # box around the drawing at all times, in its own unit of length: m, or pixels of an engine room
+    # fixed, moving: parts of the drawing that do not move, and in front of them those that move, back to
+    # front
     fixed: Sequence[DrawnPart]
     moving: Sequence[DrawnPart]
-    moment_at: Callable[[int], Any]
-    stroke_scale: float
-    data: FrameData
+    moment_at: Callable[[int], Any]  # moment of the drawing at a sample
+    stroke_scale: float  # length in the drawing that a stroke of width 1 takes
+    data: FrameData  # the part of the run whose bodies and forces the view shows
+    # map from poses (..., 3) of that part, m and rad, to the drawing
     place_poses: Callable[[FloatArray], FloatArray] = field(default=np.asarray)
+    # names of the scale bars, with units of the drawing in a metre; empty name for the only one
     scales: Mapping[str, float]
+    # whether the bodies are drawn where they are; a diagram of a valve gear, for one, has a map of its own
     shows_bodies: bool = True
+    # whether the shapes of bodies are called by the names of these, as in a drawing of any mechanism
     names_bodies: bool = False
+    # has_plane, has_outside: whether the elevation is shown, and the view from outside of a plane that
+    # turns
     has_plane: bool = True
     has_outside: bool = False
-    rotation_slowing: int = 1
-    trails: Sequence["Trail"] = ()
+    rotation_slowing: int = 1  # number of turns for which the drawing shows one
+    trails: Sequence["Trail"] = ()  # what stays behind a point for a second of film
 
     @property
     def static_shapes(self) -> Sequence[DrawnShape]:

@@ -30,18 +30,10 @@ _TEXT_KEYS: Final = ("title", "name", "law", "dimensions", "machine", "type")
 
 @dataclass(frozen=True)
 class Dimension:
-    """A named quantity of a scene file.
+    """A named quantity of a scene file."""
 
-    Attributes
-    ----------
-    measured
-        Its value with its unit.
-    kind
-        Kind of quantity; "" if an expression with a unit of its own leaves it open.
-    """
-
-    measured: Measured
-    kind: str
+    measured: Measured  # its value with its unit
+    kind: str  # kind of quantity; "" if an expression with a unit of its own leaves it open
 
     @property
     def unit(self) -> str:

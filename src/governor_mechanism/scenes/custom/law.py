@@ -42,21 +42,11 @@ MAX_POSITIONS = 10_000
 
 @dataclass(frozen=True)
 class LawContext:
-    """What a law refers to.
+    """What a law refers to."""
 
-    Attributes
-    ----------
-    kinds
-        Kind of quantity by reading.
-    dimensions
-        Dimensions by name.
-    table
-        The table from which they are.
-    """
-
-    kinds: Mapping[str, str]
-    dimensions: Mapping[str, Dimension]
-    table: DimensionTable
+    kinds: Mapping[str, str]  # kind of quantity by reading
+    dimensions: Mapping[str, Dimension]  # dimensions by name
+    table: DimensionTable  # the table from which they are
 
     def look_up(self, name: str) -> Measured:
         """Return a dimension, or a reading of which only the unit counts."""

@@ -213,14 +213,9 @@ FORCE_TYPES: Final = tuple(_FORCES)
 
 @dataclass(frozen=True, kw_only=True)
 class ElementTable(Table):
-    """The table of a joint, link or force between two points or bodies, its `first` and `second` end.
+    """The table of a joint, link or force between two points or bodies, its `first` and `second` end."""
 
-    Attributes
-    ----------
-    one_body_message
-        Message about two ends on the same body.
-    """
-
+    # message about two ends on the same body
     one_body_message: str = "both ends are of {body}; they must be of two different bodies"
 
     def read_ends(self, values: object, registry: PointRegistry) -> tuple[dict[str, Any], tuple[str, str]]:

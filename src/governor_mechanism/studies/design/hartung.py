@@ -104,66 +104,28 @@ class HartungLayout:
 
 @dataclass(frozen=True, kw_only=True, repr=False)
 class HartungDesign(Design):
-    """Result of a design in SI: lengths m, forces N, angles rad, stress Pa.
+    """Result of a design in SI: lengths m, forces N, angles rad, stress Pa."""
 
-    Attributes
-    ----------
-    inputs
-        The inputs.
-    layout
-        The governor and its forces over the stroke.
-    centrifugal_forces
-        Centrifugal force at the inner end and slow speed, and at the outer end and fast speed.
-    middle_abscissa
-        Deflection y0 of the spring at mid stroke.
-    formula_angle
-        Angle of the bell crank by tan = -y0 / a.
-    best_angle
-        Angle with the smallest spread of the static sleeve force.
-    best_spread
-        Spread at that angle.
-    angle
-        Angle of the bell crank used.
-    sleeve_arm
-        Sleeve arm of the bell crank used.
-    travel
-        Travel of the sleeve.
-    spring_rate
-        Rate of each spring, N/m.
-    preload
-        Force of each spring at the inner end.
-    turns
-        Number of turns of the spring.
-    wire_length
-        Length of the spring wire.
-    stress
-        Shear stress of the spring at the outer end.
-    regulating_forces
-        Regulating force at the inner and the outer end.
-    speed_limits
-        Lower and upper speed (rad/s) at which the sleeve moves, at the inner and the outer end.
-    warnings
-        Warnings, one sentence each.
-    """
-
-    inputs: HartungInputs
-    layout: HartungLayout
+    inputs: HartungInputs  # the inputs
+    layout: HartungLayout  # the governor and its forces over the stroke
+    # centrifugal force at the inner end and slow speed, and at the outer end and fast speed
     centrifugal_forces: tuple[float, float]
-    middle_abscissa: float
-    formula_angle: float
-    best_angle: float
-    best_spread: float
-    angle: float
-    sleeve_arm: float
-    travel: float
-    spring_rate: float
-    preload: float
-    turns: float
-    wire_length: float
-    stress: float
-    regulating_forces: tuple[float, ...]
+    middle_abscissa: float  # deflection y0 of the spring at mid stroke
+    formula_angle: float  # angle of the bell crank by tan = -y0 / a
+    best_angle: float  # angle with the smallest spread of the static sleeve force
+    best_spread: float  # spread at that angle
+    angle: float  # angle of the bell crank used
+    sleeve_arm: float  # sleeve arm of the bell crank used
+    travel: float  # travel of the sleeve
+    spring_rate: float  # rate of each spring, N/m
+    preload: float  # force of each spring at the inner end
+    turns: float  # number of turns of the spring
+    wire_length: float  # length of the spring wire
+    stress: float  # shear stress of the spring at the outer end
+    regulating_forces: tuple[float, ...]  # regulating force at the inner and the outer end
+    # lower and upper speed (rad/s) at which the sleeve moves, at the inner and the outer end
     speed_limits: tuple[tuple[float, ...], ...]
-    warnings: tuple[str, ...] = ()
+    warnings: tuple[str, ...] = ()  # warnings, one sentence each
 
     machine = "hartung"
     warning_start = "warning: "

@@ -13,46 +13,26 @@ from governor_mechanism.studies.design.skeleton import Design
 
 @dataclass(frozen=True)
 class Procedure:
-    """How a machine is designed.
+    """How a machine is designed."""
 
-    Attributes
-    ----------
-    inputs
-        Its default inputs.
-    design
-        Function of the inputs that returns the design.
-    simulate
-        Function of the design and of the paper's numbers, or None, that returns how the machine runs; None: it is not simulated.
-    compare
-        Function that returns the paper's numbers beside the recomputed ones, if the default inputs are those of a paper.
-    """
-
-    inputs: Any
-    design: Callable[[Any], Design]
+    inputs: Any  # its default inputs
+    design: Callable[[Any], Design]  # function of the inputs that returns the design
+    # function of the design and of the paper's numbers, or None, that returns how the machine runs; None:
+    # it is not simulated
     simulate: Callable[[Any, Any], Any] | None = None
+    # function that returns the paper's numbers beside the recomputed ones, if the default inputs are those
+    # of a paper
     compare: Callable[[], Any] | None = None
 
 
 @dataclass(frozen=True, kw_only=True)
 class DesignReport(Result):
-    """A design with what was simulated of it, and with the numbers of a paper.
+    """A design with what was simulated of it, and with the numbers of a paper."""
 
-    Attributes
-    ----------
-    machine
-        Name of the procedure.
-    design
-        The design.
-    simulated
-        How it runs; None if it is not simulated.
-    paper
-        The numbers of the paper, if the inputs are those of a paper, or None.
-    """
-
-    machine: str
-    design: Design
-    simulated: Any = None
-    paper: Any = None
+    machine: str  # name of the procedure
+    design: Design  # the design
+    simulated: Any = None  # how it runs; None if it is not simulated
+    paper: Any = None  # the numbers of the paper, if the inputs are those of a paper, or None
 
     figure_set = "render.figures.designs.design_figures"
 

@@ -111,15 +111,9 @@ class SimulatedMachine(Recorded):
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class SimulatedPendulum(SimulatedMachine):
-    """What the simulated governor does, held by the resistance and then moved by the rise of the speed.
+    """What the simulated governor does, held by the resistance and then moved by the rise of the speed."""
 
-    Attributes
-    ----------
-    breakaway
-        Time (s) and arm angle (rad) at which the sleeve breaks away.
-    """
-
-    breakaway: tuple[float, float]
+    breakaway: tuple[float, float]  # time (s) and arm angle (rad) at which the sleeve breaks away
 
 
 def compare_statics(quantity: str, unit: str, wanted: float, found: float, by: str = "statics") -> ComparedNumber:
@@ -225,30 +219,14 @@ END_RATIO = 1 - 1e-9
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class SimulatedEngine(Recorded):
-    """What the simulated engine does when its load falls to the half, and what was wanted; speeds rad/s.
+    """What the simulated engine does when its load falls to the half, and what was wanted; speeds rad/s."""
 
-    Attributes
-    ----------
-    wanted_speeds
-        Speeds of the shaft by design at full load, half load and no load.
-    static_speeds
-        The same by the statics of the simulated machine.
-    wanted_fluctuation
-        Coefficient of speed fluctuation by design, at full load.
-    mean_torque
-        Response with the torque of the air averaged over a turn, as the theory takes it.
-    cyclic
-        Response with the torque that follows the crank.
-    resisted
-        The same with the resistance as dry friction at the sleeve.
-    """
-
-    wanted_speeds: tuple[float, float, float]
-    static_speeds: tuple[float, float, float]
-    wanted_fluctuation: float
-    mean_torque: LoadChangeStudy
-    cyclic: LoadChangeStudy
-    resisted: LoadChangeStudy
+    wanted_speeds: tuple[float, float, float]  # speeds of the shaft by design at full load, half load and no load
+    static_speeds: tuple[float, float, float]  # the same by the statics of the simulated machine
+    wanted_fluctuation: float  # coefficient of speed fluctuation by design, at full load
+    mean_torque: LoadChangeStudy  # response with the torque of the air averaged over a turn, as the theory takes it
+    cyclic: LoadChangeStudy  # response with the torque that follows the crank
+    resisted: LoadChangeStudy  # the same with the resistance as dry friction at the sleeve
 
     derived = ("wanted_droop", "static_droop", "fluctuation", "sleeve_motions")
 
@@ -338,30 +316,17 @@ def simulate_governed_engine(design: GovernedEngineDesign) -> SimulatedEngine:
 
 @dataclass(frozen=True, kw_only=True)
 class SimulatedWheel(Recorded):
-    """A flywheel as it ran.
+    """A flywheel as it ran."""
 
-    Attributes
-    ----------
-    sized_by
-        How it was sized.
-    inertia
-        Its moment of inertia, kg m2.
-    lowest, highest
-        Lowest and highest speed in the last turn, rad/s.
-    coefficient
-        Coefficient of speed fluctuation, (highest - lowest) / mean speed of the design.
-    allowed
-        The coefficient that the design allows.
-    crank_angles, speeds
-        Crank angle (rad) and speed (rad/s) of the shaft at the reported times; shape (n,).
-    """
-
-    sized_by: str
-    inertia: float
+    sized_by: str  # how it was sized
+    inertia: float  # its moment of inertia, kg m2
+    # lowest, highest: lowest and highest speed in the last turn, rad/s
     lowest: float
     highest: float
-    coefficient: float
-    allowed: float
+    coefficient: float  # coefficient of speed fluctuation, (highest - lowest) / mean speed of the design
+    allowed: float  # the coefficient that the design allows
+    # crank_angles, speeds: crank angle (rad) and speed (rad/s) of the shaft at the reported times; shape
+    # (n,)
     crank_angles: FloatArray
     speeds: FloatArray
 

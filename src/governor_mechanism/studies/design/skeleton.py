@@ -35,25 +35,14 @@ _Inputs = TypeVar("_Inputs", bound=Any)
 
 @dataclass(frozen=True, kw_only=True)
 class Bounds:
-    """Smallest and largest value of an input, SI.
+    """Smallest and largest value of an input, SI."""
 
-    Attributes
-    ----------
-    lowest, highest
-        The limits; infinite where there is none.
-    are_allowed
-        Whether the limits themselves are allowed.
-    rule
-        What follows "must be" in messages, with places for the limits.
-    found
-        Place of the value in messages.
-    """
-
+    # lowest, highest: the limits; infinite where there is none
     lowest: float = -float("inf")
     highest: float = float("inf")
-    are_allowed: bool = True
-    rule: str
-    found: str = "{value:.6g}"
+    are_allowed: bool = True  # whether the limits themselves are allowed
+    rule: str  # what follows "must be" in messages, with places for the limits
+    found: str = "{value:.6g}"  # place of the value in messages
 
     def problem(self, name: str, value: float) -> str:
         """Return a sentence about an input that is out of bounds; empty if it is not."""

@@ -41,30 +41,14 @@ THRESHOLD_TOLERANCE = 1e-6
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class CyclicMotionStudy(Result):
-    """Amplitude of the sleeve per turn, after a number of turns, against the speed fluctuation.
+    """Amplitude of the sleeve per turn, after a number of turns, against the speed fluctuation."""
 
-    Attributes
-    ----------
-    title
-        Title of the scene.
-    fluctuation_ratios
-        Speed fluctuation over insensitivity band at the start; shape (n,).
-    amplitudes
-        Sleeve motion from lowest to highest point, m; shape (n,).
-    insensitivity_band
-        Relative width of the insensitivity band, (w' - w'') / mean speed.
-    threshold
-        Fluctuation ratio at which the sleeve first moves.
-    n_turns
-        Turns before the one that is measured.
-    """
-
-    title: str
-    fluctuation_ratios: FloatArray
-    amplitudes: FloatArray
-    insensitivity_band: float
-    threshold: float
-    n_turns: int
+    title: str  # title of the scene
+    fluctuation_ratios: FloatArray  # speed fluctuation over insensitivity band at the start; shape (n,)
+    amplitudes: FloatArray  # sleeve motion from lowest to highest point, m; shape (n,)
+    insensitivity_band: float  # relative width of the insensitivity band, (w' - w'') / mean speed
+    threshold: float  # fluctuation ratio at which the sleeve first moves
+    n_turns: int  # turns before the one that is measured
 
     figure = "render.figures.regulation.cyclic_figure"
 
@@ -84,36 +68,17 @@ class CyclicMotionStudy(Result):
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class ClearanceStudy(Result):
-    """Amplitudes of sleeve and arms per turn, after a number of turns, against the clearance.
+    """Amplitudes of sleeve and arms per turn, after a number of turns, against the clearance."""
 
-    Attributes
-    ----------
-    title
-        Title of the scene.
-    clearances
-        Clearance between links and sleeve, m; shape (n,).
-    amplitudes
-        Sleeve motion from lowest to highest point, m; shape (n,).
-    arm_amplitudes
-        The same of the links, as the lift of a sleeve without clearance, m; shape (n,).
-    amplitude_without_clearance
-        Sleeve amplitude without clearance, m.
-    friction_carries_sleeve
-        Whether the friction exceeds the weight of the sleeve, so that it can stay at rest without its links.
-    fluctuation_ratio
-        Speed fluctuation over insensitivity band.
-    n_turns
-        Turns before the one that is measured.
-    """
-
-    title: str
-    clearances: FloatArray
-    amplitudes: FloatArray
-    arm_amplitudes: FloatArray
-    amplitude_without_clearance: float
+    title: str  # title of the scene
+    clearances: FloatArray  # clearance between links and sleeve, m; shape (n,)
+    amplitudes: FloatArray  # sleeve motion from lowest to highest point, m; shape (n,)
+    arm_amplitudes: FloatArray  # the same of the links, as the lift of a sleeve without clearance, m; shape (n,)
+    amplitude_without_clearance: float  # sleeve amplitude without clearance, m
+    # whether the friction exceeds the weight of the sleeve, so that it can stay at rest without its links
     friction_carries_sleeve: bool
-    fluctuation_ratio: float
-    n_turns: int
+    fluctuation_ratio: float  # speed fluctuation over insensitivity band
+    n_turns: int  # turns before the one that is measured
 
     figure = "render.figures.regulation.clearance_figure"
 

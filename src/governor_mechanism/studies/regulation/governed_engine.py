@@ -77,24 +77,14 @@ class OperatingPoint:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class RegulationCharacteristic:
-    """Speed and mean torque of a governed engine along the travel of its governor.
+    """Speed and mean torque of a governed engine along the travel of its governor."""
 
-    Attributes
-    ----------
-    coordinate
-        Coordinate of the governor, SI; shape (n,).
-    sleeve_lift
-        Lift of the sleeve, m; shape (n,).
-    shaft_speed
-        Speed of the shaft at which the governor is in equilibrium, rad/s; not a number where there is none; shape (n,).
-    torque
-        Mean torque of the engine, N m; shape (n,).
-    """
-
-    coordinate: FloatArray
-    sleeve_lift: FloatArray
+    coordinate: FloatArray  # coordinate of the governor, SI; shape (n,)
+    sleeve_lift: FloatArray  # lift of the sleeve, m; shape (n,)
+    # speed of the shaft at which the governor is in equilibrium, rad/s; not a number where there is none;
+    # shape (n,)
     shaft_speed: FloatArray
-    torque: FloatArray
+    torque: FloatArray  # mean torque of the engine, N m; shape (n,)
 
 
 class GovernedEngine:

@@ -31,24 +31,14 @@ SETTLING_TOLERANCE = 0.02
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class SettlingStudy(Result):
-    """Settling time after a change of load, against the damping of the sleeve.
+    """Settling time after a change of load, against the damping of the sleeve."""
 
-    Attributes
-    ----------
-    title
-        Title of the scene.
-    damping_coefficients
-        Linear dashpot on the sleeve, N s/m; shape (n,).
-    settling_times
-        Time from the change of load until the arms stay within the settling band, s; shape (n,); infinite if they do not settle in the run.
-    best
-        Damping coefficient with the shortest settling time, N s/m, and that time, s.
-    """
-
-    title: str
-    damping_coefficients: FloatArray
+    title: str  # title of the scene
+    damping_coefficients: FloatArray  # linear dashpot on the sleeve, N s/m; shape (n,)
+    # time from the change of load until the arms stay within the settling band, s; shape (n,); infinite if
+    # they do not settle in the run
     settling_times: FloatArray
-    best: tuple[float, float]
+    best: tuple[float, float]  # damping coefficient with the shortest settling time, N s/m, and that time, s
 
     figure = "render.figures.regulation.settling_figure"
 
@@ -138,42 +128,19 @@ AIRY_PRIME_FIRST_ZERO = 1.018792971647471
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class FoldJumpStudy(Result):
-    """Speeds at which the arms pass the fold, against the ramp rate of the spindle speed.
+    """Speeds at which the arms pass the fold, against the ramp rate of the spindle speed."""
 
-    Attributes
-    ----------
-    title
-        Title of the scene.
-    ramp_rates
-        Magnitude of the spindle acceleration, rad/s2; shape (n,).
-    rising_speeds
-        Speed at the fold position on the way up from the low stop, rad/s; shape (n,).
-    leaving_speeds
-        Speed at which the governor leaves the low stop, rad/s; shape (n,).
-    falling_speeds
-        Speed at the fold position on the way down, rad/s; shape (n,).
-    fold_position
-        Leading coordinate at the fold, rad.
-    fold_speed
-        Equilibrium speed at the fold, rad/s.
-    stop_speed
-        Equilibrium speed at the low stop, rad/s.
-    divergence_rate
-        Divergence rate of a disturbance at the low stop, with damping, 1/s.
-    asymptotic_delay
-        Delay of the fall for a ramp rate that tends to zero, from the stiffnesses at the fold and the damping, rad/s; shape (n,).
-        NaN without damping.
-    """
-
-    title: str
-    ramp_rates: FloatArray
-    rising_speeds: FloatArray
-    leaving_speeds: FloatArray
-    falling_speeds: FloatArray
-    fold_position: float
-    fold_speed: float
-    stop_speed: float
-    divergence_rate: float
+    title: str  # title of the scene
+    ramp_rates: FloatArray  # magnitude of the spindle acceleration, rad/s2; shape (n,)
+    rising_speeds: FloatArray  # speed at the fold position on the way up from the low stop, rad/s; shape (n,)
+    leaving_speeds: FloatArray  # speed at which the governor leaves the low stop, rad/s; shape (n,)
+    falling_speeds: FloatArray  # speed at the fold position on the way down, rad/s; shape (n,)
+    fold_position: float  # leading coordinate at the fold, rad
+    fold_speed: float  # equilibrium speed at the fold, rad/s
+    stop_speed: float  # equilibrium speed at the low stop, rad/s
+    divergence_rate: float  # divergence rate of a disturbance at the low stop, with damping, 1/s
+    # delay of the fall for a ramp rate that tends to zero, from the stiffnesses at the fold and the
+    # damping, rad/s; shape (n,). NaN without damping.
     asymptotic_delay: FloatArray
 
     figure = "render.figures.regulation.fold_jump_figure"

@@ -53,24 +53,13 @@ MAX_ITERATIONS = 12
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class PeriodicMotion:
-    """A periodic motion of a governed engine.
+    """A periodic motion of a governed engine."""
 
-    Attributes
-    ----------
-    period
-        Time of a turn of the shaft, s.
-    state
-        Angle and speed of the shaft, coordinate and rate of the governor at the start of the turn, SI.
-    multipliers
-        Floquet multipliers of a turn without that of a shift in time, the largest first.
-    return_error
-        Distance between the states before and after the turn, relative to their scales.
-    """
-
-    period: float
+    period: float  # time of a turn of the shaft, s
+    # angle and speed of the shaft, coordinate and rate of the governor at the start of the turn, SI
     state: FloatArray
-    multipliers: ComplexArray
-    return_error: float
+    multipliers: ComplexArray  # floquet multipliers of a turn without that of a shift in time, the largest first
+    return_error: float  # distance between the states before and after the turn, relative to their scales
 
     @property
     def growth_rate(self) -> float:

@@ -126,15 +126,9 @@ class SweepAxis(Recorded):
 
 @dataclass(frozen=True, kw_only=True)
 class AxisGrid:
-    """All combinations of the values of axes.
+    """All combinations of the values of axes."""
 
-    Attributes
-    ----------
-    axes
-        Keys and their values; the last axis varies fastest.
-    """
-
-    axes: tuple[SweepAxis, ...]
+    axes: tuple[SweepAxis, ...]  # keys and their values; the last axis varies fastest
 
     @property
     def shape(self) -> tuple[int, ...]:

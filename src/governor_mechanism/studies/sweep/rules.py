@@ -28,46 +28,22 @@ NEWTON_STEPS = 2
 
 
 class ReadingSamples(NamedTuple):
-    """A reading at the reported times of a run.
+    """A reading at the reported times of a run."""
 
-    Attributes
-    ----------
-    times
-        Times, s; shape (n,).
-    values
-        Values, SI; shape (n,).
-    rates
-        Rates, SI per second; shape (n,), or empty for a reading that is no position.
-    min_swing
-        Change between two turning points below which they count as noise, SI.
-    is_smooth
-        Whether nothing sticks or strikes, so that a polynomial through several times holds.
-    """
-
-    times: FloatArray
-    values: FloatArray
-    rates: FloatArray
-    min_swing: float
-    is_smooth: bool
+    times: FloatArray  # times, s; shape (n,)
+    values: FloatArray  # values, SI; shape (n,)
+    rates: FloatArray  # rates, SI per second; shape (n,), or empty for a reading that is no position
+    min_swing: float  # change between two turning points below which they count as noise, SI
+    is_smooth: bool  # whether nothing sticks or strikes, so that a polynomial through several times holds
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class TurningPoints:
-    """Turning points of a reading in order of time, upper and lower ones by turns.
+    """Turning points of a reading in order of time, upper and lower ones by turns."""
 
-    Attributes
-    ----------
-    times
-        Times, s; shape (n,).
-    values
-        Values, SI; shape (n,).
-    is_upper
-        Whether each is a maximum; shape (n,).
-    """
-
-    times: FloatArray
-    values: FloatArray
-    is_upper: BoolArray
+    times: FloatArray  # times, s; shape (n,)
+    values: FloatArray  # values, SI; shape (n,)
+    is_upper: BoolArray  # whether each is a maximum; shape (n,)
 
     def whole_oscillations(self) -> tuple[float, float, int] | None:
         """Return the times (s) of the first and the last maximum, or minimum if there is only one maximum, and the periods between them."""
@@ -256,27 +232,13 @@ class RunNumbers:
 
 
 class Taken(NamedTuple):
-    """What a statistic is taken of.
+    """What a statistic is taken of."""
 
-    Attributes
-    ----------
-    numbers
-        The run.
-    reading
-        Name of the reading.
-    is_rate
-        Whether its rate is meant.
-    scale
-        Scale of the reading, SI; 0 if it has none.
-    min_swing
-        Change between two turning points below which they count as noise, SI.
-    """
-
-    numbers: RunNumbers
-    reading: str
-    is_rate: bool
-    scale: float
-    min_swing: float
+    numbers: RunNumbers  # the run
+    reading: str  # name of the reading
+    is_rate: bool  # whether its rate is meant
+    scale: float  # scale of the reading, SI; 0 if it has none
+    min_swing: float  # change between two turning points below which they count as noise, SI
 
     @property
     def values(self) -> FloatArray:
@@ -362,23 +324,13 @@ def _take_speed_fluctuation(taken: Taken) -> float:
 
 @dataclass(frozen=True, kw_only=True)
 class Statistic:
-    """A number taken of a reading.
+    """A number taken of a reading."""
 
-    Attributes
-    ----------
-    take
-        Function that computes it.
-    meaning
-        What it is, for users.
-    unit
-        SI unit; None for that of the reading.
-    needs
-        Kind of reading that it needs: "position", whose rate is known, "angle", or empty for any reading and any rate.
-    """
-
-    take: Callable[[Taken], float]
-    meaning: str
-    unit: str | None = None
+    take: Callable[[Taken], float]  # function that computes it
+    meaning: str  # what it is, for users
+    unit: str | None = None  # SI unit; None for that of the reading
+    # kind of reading that it needs: "position", whose rate is known, "angle", or empty for any reading and
+    # any rate
     needs: Literal["", "position", "angle"] = ""
 
 

@@ -92,24 +92,12 @@ Kernel = Callable[..., Any]
 
 @dataclass(frozen=True, kw_only=True)
 class KernelResults:
-    """What a kernel returned at n points.
+    """What a kernel returned at n points."""
 
-    Attributes
-    ----------
-    values
-        Results; NaN where there is none; shape (n,).
-    problems
-        Sentences by the index of the point at which the kernel gave no real, finite number.
-    defects
-        Sentences on what the kernel must not do at all.
-    is_vectorised
-        Whether it was called with arrays.
-    """
-
-    values: FloatArray
-    problems: Mapping[int, str]
-    defects: tuple[str, ...]
-    is_vectorised: bool
+    values: FloatArray  # results; NaN where there is none; shape (n,)
+    problems: Mapping[int, str]  # sentences by the index of the point at which the kernel gave no real, finite number
+    defects: tuple[str, ...]  # sentences on what the kernel must not do at all
+    is_vectorised: bool  # whether it was called with arrays
 
 
 def name_of_kernel(kernel: Kernel) -> str:

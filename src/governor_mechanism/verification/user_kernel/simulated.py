@@ -100,27 +100,13 @@ class Input(NamedTuple):
 
 @dataclass(frozen=True, kw_only=True)
 class Simulated:
-    """A quantity as simulated.
+    """A quantity as simulated."""
 
-    Attributes
-    ----------
-    values
-        Results, SI; shape (n,).
-    errors
-        Estimates of their errors, SI; shape (n,).
-    arguments
-        What a kernel may take besides dimensions and gravity, by name.
-    scale
-        Value to which a tolerance is relative, SI; None for each result itself.
-    notes
-        Sentences on what is missing.
-    """
-
-    values: FloatArray
-    errors: FloatArray
-    arguments: Mapping[str, Series]
-    scale: float | None = None
-    notes: tuple[str, ...] = ()
+    values: FloatArray  # results, SI; shape (n,)
+    errors: FloatArray  # estimates of their errors, SI; shape (n,)
+    arguments: Mapping[str, Series]  # what a kernel may take besides dimensions and gravity, by name
+    scale: float | None = None  # value to which a tolerance is relative, SI; None for each result itself
+    notes: tuple[str, ...] = ()  # sentences on what is missing
 
 
 Evaluator = Callable[[Scene, Mapping[str, FloatArray], float], Simulated]
@@ -129,36 +115,16 @@ Evaluator = Callable[[Scene, Mapping[str, FloatArray], float], Simulated]
 
 @dataclass(frozen=True, kw_only=True)
 class Quantity:
-    """A quantity of a scene that a kernel may compute.
+    """A quantity of a scene that a kernel may compute."""
 
-    Attributes
-    ----------
-    name
-        Its name.
-    unit
-        Its SI unit.
-    description
-        What it is, in a phrase.
-    inputs
-        What the user gives by name.
-    arguments
-        Names of further arguments of the kernel besides dimensions and gravity.
-    evaluate
-        Function that simulates it.
-    period
-        Period of an angle that counts modulo a turn, rad; 0 for other quantities.
-    is_frequency
-        Whether a unit such as Hz counts cycles.
-    """
-
-    name: str
-    unit: str
-    description: str
-    inputs: Mapping[str, Input]
-    arguments: tuple[str, ...]
-    evaluate: Evaluator
-    period: float = 0.0
-    is_frequency: bool = False
+    name: str  # its name
+    unit: str  # its SI unit
+    description: str  # what it is, in a phrase
+    inputs: Mapping[str, Input]  # what the user gives by name
+    arguments: tuple[str, ...]  # names of further arguments of the kernel besides dimensions and gravity
+    evaluate: Evaluator  # function that simulates it
+    period: float = 0.0  # period of an angle that counts modulo a turn, rad; 0 for other quantities
+    is_frequency: bool = False  # whether a unit such as Hz counts cycles
 
 
 def evaluate_with_rounding(

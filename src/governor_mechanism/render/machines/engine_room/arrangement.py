@@ -33,34 +33,17 @@ _OPENING_READINGS: Final = {THROTTLE: "throttle_opening", CUT_OFF: "cut_off"}
 
 @dataclass(frozen=True, kw_only=True)
 class EngineRoomParts:
-    """An engine, the governor that it drives, and what the governor controls.
+    """An engine, the governor that it drives, and what the governor controls."""
 
-    Attributes
-    ----------
-    engine, governor
-        The parts.
-    drive
-        Coupling between the shaft of the engine and the spindle of the governor.
-    ratio
-        Ratio of the speed of the spindle to that of the shaft.
-    crank_angle
-        Reading of the scene that is the angle of the shaft.
-    shaft_body
-        Body of the scene that the shaft turns.
-    governor_reading
-        Reading of the scene that moves the control.
-    controlled
-        What the governor controls: THROTTLE, CUT_OFF or TORQUE.
-    """
-
+    # engine, governor: the parts
     engine: Part
     governor: Part
-    drive: RatioCoupling
-    ratio: float
-    crank_angle: str
-    shaft_body: str
-    governor_reading: str
-    controlled: str
+    drive: RatioCoupling  # coupling between the shaft of the engine and the spindle of the governor
+    ratio: float  # ratio of the speed of the spindle to that of the shaft
+    crank_angle: str  # reading of the scene that is the angle of the shaft
+    shaft_body: str  # body of the scene that the shaft turns
+    governor_reading: str  # reading of the scene that moves the control
+    controlled: str  # what the governor controls: THROTTLE, CUT_OFF or TORQUE
 
     @property
     def opening_reading(self) -> str | None:

@@ -35,31 +35,16 @@ _ROTATION_SLOWING_LIMIT = math.radians(24)
 
 @dataclass(frozen=True, kw_only=True)
 class RoomState:
-    """State of the room at one time.
+    """State of the room at one time."""
 
-    Attributes
-    ----------
-    time
-        Time, s.
-    crank_angle, spindle_angle
-        Drawn angles, rad.
-    governor
-        Moment of the governor.
-    fork_height
-        Height of the fork of the bell crank, pixels.
-    control
-        Opening of the throttle, cut-off, or torque of the engine (N m).
-    load
-        Torque of the load relative to its largest in the run.
-    """
-
-    time: float
+    time: float  # time, s
+    # crank_angle, spindle_angle: drawn angles, rad
     crank_angle: float
     spindle_angle: float
-    governor: Moment
-    fork_height: float
-    control: float
-    load: float
+    governor: Moment  # moment of the governor
+    fork_height: float  # height of the fork of the bell crank, pixels
+    control: float  # opening of the throttle, cut-off, or torque of the engine (N m)
+    load: float  # torque of the load relative to its largest in the run
 
 
 class EngineRoomDrawing:

@@ -80,30 +80,15 @@ _MASS_SIDES = (0.22, 0.16)
 
 
 class _BodyOutline(NamedTuple):
-    """What of the drawing of a body is the same at every pose.
+    """What of the drawing of a body is the same at every pose."""
 
-    Attributes
-    ----------
-    points
-        Points that its plate or bar contains, in body axes, m; fewer than two for a body without one.
-    width
-        Width of the plate, m.
-    has_ball
-        Whether a ball stands at a corner of the plate.
-    has_single_shape
-        Whether a body without plate is drawn at its mass centre.
-    tracers
-        Points that readings follow and no joint holds, in body axes, m.
-    is_slotted
-        Whether other bodies slide in it.
-    """
-
+    # points that its plate or bar contains, in body axes, m; fewer than two for a body without one
     points: Sequence[Vec2]
-    width: float
-    has_ball: bool
-    has_single_shape: bool
-    tracers: Sequence[Vec2]
-    is_slotted: bool
+    width: float  # width of the plate, m
+    has_ball: bool  # whether a ball stands at a corner of the plate
+    has_single_shape: bool  # whether a body without plate is drawn at its mass centre
+    tracers: Sequence[Vec2]  # points that readings follow and no joint holds, in body axes, m
+    is_slotted: bool  # whether other bodies slide in it
 
 
 @once_per_object
