@@ -312,3 +312,15 @@ def test_a_number_follows_its_branch_where_a_dimension_changes_the_order():
         angles.append(scene.mechanism.initial_guess[crank][2])
     assert np.all(np.abs(np.diff(angles)) < 0.06)
     assert first.replace({"ground.A": [0, 0.2], "assembly": 4}).document["assembly"] == 4
+
+
+def test_a_carried_gear_takes_its_angle_from_the_arm_and_the_rod_in_every_assembly():
+    scene = gm.load("sun_and_planet")
+    found = gm.assemblies(scene)
+    assert (len(found.poses), found.complete) == (2, True)
+    names = [body.name for body in scene.mechanism.bodies]
+    sun, arm, rod = (found.poses[:, names.index(name), 2] for name in ("sun", "arm", "rod"))
+    # Equal wheels: sun - arm = arm - rod, up to the constant of the teeth and whole turns.
+    tooth = math.remainder(sun[1] - 2 * arm[1] + rod[1] - (sun[0] - 2 * arm[0] + rod[0]), math.tau)
+    assert abs(tooth) < 1e-9
+    assert abs(math.remainder(rod[1] - rod[0], math.tau)) > 0.5
