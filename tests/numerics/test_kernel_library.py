@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import multiprocessing
 import os
 import subprocess
 import sys
@@ -63,6 +64,35 @@ def test_worker_processes_call_kernels():
     arms = {"dimensions.arm": [0.28, 0.29, 0.3, 0.31]}
     alone, together = (gm.sweep("porter", arms, ["final arm_angle"], workers=workers) for workers in (1, 2))
     assert str(alone) == str(together)
+
+
+WORKERS = """
+import multiprocessing
+import sys
+
+import governor_mechanism as gm
+
+
+def bits_of_run(engine):
+    run = gm.run("porter_dry_friction", engine=engine, times=[0.0, 0.05], accuracy=1e-4)
+    return run.poses.tobytes() + run.velocities.tobytes()
+
+
+if __name__ == "__main__":
+    expected = [bits_of_run("reduced"), bits_of_run("multibody")]
+    with multiprocessing.get_context(sys.argv[1]).Pool(2) as pool:
+        assert pool.map(bits_of_run, ["reduced", "multibody"]) == expected
+"""
+"""A script that calls kernels in a process, and then in two that it starts."""
+
+
+@needs_library
+@pytest.mark.parametrize("start", [name for name in ("fork", "spawn") if name in multiprocessing.get_all_start_methods()])
+def test_forked_and_spawned_processes_get_the_bits_of_their_parent(start, tmp_path):
+    script = tmp_path / "workers.py"
+    script.write_text(WORKERS)
+    answer = subprocess.run([sys.executable, script, start], capture_output=True, text=True, check=False)
+    assert answer.returncode == 0, answer.stderr
 
 
 @needs_library
