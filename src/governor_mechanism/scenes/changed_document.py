@@ -14,7 +14,6 @@ from governor_mechanism.engines.initial_state import initial_state
 from governor_mechanism.errors import MechanismError, did_you_mean
 from governor_mechanism.machines.custom import CUSTOM_MACHINE
 from governor_mechanism.model.scene import Scene
-from governor_mechanism.scenes.custom.assembly import find_nearest_number, with_number, written_number
 from governor_mechanism.scenes.parser import parse_scene_document
 from governor_mechanism.units.quantities import format_value
 
@@ -133,7 +132,7 @@ def parse_scene_with(document: Mapping[str, Any], values: Iterable[tuple[str, An
         keys.add(key.partition(".")[0])
         _require_known_dimension(changed, key)
         changed = replace_document_value(changed, key, value)
-    number = written_number(document)
+    number = _written_number(document)
     if number is None or "assembly" in keys:
         return parse_scene_document(changed)
     return _follow_assembly(document, changed, number)
@@ -141,6 +140,8 @@ def parse_scene_with(document: Mapping[str, Any], values: Iterable[tuple[str, An
 
 def _follow_assembly(document: Mapping[str, Any], changed: Mapping[str, Any], number: int) -> Scene:
     """Return the scene of a changed document in the assembly nearest to the one before, with a note if its number is another."""
+    from governor_mechanism.scenes.custom.assembly import find_nearest_number  # few scenes have several assemblies
+
     scene = parse_scene_document(changed)
     before = _parse_numbered(format_scene_toml(document))
     if before is None:
@@ -148,10 +149,23 @@ def _follow_assembly(document: Mapping[str, Any], changed: Mapping[str, Any], nu
     nearest = find_nearest_number(changed, scene.part, scene.start, before.part.mechanism.initial_guess)
     if nearest == number:
         return scene
-    scene = parse_scene_document(with_number(changed, nearest))
+    scene = parse_scene_document(_with_number(changed, nearest))
     mechanism = scene.part.mechanism
     note = f"with the changed values assembly {number} has the number {nearest}: it follows the nearest branch"
     return scene.with_changes(mechanism=replace(mechanism, notes=(*mechanism.notes, note)))
+
+
+def _written_number(document: Mapping[str, Any]) -> int | None:
+    """Return the number of the assembly that a scene file writes; None if it writes none."""
+    written = document.get("assembly")
+    take = written.get("take") if isinstance(written, Mapping) else written
+    return take if isinstance(take, int) else None
+
+
+def _with_number(document: Mapping[str, Any], number: int) -> dict[str, Any]:
+    """Return a document that takes another assembly."""
+    written = document.get("assembly")
+    return {**document, "assembly": {**written, "take": number} if isinstance(written, Mapping) else number}
 
 
 @lru_cache(maxsize=4)

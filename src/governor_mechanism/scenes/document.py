@@ -23,7 +23,6 @@ from governor_mechanism.model.part import EQUILIBRIUM, TURNING_PLANE, FreeSpindl
 from governor_mechanism.model.scene import RunSettings, Scene
 from governor_mechanism.scenes import schema
 from governor_mechanism.scenes.custom.dimensions import DimensionTable, evaluate_expressions
-from governor_mechanism.scenes.custom.parser import CUSTOM_TOP_LEVEL, CustomMachineParser
 from governor_mechanism.scenes.effect_tables import WatchedReadings, join_watched_readings, parse_crossings, parse_effects
 from governor_mechanism.scenes.loads import LOAD, parse_coupling
 from governor_mechanism.scenes.quantities import parse_name
@@ -248,6 +247,8 @@ class PartParser:
 
     def _parse_custom(self) -> tuple[Part | None, tuple[Effect, ...], Start]:
         """Return part, effects and start of a scene with a custom machine."""
+        from governor_mechanism.scenes.custom.parser import CUSTOM_TOP_LEVEL, CustomMachineParser  # not for other machines
+
         top_level = self._parse_top_level(CUSTOM_TOP_LEVEL)
         part, start, readings = CustomMachineParser(self.document, top_level, self.collector, self.dimensions).parse()
         effects = self._parse_effects(readings)

@@ -116,19 +116,6 @@ def take_assembly(mechanism: Mechanism, written: WrittenAssembly, start: Start, 
     return replace(mechanism, notes=notes, initial_guess=tuple((x, y, angle) for x, y, angle in poses.tolist()))
 
 
-def written_number(document: Mapping[str, Any]) -> int | None:
-    """Return the number of the assembly that a scene file writes; None if it writes none."""
-    written = document.get("assembly")
-    take = written.get("take") if isinstance(written, Mapping) else written
-    return take if isinstance(take, int) else None
-
-
-def with_number(document: Mapping[str, Any], number: int) -> dict[str, Any]:
-    """Return a document that takes another assembly."""
-    written = document.get("assembly")
-    return {**document, "assembly": {**written, "take": number} if isinstance(written, Mapping) else number}
-
-
 def find_nearest_number(
     document: Mapping[str, Any],
     part: Part,
