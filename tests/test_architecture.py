@@ -63,7 +63,7 @@ INNER_FOLDERS = {
         {"forces", "point_paths"},
         {"page"},
         {"film"},
-        {"results_folder"},
+        {"dxf", "results_folder"},
     ],
     "scenes": [
         {"described_scene", "quantities"},
@@ -91,6 +91,7 @@ ONLY = {
     "matplotlib": {"render", "papers"},
     "PIL": {"render"},
     "imageio": {"render"},
+    "ezdxf": {"render"},
     "pint": {"units"},
     "typer": {"cli"},
     "joblib": {"studies"},
@@ -116,6 +117,7 @@ DELEGATIONS = {
             "plot_reactions",
             "film",
             "save",
+            "save_dxf",
             "_repr_html_",
         )
     },

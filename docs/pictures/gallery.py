@@ -50,6 +50,9 @@ FILM_OPTIONS: dict[str, dict[str, Any]] = {
 }
 """Options of the films of some scenes; an end is that of the run if this ends earlier."""
 
+CATALOGUE_FILMS = ("jansen",)
+"""Scenes of the catalogue with a film."""
+
 OUTSIDE_FILM, OUTSIDE_SCENE = "porter_outside", "porter"
 """A film from outside too, and its scene."""
 
@@ -94,6 +97,8 @@ def main() -> None:
         readings_figure(run).save(FOLDER / f"{name}.png")
         write_machine_figures(run, FigureFiles(folder=FOLDER), name)
         print(f"{name}: {run.message}")
+    for name in CATALOGUE_FILMS:
+        make_film(name, FOLDER)
     make_film(OUTSIDE_FILM, FOLDER)
     make_film(PAIR_FILM, FOLDER)
     for command in STUDIES:

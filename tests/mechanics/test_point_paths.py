@@ -94,6 +94,8 @@ def test_requested_paths_are_columns_of_run_table_and_kinematics(leg, tmp_path):
     motion = gm.kinematics(leg.scene, over="time", values=leg.times[:3])
     table = motion.to_dataframe()
     np.testing.assert_allclose(table["foot.x"], leg.paths["foot"][:3, 0], atol=1e-12)
+    keys = [column.key for column in motion.columns]
+    assert [keys.count(key) for key in ("foot.x", "foot.y", "knee.x")] == [1, 1, 1]
     leg.save(tmp_path, figures=False)
     header, first = (tmp_path / "jansen.csv").read_text(encoding="utf-8").splitlines()[1:3]
     row = dict(zip(header.split(","), map(float, first.split(",")), strict=True))

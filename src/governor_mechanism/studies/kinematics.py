@@ -71,7 +71,9 @@ class KinematicStudy(Kinematics):
             item_column(f"acceleration of {name}", "reading_accelerations", name, unit=f"{self.units[name]}/s2")
             for name in self.reading_accelerations
         ]
-        columns += [_path_column(point.name, axis) for point in mechanism.points for axis in "xy"]
+        # Those whose paths the scene names are among the readings.
+        points = [point.name for point in mechanism.points if f"{point.name}.x" not in self.readings]
+        columns += [_path_column(point, axis) for point in points for axis in "xy"]
         return over, *columns
 
     @cached_property

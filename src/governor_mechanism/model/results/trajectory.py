@@ -341,6 +341,38 @@ class Trajectory(Result):
 
         return film_run(self, path, progress=progress, **options)
 
+    def save_dxf(
+        self, path: str | os.PathLike[str], *, time: float | str | None = None, paths: Sequence[str] | None = None, part: str | None = None
+    ) -> Path:
+        """Write the mechanism in one position as a drawing in DXF, true to scale in millimetres.
+
+        Layers: "ground", "parts" (outlines), "pins" and "paths" (whole curves over the run).
+
+        Parameters
+        ----------
+        path
+            The file, which ends in .dxf.
+        time
+            Time of the position, s, or text with a unit; the start if None.
+        paths
+            Names of points, as `paths` names them; those that the scene names in `[run] paths` if None.
+        part
+            Name of the part, in a scene of several.
+
+        Returns
+        -------
+        Path
+            Path of the file.
+
+        Raises
+        ------
+        MechanismError
+            If an argument is not valid, ezdxf is not installed, the file cannot be written, or the run has no reported time.
+        """
+        from governor_mechanism.render.dxf import write_dxf
+
+        return write_dxf(self, path, time=time, paths=paths, part=part)
+
     def save(
         self,
         folder: str | os.PathLike[str],

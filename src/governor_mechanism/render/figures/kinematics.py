@@ -69,9 +69,10 @@ def _group_readings(study: KinematicStudy) -> dict[str, list[str]]:
 
 
 def _draw_paths(page: Page, study: KinematicStudy, height: float) -> None:
-    """Draw the paths of named points, or of the first ones, and the curves of instantaneous centres where they lie beside them."""
+    """Draw the paths that the scene names, or of named points, or of the first ones, and beside them curves of instantaneous centres."""
     panel = page.add_panel((0.065, _BOTTOM / height, 0.42, 1 - 1.91 / height), "x [mm]", "y [mm]")
-    named = [name for name in study.paths if any(name == point.name for point in study.scene.mechanism.points)]
+    scene = study.scene
+    named = list(scene.run.paths) or [name for name in study.paths if any(name == point.name for point in scene.mechanism.points)]
     shown = named or [name for name, path in study.paths.items() if np.ptp(path, axis=0).max() > 0.0] or list(study.paths)
     draw_paths(panel, {name: study.paths[name] for name in shown[:_MAX_PATHS]})
     centres = [name.removesuffix(".x") for name in study.readings if name.startswith(f"{_CENTRE}.") and name.endswith(".x")]

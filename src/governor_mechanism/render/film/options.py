@@ -31,16 +31,16 @@ def require_suitable_options(options: FilmOptions, scenes: Sequence[Scene], suff
     elif options.view is not FilmView.PLANE:
         _require_turning_part(options, scenes)
     for scene in scenes:
-        _require_points(options, scene)
+        require_points(options.paths or (), scene)
     if options.exaggerate != 1.0:
         for scene in scenes:
             require_one_coordinate(scene)
 
 
-def _require_points(options: FilmOptions, scene: Scene) -> None:
-    """Raise FilmOptionError for a path of a point that no shown part of a scene has."""
+def require_points(names: Sequence[str], scene: Scene) -> None:
+    """Raise FilmOptionError for a path of a point that no part of a scene has."""
     known = scene.mechanism.path_points
-    for name in options.paths or ():
+    for name in names:
         if name not in known:
             listed = ", ".join(sorted(known))
             raise FilmOptionError(
