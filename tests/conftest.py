@@ -1,7 +1,5 @@
 """Settings of all tests."""
 
-from __future__ import annotations
-
 from hypothesis import Phase, settings
 
 settings.register_profile("suite", deadline=None, max_examples=50)  # no test looks at the clock

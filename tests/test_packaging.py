@@ -1,7 +1,5 @@
 """The wheel carries the scenes, and so does a source tree that is installed to be edited; the repository stays small."""
 
-from __future__ import annotations
-
 import json
 import os
 import re

@@ -1,7 +1,5 @@
 """The types of the public functions can be imported and read, results are shown in a few lines, and misspelt names are refused."""
 
-from __future__ import annotations
-
 import ast
 import dataclasses
 import inspect

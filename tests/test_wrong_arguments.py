@@ -1,7 +1,5 @@
 """Wrong types of arguments are refused in sentences, without Python's way of writing values, and results compare without errors."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

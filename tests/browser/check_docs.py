@@ -1,7 +1,5 @@
 """The built documentation in a browser, and its links: `make test-browser` runs these after `make docs`."""
 
-from __future__ import annotations
-
 import threading
 import time
 from functools import partial

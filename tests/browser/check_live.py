@@ -1,7 +1,5 @@
 """The live page in a browser: real mouse and keyboard change the scene, and its readings are those of the same scene in Python."""
 
-from __future__ import annotations
-
 import asyncio
 import re
 import socket

@@ -3,8 +3,6 @@
 `make test-browser` runs these; the default run of the tests does not collect them, because they need a browser.
 """
 
-from __future__ import annotations
-
 import time
 
 import numpy as np

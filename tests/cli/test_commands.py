@@ -1,7 +1,5 @@
 """The command as a person uses it: what it prints, what it writes, how it ends."""
 
-from __future__ import annotations
-
 import json
 import os
 import re

@@ -1,7 +1,5 @@
 """The controlling force in the command `equilibria`: its lines, its JSON, its figure."""
 
-from __future__ import annotations
-
 import json
 import math
 

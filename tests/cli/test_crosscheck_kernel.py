@@ -1,7 +1,5 @@
 """The command `crosscheck` with a kernel of the user: what it prints, what it writes, how it ends."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 from xml.etree import ElementTree

@@ -1,7 +1,5 @@
 """The command `design` as a person uses it."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Options of films on the command line."""
 
-from __future__ import annotations
-
 import re
 
 import pytest

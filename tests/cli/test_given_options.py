@@ -1,7 +1,5 @@
 """What the user gives on the command line counts or is refused: twice, empty, without effect; messages name options as typed."""
 
-from __future__ import annotations
-
 import io
 import sys
 from collections.abc import Iterator

@@ -1,7 +1,5 @@
 """Options of `run` and `--set` of every command; the commands about scenes."""
 
-from __future__ import annotations
-
 import json
 import os
 import tomllib

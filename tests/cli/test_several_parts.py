@@ -1,7 +1,5 @@
 """Commands on a scene of several parts: an engine and its governor."""
 
-from __future__ import annotations
-
 import csv
 import itertools
 import json

@@ -1,7 +1,5 @@
 """Closed forms of the air-expansion engine and its flywheel: Redtenbacher's numbers, other routes to them, textbook problems, refusals."""
 
-from __future__ import annotations
-
 import itertools
 import math
 from dataclasses import replace

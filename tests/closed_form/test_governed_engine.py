@@ -1,7 +1,5 @@
 """Closed form of the loop of engine and governor: against the simulation's linearisation, quadrature, and Vyshnegradskii's limit."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 from itertools import pairwise

@@ -1,7 +1,5 @@
 """The slide valve in closed form: recomputed tables, Marks' curves, the size of what is neglected, events, refusals."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from typing import Any

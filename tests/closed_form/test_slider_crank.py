@@ -1,7 +1,5 @@
 """The slider crank in closed form: the recomputed table, derivatives, Marks' circle, momentum and energy of loads."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Closed forms of Stephenson's link motion: Zeuner's law, the exact position, and the law as the limit of small eccentrics."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 

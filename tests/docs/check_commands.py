@@ -1,7 +1,5 @@
 """Every command of the README and the documentation runs as it stands there: `make test-docs`."""
 
-from __future__ import annotations
-
 import subprocess
 import sys
 from pathlib import Path

@@ -1,7 +1,5 @@
 """The tables of benchmarks/RESULTS.md are found by the script that writes them, and belong to scripts that exist."""
 
-from __future__ import annotations
-
 import importlib.util
 
 from documentation_pages import ROOT

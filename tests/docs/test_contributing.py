@@ -1,7 +1,5 @@
 """CONTRIBUTING.md names what is there: paths, folders of the package, targets of make."""
 
-from __future__ import annotations
-
 import re
 
 import pytest

@@ -1,7 +1,5 @@
 """Every machine has a page that names all its dimensions, readings, effects and shipped scenes, and the source of its formulas."""
 
-from __future__ import annotations
-
 import dataclasses
 import importlib.util
 import re

@@ -1,7 +1,5 @@
 """The generated reference names everything that the code has, and every link of the documentation leads somewhere."""
 
-from __future__ import annotations
-
 import dataclasses
 import re
 from functools import cache

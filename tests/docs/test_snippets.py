@@ -1,7 +1,5 @@
 """What the README and the documentation show works as it stands there."""
 
-from __future__ import annotations
-
 import os
 import tomllib
 from pathlib import Path

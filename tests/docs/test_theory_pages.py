@@ -1,7 +1,5 @@
 """The theory pages name what the code has: outcomes, events, engines, effects, hard cases, bounds; and the glossary is in order."""
 
-from __future__ import annotations
-
 import re
 
 import pytest

@@ -1,7 +1,5 @@
 """Effects by themselves: what they refuse, what wire and orifices come to, governors built with rods and play."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import astuple, replace
 

@@ -1,7 +1,5 @@
 """The force law of gas in a cylinder: its work is its integral, every stroke repeats the one before, pressures meet at the switch."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

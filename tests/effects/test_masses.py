@@ -1,7 +1,5 @@
 """Effects that give parts mass: what they refuse, what they take, and the values they have if nothing is given."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import astuple
 

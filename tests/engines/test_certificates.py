@@ -3,8 +3,6 @@
 `make certificates` makes all runs of the study, of which these are a few of each machine and engine.
 """
 
-from __future__ import annotations
-
 from dataclasses import replace
 from functools import cache
 

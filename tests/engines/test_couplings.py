@@ -1,7 +1,5 @@
 """Coupled parts: exact motions of geared discs, a geared governor, laws of conservation, followed speeds and loads that follow readings."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 

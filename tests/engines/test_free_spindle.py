@@ -1,7 +1,5 @@
 """Free spindle: reference values, conserved quantities, a torque against time, and refused scenes."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

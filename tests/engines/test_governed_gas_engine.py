@@ -1,7 +1,5 @@
 """A governor that throttles an engine with gas in its cylinder: engines against each other and against equations written out by hand."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

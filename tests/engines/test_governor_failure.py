@@ -1,7 +1,5 @@
 """A governor that stops or cannot carry the load: runaway and stall of the mean-torque engine against closed forms, and named events."""
 
-from __future__ import annotations
-
 import math
 import re
 from functools import cache

@@ -1,7 +1,5 @@
 """Hartung's governor in motion: rest, swings and energy against the closed forms, for every engine."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 from functools import cache

@@ -1,7 +1,5 @@
 """Simulated equilibria: every tabulated one, stable or not, against Zehnder's closed-form numbers."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

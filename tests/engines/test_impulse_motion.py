@@ -1,7 +1,5 @@
 """Simulated motion against references and the one-coordinate equation of motion, and its order of convergence."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Scenes that cannot be run are refused; runs that cannot continue end with a named outcome and keep their samples."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass, replace
 

@@ -1,7 +1,5 @@
 """Points in space against the printed references, and the engine against the points in space."""
 
-from __future__ import annotations
-
 from functools import cache
 
 import numpy as np

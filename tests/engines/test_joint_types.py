@@ -1,7 +1,5 @@
 """Every joint, drive and force element: simulated motions against closed forms and integration by scipy."""
 
-from __future__ import annotations
-
 import math
 from functools import cache
 

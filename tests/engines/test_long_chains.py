@@ -1,7 +1,5 @@
 """Mechanisms with many bodies: chains of four-bar loops match one bar, and engines agree on long hanging chains."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Moving points of the ground: scenes against equations of motion written out here and integrated by scipy."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Engines multibody and reduced: references to nine digits, agreement with impulse, valid error estimates."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from functools import cache
 from itertools import pairwise

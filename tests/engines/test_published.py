@@ -1,7 +1,5 @@
 """Engines multibody and reduced on published benchmark mechanisms, from the shipped scene files."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

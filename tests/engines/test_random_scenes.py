@@ -3,8 +3,6 @@
 Runs end by name and are finite; mirrored scenes mirror; motions without losses reverse; runs repeat bit by bit.
 """
 
-from __future__ import annotations
-
 import hashlib
 import os
 import subprocess

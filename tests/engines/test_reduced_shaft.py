@@ -1,7 +1,5 @@
 """Engine reduced with a shaft: free, geared or followed, with controlled loads, against multibody and published equations."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,7 +1,5 @@
 """Selection of an engine by `auto`: it can model the scene, meets the accuracy, and is replaced where it cannot continue."""
 
-from __future__ import annotations
-
 import re
 from dataclasses import replace
 

@@ -1,7 +1,5 @@
 """Turning points and change points of runs, and reversal of the whole motion, which is neither."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

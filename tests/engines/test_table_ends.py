@@ -1,7 +1,5 @@
 """Where a motion leaves its table at a bound of the coordinate: few steps, the exact time, and no end where it turns back before."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The netCDF file of a run by the CF conventions, as xarray and other readers see it."""
 
-from __future__ import annotations
-
 import json
 import re
 from pathlib import Path

@@ -1,7 +1,5 @@
 """A saved run opens again as the same run, bit by bit; a damaged one is refused."""
 
-from __future__ import annotations
-
 import dataclasses
 import json
 import math

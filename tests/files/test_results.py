@@ -1,7 +1,5 @@
 """What is written opens again and says the same."""
 
-from __future__ import annotations
-
 import csv
 import json
 import resource

@@ -1,7 +1,5 @@
 """Studies and curves as tables and JSON: the numbers of their arrays, under their names."""
 
-from __future__ import annotations
-
 import inspect
 import json
 

@@ -1,7 +1,5 @@
 """DOP853 on an oscillator and a stiff decay with known solutions: states, events, and the ways in which an integration ends."""
 
-from __future__ import annotations
-
 import math
 from typing import NamedTuple
 

@@ -1,7 +1,5 @@
 """The first zero of event functions in a step, and the first kink: functions that are polynomials of the fraction of the step."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

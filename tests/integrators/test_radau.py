@@ -1,7 +1,5 @@
 """The Radau IIA methods on stiff problems with known solutions."""
 
-from __future__ import annotations
-
 import math
 from typing import NamedTuple
 

@@ -1,7 +1,5 @@
 """The second run of a certificate takes at most half of every step of the first, whatever set the steps."""
 
-from __future__ import annotations
-
 import itertools
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The engine with a flywheel: the source's example, energy, limits of long rods and light pistons, stalls, loads, refusals."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The Hartnell governor: geometry, virtual work, agreement of the engines, cross-check, drawing, and refusals."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 

@@ -1,7 +1,5 @@
 """Hartung's governor at rest: the rigid-body tables from statics alone, its sleeve force, heavy parts, refusals."""
 
-from __future__ import annotations
-
 import math
 import tomllib
 from dataclasses import replace

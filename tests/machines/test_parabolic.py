@@ -1,7 +1,5 @@
 """The astatic governor: one equilibrium speed, neutral everywhere, and the time of its drift."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

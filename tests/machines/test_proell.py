@@ -1,7 +1,5 @@
 """The Proell governor: geometry, virtual work, the textbook formula, agreement of the engines, cross-check, and refusals."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 

@@ -1,7 +1,5 @@
 """The slide valve as a mechanism: tables by kinematics, settings, events, both engines, stand-in masses, refusals."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 from functools import cache

@@ -1,7 +1,5 @@
 """The slider crank as a mechanism: the table by kinematics, loads of the bearings, what may lack mass, refusals."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,7 +1,5 @@
 """Stephenson's link motion as a mechanism: table and second solver, engines, lever in motion, slot, refusals."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Rules of contact over arrays: weights and stops whose forces, impulses and states are known."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Force laws of bodies in a turning plane, against a cloud of particles and against derivatives of the moment of inertia."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,7 +1,5 @@
 """Bounces against a stop, of which infinitely many take a finite time."""
 
-from __future__ import annotations
-
 import pytest
 
 from governor_mechanism.mechanics.contact.impacts import zeno_time

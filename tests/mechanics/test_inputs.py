@@ -1,7 +1,5 @@
 """Loads that depend on readings, against their formulas: torques on a disc, which turns as they say."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

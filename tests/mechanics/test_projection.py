@@ -1,7 +1,5 @@
 """States projected onto joints and drives: what they satisfy, and that no nearer state does."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

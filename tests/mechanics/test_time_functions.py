@@ -1,7 +1,5 @@
 """Prescribed motions as functions of time: tables and formulas against polynomials and sines."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

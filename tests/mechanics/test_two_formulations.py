@@ -1,7 +1,5 @@
 """Equations of one coordinate and one shaft, against those of all bodies with the forces in their joints."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Couplings that are impossible are refused in sentences that name the coupling and the cure."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import pytest

@@ -1,7 +1,5 @@
 """Results declare columns and figures once: texts, JSON, files and data frames say the same."""
 
-from __future__ import annotations
-
 import csv
 import inspect
 import math

@@ -1,7 +1,5 @@
 """A view with sliders: equilibria, poses and sentences follow the values, mistakes are sentences, and the result is a scene."""
 
-from __future__ import annotations
-
 import math
 import re
 import sys

@@ -1,7 +1,5 @@
 """What a notebook shows of runs, scenes, curves, studies and films."""
 
-from __future__ import annotations
-
 import base64
 import inspect
 import re

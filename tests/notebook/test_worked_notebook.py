@@ -1,7 +1,5 @@
 """The worked notebook runs from its first to its last cell, shows what it says, and its numbers obey the laws of the linkage."""
 
-from __future__ import annotations
-
 import ast
 import json
 import math

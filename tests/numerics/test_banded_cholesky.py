@@ -1,7 +1,5 @@
 """Band systems, regular and singular, against dense linear algebra."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from hypothesis import assume, given

@@ -1,7 +1,5 @@
 """Pieces of a Chebyshev table: polynomials up to degree eleven are exact."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

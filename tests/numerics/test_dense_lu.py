@@ -1,7 +1,5 @@
 """Dense LU factorisation."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,7 +1,5 @@
 """Kernels without reference counts: none returns an array or gets one from another function."""
 
-from __future__ import annotations
-
 import ast
 import math
 import re

@@ -1,7 +1,5 @@
 """The library of kernels: the bits of numba, threads and processes, no memory kept, and one sentence where it cannot be used."""
 
-from __future__ import annotations
-
 import json
 import multiprocessing
 import os

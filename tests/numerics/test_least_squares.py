@@ -1,7 +1,5 @@
 """Sparse solutions agree with dense ones, and linearly dependent equations are detected."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,7 +1,5 @@
 """Kernels run as plain Python, for a debugger, and return what the compiled ones return."""
 
-from __future__ import annotations
-
 import json
 import os
 import subprocess

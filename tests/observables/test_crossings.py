@@ -1,7 +1,5 @@
 """Named crossings of readings: their times against motions known in closed form, and what counts as a crossing."""
 
-from __future__ import annotations
-
 import dataclasses
 import math
 from typing import Any

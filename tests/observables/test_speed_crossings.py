@@ -1,7 +1,5 @@
 """Named crossings of speeds: their times against closed forms and dense sampling, what counts as a crossing, and refusals."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 from itertools import pairwise

@@ -1,7 +1,5 @@
 """Forces that follow from a mechanism's place: by virtual work, whatever the machine."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 
 import numpy as np

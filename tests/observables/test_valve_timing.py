@@ -1,7 +1,5 @@
 """Valve events of a user's own gear: those of the slide valve where it is one, ports that never open, several openings, refusals."""
 
-from __future__ import annotations
-
 import copy
 import math
 

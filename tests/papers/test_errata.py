@@ -1,7 +1,5 @@
 """The errata of the papers: every printed and every right number against an independent one, commands, figures, and the page."""
 
-from __future__ import annotations
-
 import importlib.util
 import json
 import math

@@ -1,7 +1,5 @@
 """The laws behind the papers' rules about governing, in the simulated engine; and verdicts that follow from the numbers."""
 
-from __future__ import annotations
-
 import json
 import math
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """Effects of a scene are drawn where and as they act; effects that it does not list are not drawn."""
 
-from __future__ import annotations
-
 import dataclasses
 import itertools
 import math

@@ -1,7 +1,5 @@
 """Film of a governed engine: what the engine room shows is what the run says, at every frame."""
 
-from __future__ import annotations
-
 import math
 import tomllib
 from itertools import pairwise

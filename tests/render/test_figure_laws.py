@@ -1,7 +1,5 @@
 """What every figure keeps to: contrast of texts in both themes, quantities with units, curves that differ in grey, sheets A4."""
 
-from __future__ import annotations
-
 import re
 
 import numpy as np

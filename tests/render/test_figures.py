@@ -1,7 +1,5 @@
 """Figures hold every reading and leave nothing half written."""
 
-from __future__ import annotations
-
 import dataclasses
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Films have the right duration, show bodies at their positions, and leave no partial file."""
 
-from __future__ import annotations
-
 import dataclasses
 import subprocess
 import sys

@@ -1,7 +1,5 @@
 """What a film shows on demand: layouts, readings, colours, forces; when it is slowed, and where it closes on a whole period."""
 
-from __future__ import annotations
-
 import dataclasses
 import inspect
 import re

@@ -1,7 +1,5 @@
 """Films of wide mechanisms, of governors from outside, and of magnified motions."""
 
-from __future__ import annotations
-
 import dataclasses
 import itertools
 

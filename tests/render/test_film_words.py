@@ -1,7 +1,5 @@
 """Words on films: headings of plots are whole, and the lines of labels keep clear of the words and scales of the drawing."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

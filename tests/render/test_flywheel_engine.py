@@ -1,7 +1,5 @@
 """Drawing and plate of the engine with a flywheel: the indicator points run along their loops, over the pistons."""
 
-from __future__ import annotations
-
 import math
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Bodies with several pins are frames, which hide neither pins nor points."""
 
-from __future__ import annotations
-
 import itertools
 import math
 

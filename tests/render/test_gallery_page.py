@@ -1,7 +1,5 @@
 """The gallery shows a picture, the words and the command of each scene, and leads to its page."""
 
-from __future__ import annotations
-
 import re
 from xml.etree import ElementTree
 

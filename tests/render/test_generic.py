@@ -1,7 +1,5 @@
 """The generic drawing follows joints and loads: ends stand at points, wheels touch, and all stays in the picture."""
 
-from __future__ import annotations
-
 import dataclasses
 import itertools
 import math

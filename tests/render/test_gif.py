@@ -1,7 +1,5 @@
 """GIFs written frame by frame are read back by Pillow with the same colours and times."""
 
-from __future__ import annotations
-
 import io
 
 import numpy as np

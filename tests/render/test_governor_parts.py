@@ -1,7 +1,5 @@
 """What governors drive and what drives them, the key of friction shoes, and the enlarged lift."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The drawing of Hartung's governor: in true proportions, the same shapes at every pose, springs that shorten."""
 
-from __future__ import annotations
-
 import math
 from typing import Any
 

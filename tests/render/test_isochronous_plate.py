@@ -1,7 +1,5 @@
 """Zehnder's plate: the osculation point, its circle, the true and the misread speeds, a picture without collisions."""
 
-from __future__ import annotations
-
 import dataclasses
 import math
 from itertools import combinations

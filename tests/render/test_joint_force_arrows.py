@@ -1,7 +1,5 @@
 """Forces of joints that a run reports are arrows in films and on pages."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,7 +1,5 @@
 """Shapes are plain, stand where the mechanism stands, and stay within the view."""
 
-from __future__ import annotations
-
 import dataclasses
 import math
 import subprocess

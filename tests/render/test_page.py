@@ -1,7 +1,5 @@
 """Pages show the shapes of the films where the run has them, at its times, and need nothing but their one file."""
 
-from __future__ import annotations
-
 import dataclasses
 import html
 import json

@@ -1,7 +1,5 @@
 """The colours: contrast of text on its ground, and distances of curves for readers with and without colour vision."""
 
-from __future__ import annotations
-
 from itertools import combinations
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The drawing of the parabolic governor: rods of constant length carry the sleeve, balls stay on their guides, and effects have shapes."""
 
-from __future__ import annotations
-
 import itertools
 import math
 

@@ -1,7 +1,5 @@
 """Bands and means that stand for curves with many oscillations: laws of means and ranges, and the figures that draw them."""
 
-from __future__ import annotations
-
 import dataclasses
 import math
 

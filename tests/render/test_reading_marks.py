@@ -1,7 +1,5 @@
 """Loads, cranks and readings in the drawing of any mechanism: arrows are the forces of the run, arcs the angles of its readings."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

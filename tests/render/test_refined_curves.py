@@ -1,7 +1,5 @@
 """Curves through values and rates: as near to the motion as cubics are, and straight where values and rates do not belong together."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Films and figures of scenes of several parts: every part in a panel, drawn where it is."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Runs side by side: each is shown unchanged, on one scale, with its full duration, and rests at its end."""
 
-from __future__ import annotations
-
 import dataclasses
 
 import numpy as np

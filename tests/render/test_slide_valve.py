@@ -1,7 +1,5 @@
 """The drawing of a slide valve and its plates: they show what the mechanism does, stay in their frames, and repeat."""
 
-from __future__ import annotations
-
 import math
 from functools import cache
 from itertools import combinations

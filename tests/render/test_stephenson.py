@@ -1,7 +1,5 @@
 """The drawing of a link motion and its plates: they show what the mechanism does, stay in their frames, and have all gears."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 

@@ -1,7 +1,5 @@
 """Drawings of the Hartnell and the Proell governor: parts stand where the mechanism stands, with their effects."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

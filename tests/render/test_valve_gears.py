@@ -1,7 +1,5 @@
 """The drawing of any valve gear shows valve, piston and steam as the run and the valve timing have them, and its engine stands clear."""
 
-from __future__ import annotations
-
 import math
 from functools import cache
 

@@ -1,7 +1,5 @@
 """Videos need imageio-ffmpeg, which is checked before any work."""
 
-from __future__ import annotations
-
 import sys
 
 import pytest

@@ -1,7 +1,5 @@
 """Mechanisms composed in Python: the documents of custom scene files, with first configurations that close."""
 
-from __future__ import annotations
-
 import math
 import tomllib
 from typing import Any

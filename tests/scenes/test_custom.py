@@ -1,7 +1,5 @@
 """A scene file with a mechanism of the user's own becomes the values it describes, or is refused in sentences."""
 
-from __future__ import annotations
-
 import math
 import tomllib
 from pathlib import Path

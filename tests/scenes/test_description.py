@@ -1,7 +1,5 @@
 """The description of a scene: the same readings as those of a run, and what the file says, in words."""
 
-from __future__ import annotations
-
 import json
 import math
 

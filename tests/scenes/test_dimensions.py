@@ -1,7 +1,5 @@
 """Named dimensions of a custom machine: texts such as "= 2 * crank" follow them, and every mistake in them has one sentence."""
 
-from __future__ import annotations
-
 import math
 import tomllib
 from typing import Any

@@ -1,7 +1,5 @@
 """The JSON Schema of scene files accepts what the parser accepts, and names what an editor should underline."""
 
-from __future__ import annotations
-
 import json
 import re
 import tomllib

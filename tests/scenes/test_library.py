@@ -1,7 +1,5 @@
 """Shipped scenes are found by name, files by path, and a wrong name is told with the nearest right one."""
 
-from __future__ import annotations
-
 import math
 import shutil
 from pathlib import Path

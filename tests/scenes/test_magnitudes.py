@@ -1,7 +1,5 @@
 """A number that nothing built or moving has is refused where it stands, before an engine multiplies it."""
 
-from __future__ import annotations
-
 import pytest
 
 import governor_mechanism as gm

@@ -1,7 +1,5 @@
 """Scenes written and changed in Python are those of the files with the same text, and are checked like them."""
 
-from __future__ import annotations
-
 import tomllib
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Shipped scenes with friction, brakes, play, stops and rods: each runs as accurately as asked, and as it says."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 from functools import cache

@@ -1,7 +1,5 @@
 """Scene files to begin with: every one runs, names all dimensions of its machine, and its comments may be uncommented."""
 
-from __future__ import annotations
-
 import dataclasses
 import re
 import tomllib

@@ -1,7 +1,5 @@
 """Controlling force, effort, power and sensitiveness of governors, against textbooks, closed forms and laws."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 

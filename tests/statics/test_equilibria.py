@@ -290,7 +290,7 @@ def test_a_resistance_without_a_reading_to_act_at_names_the_option(tmp_path):
     answer = command("--resistance", "1 N m", "--against", "q", document=DUMB_BELL, tmp_path=tmp_path)
     assert "1 N m at q: in equilibrium between 0 rpm and 99.18" in answer.stdout
     assert "is in equilibrium at q = 90 deg at every spindle speed" in answer.stdout
-    assert "e-1" not in answer.stdout  # no speed moves the middle one by so many parts of rounding
+    assert "e-1" not in answer.stdout  # no speed moves the middle one: rounding shows no small number
 
 
 def test_a_speed_where_nothing_turns_is_refused(tmp_path):

@@ -1,7 +1,5 @@
 """The speed curve and the equilibria of any mechanism of mobility one, against tables, closed forms and laws."""
 
-from __future__ import annotations
-
 import itertools
 import math
 

@@ -1,7 +1,5 @@
 """Comparing scenes: statics against closed forms and against the functions of one scene, readings against the runs, and the figure."""
 
-from __future__ import annotations
-
 import dataclasses
 import math
 

@@ -1,7 +1,5 @@
 """What all designs share: units and places in texts, declared inputs, scenes from templates, and one description for all outputs."""
 
-from __future__ import annotations
-
 import json
 import math
 import re

@@ -1,7 +1,5 @@
 """Designing the flywheel of the air-expansion engine: the paper's numbers recomputed, both directions, rim and arms, refusals."""
 
-from __future__ import annotations
-
 import json
 import math
 from pathlib import Path

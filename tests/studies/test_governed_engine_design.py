@@ -1,7 +1,5 @@
 """Designing an engine under its governor: speeds and droop by independent formulas, eigenvalues, simulation, refusals, command line."""
 
-from __future__ import annotations
-
 import json
 import math
 import re

@@ -1,7 +1,5 @@
 """The hard cases: the short form passes, the solutions solve their equations, and a wrong run fails."""
 
-from __future__ import annotations
-
 import dataclasses
 import math
 

@@ -1,7 +1,5 @@
 """The design of a Hartnell governor: laws of its springs, the command with its files, and refusals. Printed examples: the textbook list."""
 
-from __future__ import annotations
-
 import json
 import math
 

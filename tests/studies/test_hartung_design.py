@@ -1,7 +1,5 @@
 """Designing a Hartung governor: the paper's numbers recomputed, marked where they are not right, a scene that runs."""
 
-from __future__ import annotations
-
 import json
 import math
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Studies of a link motion: events in every gear, the paths of its die, sweeps over the lever."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

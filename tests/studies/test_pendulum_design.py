@@ -1,7 +1,5 @@
 """Designing a pendulum governor by Zehnder's procedure: the worked example, his laws, the simulated machine, refusals, command line."""
 
-from __future__ import annotations
-
 import json
 import math
 from pathlib import Path

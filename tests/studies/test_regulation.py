@@ -1,7 +1,5 @@
 """Studies of regulation: thresholds, exponents and minima against laws and reference numbers; and their figures."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 

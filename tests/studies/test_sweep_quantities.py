@@ -1,7 +1,5 @@
 """Quantities of a sweep against exact solutions, what is chosen by default, and rows that lack a number."""
 
-from __future__ import annotations
-
 import math
 from types import SimpleNamespace
 

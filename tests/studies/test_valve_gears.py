@@ -1,7 +1,5 @@
 """The shipped valve gears: their motion by another solver, events that an engine can use, and the classical laws of their leads."""
 
-from __future__ import annotations
-
 import json
 import math
 from functools import cache

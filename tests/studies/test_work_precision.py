@@ -1,7 +1,5 @@
 """The study of accuracy: its reference is confirmed, errors fall as settings are tightened, and orders are as known."""
 
-from __future__ import annotations
-
 import csv
 import json
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """Validity of error estimates: certified runs against exact solutions, or against two references that confirm each other."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace

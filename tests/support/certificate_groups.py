@@ -1,7 +1,5 @@
 """Groups of runs of the study of certificates, a machine and an engine each: what is required of them, and their file and tables."""
 
-from __future__ import annotations
-
 import csv
 import gzip
 import io

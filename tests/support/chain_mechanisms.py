@@ -1,7 +1,5 @@
 """Long mechanisms: a chain of four-bar loops, and a hanging chain of rods."""
 
-from __future__ import annotations
-
 import math
 
 from governor_mechanism.effects.gravity import Gravity

@@ -1,7 +1,5 @@
 """A browser without a window, driven by the DevTools protocol over a web socket of the standard library alone."""
 
-from __future__ import annotations
-
 import base64
 import json
 import os

@@ -1,7 +1,5 @@
 """Poses of a custom mechanism by root finding on the equations of its scene file: it shares no code with the package."""
 
-from __future__ import annotations
-
 import math
 import tomllib
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Contrast of colours, and how readers with and without colour vision see them."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from governor_mechanism.render.style import parse_rgb

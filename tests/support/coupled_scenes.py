@@ -1,7 +1,5 @@
 """Parts for coupled scenes: discs in fixed planes and a Porter governor on a free spindle."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from governor_mechanism.model.coupling.couplings import Coupling

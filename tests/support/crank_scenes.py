@@ -1,7 +1,5 @@
 """Scenes of driven crank machines for the tests, read as files are."""
 
-from __future__ import annotations
-
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.scenes.parser import parse_scene_document
 from reference import flywheel

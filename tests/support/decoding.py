@@ -1,7 +1,5 @@
 """Frames of films, decoded and as painted, and the numbers of pages."""
 
-from __future__ import annotations
-
 import base64
 
 import numpy as np

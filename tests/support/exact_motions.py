@@ -4,8 +4,6 @@ An engine with massless reciprocating parts under a constant load has an energy 
 time is an integral over the angle. A flywheel under steps of load has exponentials. A chain of four-bar linkages turns as a pendulum.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass

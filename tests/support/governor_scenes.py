@@ -1,7 +1,5 @@
 """Scenes built in Python for the tests, without going through a file."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from governor_mechanism.effects.centrifugal import Centrifugal

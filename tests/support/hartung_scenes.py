@@ -1,7 +1,5 @@
 """Hartung governors built in Python for the tests, and their closed forms."""
 
-from __future__ import annotations
-
 import math
 from typing import Any
 

@@ -7,8 +7,6 @@ nothing of governor_mechanism enters. z points up from the points of suspension;
 but what the spindle's own holds.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

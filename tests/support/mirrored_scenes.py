@@ -1,7 +1,5 @@
 """Scenes mirrored in the y axis: x becomes -x, angles change their sign, lengths and distances stay."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 from functools import partial

@@ -1,7 +1,5 @@
 """The other witness: the one-coordinate equation of motion of the closed forms, integrated by scipy at 1e-13."""
 
-from __future__ import annotations
-
 from itertools import pairwise
 
 import numpy as np

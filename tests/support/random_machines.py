@@ -1,7 +1,5 @@
 """Machines drawn at random, as documents that a file could hold: of every kind there is."""
 
-from __future__ import annotations
-
 import cmath
 import math
 import tomllib

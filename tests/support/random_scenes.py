@@ -3,8 +3,6 @@
 A scene follows from a seed and a number. What the package refuses is drawn again, and kept count of.
 """
 
-from __future__ import annotations
-
 import copy
 import math
 import zlib

@@ -1,7 +1,5 @@
 """A Porter governor of rigid links, built body by body: slender rods with mass, pinned to balls and sleeve."""
 
-from __future__ import annotations
-
 import math
 
 from governor_mechanism.closed_form import pendulum as closed

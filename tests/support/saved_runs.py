@@ -1,7 +1,5 @@
 """Runs that several tests save, each simulated once: friction and events, several parts, a driven mechanism, unusual names."""
 
-from __future__ import annotations
-
 from functools import cache
 from pathlib import Path
 

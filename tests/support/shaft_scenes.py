@@ -1,7 +1,5 @@
 """Engines with a shaft and a governor: shipped scenes with other couplings and loads."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from copy import deepcopy

@@ -1,7 +1,5 @@
 """Runs with effects built from geometry, so that drawings of them need no engine."""
 
-from __future__ import annotations
-
 import dataclasses
 from collections.abc import Sequence
 

@@ -1,7 +1,5 @@
 """Runs of many kinds of mechanisms, made by hand from geometry."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Runs built from geometry, so that drawings can be tested without an engine."""
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import NDArray
 

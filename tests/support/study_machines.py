@@ -1,7 +1,5 @@
 """Machines that the study of certificates adds to those of `random_machines`: engines, chains, and governors at their limits."""
 
-from __future__ import annotations
-
 import cmath
 import math
 from collections.abc import Callable, Mapping

@@ -1,7 +1,5 @@
 """Expressions of scene files: arithmetic of textbooks, with units; what cannot be read or added is refused with a sentence."""
 
-from __future__ import annotations
-
 import math
 
 import pytest

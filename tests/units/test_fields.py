@@ -1,7 +1,5 @@
 """What classes declare of their fields, and the customary units in SI."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import pytest

@@ -1,7 +1,5 @@
 """Quantities become SI, and what cannot be one is refused in a sentence that says how to write it."""
 
-from __future__ import annotations
-
 import math
 import re
 import subprocess

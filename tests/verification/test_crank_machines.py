@@ -1,7 +1,5 @@
 """Cross-checks of the driven crank machines: planted errors are found, and what is left out is said."""
 
-from __future__ import annotations
-
 import pytest
 
 import governor_mechanism as gm

@@ -1,7 +1,5 @@
 """Cross-checks: shipped scenes agree, planted errors are found, a caller's function is fed by name."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 

@@ -1,7 +1,5 @@
 """The cross-check of Hartung's governor: planted errors are found, what has no closed form is noted."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 from typing import Any

@@ -1,7 +1,5 @@
 """The catalogue: every classic mechanism proves its law, and each of its dimensions does to the law what the file says."""
 
-from __future__ import annotations
-
 import tomllib
 from collections.abc import Callable
 from typing import Any

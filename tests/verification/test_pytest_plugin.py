@@ -1,7 +1,5 @@
 """The plug-in for pytest: marked kernels, the fixture, and what it does not load."""
 
-from __future__ import annotations
-
 import os
 import re
 import subprocess

@@ -1,7 +1,5 @@
 """Cross-checks of the link motion: every form agrees, planted errors are found."""
 
-from __future__ import annotations
-
 import pytest
 
 import governor_mechanism as gm

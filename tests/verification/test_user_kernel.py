@@ -1,7 +1,5 @@
 """Kernels against the simulation: laws that agree, planted mistakes that are found with their size, and kernels that misbehave."""
 
-from __future__ import annotations
-
 import cmath
 import functools
 import math

@@ -1,7 +1,5 @@
 """The paper's design of a Hartung governor: its numbers recomputed, and what its formulas promise."""
 
-from __future__ import annotations
-
 import math
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Hartung's governor: the rigid-body tables, identities between the formulas, refusals."""
 
-from __future__ import annotations
-
 import math
 from typing import Any
 

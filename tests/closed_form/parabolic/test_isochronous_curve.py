@@ -1,7 +1,5 @@
 """The isochronous parabola: recomputed design numbers, the circle of curvature, the guide, and refusals."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from typing import Any

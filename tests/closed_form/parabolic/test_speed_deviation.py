@@ -1,7 +1,5 @@
 """Leaving the osculation point: the recomputed table, where the speed is least, and what Zehnder read instead."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from typing import Any

@@ -1,7 +1,5 @@
 """Pendulum governors: the closed forms against recomputed numbers, against each other, and their refusals."""
 
-from __future__ import annotations
-
 import dataclasses
 import math
 from collections.abc import Callable

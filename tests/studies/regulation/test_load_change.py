@@ -1,7 +1,5 @@
 """A governed engine after a change of its load: droop, energies and motion against equations written out by hand, and refusals."""
 
-from __future__ import annotations
-
 import json
 import math
 

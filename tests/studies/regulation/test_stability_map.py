@@ -1,7 +1,5 @@
 """Where a governed engine is stable: eigenvalues, Routh's criterion by hand, and the growth of simulated motions."""
 
-from __future__ import annotations
-
 import json
 import math
 

@@ -5,8 +5,6 @@ printed to 12 significant digits. Ratios are the paper's; the sizes of the examp
 solutions of FOSSEE/Python-Textbook-Companions (commit d34b2ae); each recomputed with the formulas of its book.
 """
 
-from __future__ import annotations
-
 RATIOS = {"cut_off": 0.375, "clearance": 0.05, "pump_clearance": 0.05}
 PRESSURES = {"atmospheric_pressure": 1e5, "supply_pressure": 4e5, "back_pressure": 1.5e5}
 SIZES = {"area": 0.05, "stroke": 0.65, "pump_area": 0.05, "pump_stroke": 0.65}

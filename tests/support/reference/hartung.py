@@ -6,8 +6,6 @@ in 12 significant digits unless a comment says otherwise. The rigid-body tables 
 Lagrange's equation of two point weights on massless bell cranks, and have 12 significant digits.
 """
 
-from __future__ import annotations
-
 import math
 
 GRAVITY = 9.81

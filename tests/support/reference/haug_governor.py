@@ -12,8 +12,6 @@ the downward vertical is the one coordinate of the governor. With d(theta), the 
 The moment of inertia i of a ball is the same about every axis, so its kinetic energy of rotation is i (theta'^2 + omega^2) / 2.
 """
 
-from __future__ import annotations
-
 from itertools import pairwise
 
 import numpy as np

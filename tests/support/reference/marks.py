@@ -5,8 +5,6 @@ exact triangle behind them, recomputed with 25-40 digit arithmetic and printed t
 zeros left out. The paper prints no dimensions but the ratio l : r = 4; these are chosen.
 """
 
-from __future__ import annotations
-
 import math
 
 ECCENTRIC, ADVANCE_DEG = 0.06, 30.0

@@ -4,8 +4,6 @@ Angles in rad unless a name says otherwise. `own` numbers were computed apart fr
 digits printed here; `published` ones have the digits that their authors print.
 """
 
-from __future__ import annotations
-
 from reference.zehnder import PORTER_OPEN, PORTER_OPEN_MOTION
 
 # Andrews' squeezing mechanism, IVP Test Set of Bari and CWI (Ex_andrews.f of CRAN's deTestSet, after andrews.f): from

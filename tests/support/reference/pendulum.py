@@ -3,8 +3,6 @@
 Source of the speeds: L. Zehnder, Dinglers Polyt. J. 225 (1877), pp. 1-14, equations (1) and (2).
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

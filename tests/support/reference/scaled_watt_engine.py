@@ -13,8 +13,6 @@ D. de Carvalho Braga, Bifurcation analysis of the Watt governor system, arXiv:ma
 onset of hunting, with the coefficient of Yu. A. Kuznetsov, Elements of Applied Bifurcation Theory, section 5.4.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 

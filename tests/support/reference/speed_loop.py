@@ -14,8 +14,6 @@ I. A. Vyshnegradskii, Ueber directwirkende Regulatoren, Civilingenieur 23 (1877)
 the Royal Society 16 (1868), pp. 270-283. The limits are Hurwitz's condition a2 a1 = a0 for s^3 + a2 s^2 + a1 s + a0.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 

@@ -4,8 +4,6 @@ The rods swing symmetrically by the angle `a` below the horizontal, the slider s
 its angular momentum stays as it is. https://www.iftomm-multibody.org/benchmark, problem A05.
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The loop of governor and engine in closed form: Haug's governor with its spindle, numerically linearised and integrated."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 

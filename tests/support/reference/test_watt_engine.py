@@ -1,7 +1,5 @@
 """An engine that its Watt governor controls: limit, onset and size of hunting against integrations on both sides of the limit."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import asdict, replace
 

@@ -10,8 +10,6 @@ downward vertical, in SI units and scaled (length arm, time sqrt(arm / gravity))
 2 l (1 - cos x) is the lift of a sleeve that hangs on links as long as the arms.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

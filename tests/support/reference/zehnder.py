@@ -6,8 +6,6 @@ trailing zeros left out; other numbers of digits are noted at the number. `dimen
 PendulumGovernor; mass is per ball, per arm, per link.
 """
 
-from __future__ import annotations
-
 import math
 
 
