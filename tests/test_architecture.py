@@ -60,7 +60,7 @@ INNER_FOLDERS = {
         {"range_bands"},
         {"figures"},
         {"frame_data"},
-        {"forces", "point_paths"},
+        {"forces", "motion_layers", "point_paths"},
         {"page"},
         {"film"},
         {"dxf", "results_folder"},

@@ -75,7 +75,6 @@ def test_a_time_in_another_unit_is_refused(tmp_path):
         (["--layers", "velocity,pols"], "--layers of a film are velocity, acceleration, poles; got 'pols'. Did you mean 'poles'"),
         (["--layers", "poles", "--view", "outside"], "--layers are drawn on the turning plane"),
         (["--layers", "poles", "--exaggerate", "2"], "--layers are those of the true motion, which --exaggerate does not show"),
-        (["--layers", "poles", "--film", "html"], "leave --layers out, or choose --film gif"),
         (["--exaggerate", "2", "--forces"], "--forces are .* which --exaggerate does not show; leave one of the two out"),
         (["--set", "effects.clearance=1 mm", "--exaggerate", "3"], "--exaggerate needs .* have a clearance; leave --exaggerate out"),
     ],

@@ -15,7 +15,6 @@ from governor_mechanism.errors import MechanismError
 from governor_mechanism.model.results.film_options import FilmKeywords, FilmLayout, FilmOptions
 from governor_mechanism.model.results.pictures import Theme
 from governor_mechanism.render.film.frame_painter import ForceArrows, FramePainter
-from governor_mechanism.render.film.motion_layers import MotionLayers
 from governor_mechanism.render.film.moving_parts import CurvePanel
 from governor_mechanism.render.film.svg_animation import TOLERANCE, key_frames
 from governor_mechanism.render.film.timing import MIN_FRAMES_PER_TURN, select_timing
@@ -23,6 +22,9 @@ from governor_mechanism.render.forces import find_forces
 from governor_mechanism.render.frame_data import FrameData
 from governor_mechanism.render.geometry.attached import shapes_of
 from governor_mechanism.render.geometry.primitives import Lines
+from governor_mechanism.render.motion_layers import MotionLayers
+from governor_mechanism.render.page.page_data import collect_data, roles_of
+from governor_mechanism.render.page.views import show_run
 from governor_mechanism.render.style import PAPER, ROLE_STYLES, parse_rgb, themed_colour
 from stub_run import GOVERNOR_DIMENSIONS, fake_run
 
@@ -143,6 +145,11 @@ def test_layers_show_the_velocities_of_pins_and_the_pole_of_the_coupler():
     for start, arrow in zip(starts, arrows, strict=True):
         assert abs(((start - pole).conjugate() * arrow).real) < 1e-3 * abs(start - pole) * abs(arrow)
     assert [words.split(" ")[0] for _, words in layers.captions] == ["v", "a", "poles"]
+    # A page draws the same.
+    (view,) = show_run(run, None, (0.0, 0.5), data.times, 1.0, layers=FilmOptions(layers=["velocity", "poles"]).layers).views
+    on_page = [shape for shape in view.shapes_at(frame) if shape.role in ("velocity", "instantaneous centre")]
+    assert on_page == [shape for shape in shapes if shape.role != "acceleration"]
+    assert "instantaneous centre" in roles_of(collect_data(show_run(run, None, (0.0, 0.5), data.times, 1.0, layers=["poles"]), 1.0))
 
 
 def test_a_periodic_run_closes_on_its_last_whole_period(porter):

@@ -239,7 +239,7 @@ def find_drive(mechanism: Mechanism) -> str:
     if not drive:
         names = [reading.name for reading in mechanism.readings]
         raise MechanismError(
-            f"no driver or leading coordinate tells what drives this mechanism; name one of its readings, {names}, as `over`"
+            f"no driver and no leading coordinate says what drives this mechanism; name it as over, one of {names}"
         )
     return drive
 

@@ -16,7 +16,6 @@ from governor_mechanism.render.film import layout
 from governor_mechanism.render.film.frame_canvas import LINE_PITCH, FrameCanvas, PlotHeading
 from governor_mechanism.render.film.labels import LABEL_HEIGHT, LETTER_WIDTH, AngleArc, PlacedLabel, find_labels, place_labels
 from governor_mechanism.render.film.layout import frame_layout, shift_rect
-from governor_mechanism.render.film.motion_layers import MotionLayers
 from governor_mechanism.render.film.moving_parts import Curve, Panel, plot_curves
 from governor_mechanism.render.film.outside_view import OutsideView, outside_box
 from governor_mechanism.render.forces import REACTION, DrawnForce, find_forces
@@ -34,6 +33,7 @@ from governor_mechanism.render.geometry.outlines import make_arrow
 from governor_mechanism.render.geometry.pixel_view import PixelRect, PixelView, fit_view, share_scale
 from governor_mechanism.render.geometry.points import arc_points
 from governor_mechanism.render.geometry.primitives import BoundingBox, Circle, DrawnShape, Lines, TextShape, Vec2, enclose_boxes, round_step
+from governor_mechanism.render.motion_layers import MotionLayers
 from governor_mechanism.render.number_format import display_unit_of, format_film_speed, format_name, format_numbers
 from governor_mechanism.render.point_paths import PointPaths, last_second
 from governor_mechanism.render.style import GREEN, INK, MUTED, ROLE_STYLES, SERIES_COLOURS, SERIF_FONT, VERMILLION

@@ -14,7 +14,7 @@ PAGE_SUFFIX, DRAWING_SUFFIX = ".html", ".svg"
 """Endings of the names of an interactive page and of an animated drawing, which show one run."""
 VIDEO_SUFFIXES = (".mp4", ".webm")
 """Endings of the names of videos, which need ffmpeg."""
-_OF_PAGES = ("size", "part", "start", "stop", "slow_down", "paths")
+_OF_PAGES = ("size", "part", "start", "stop", "slow_down", "paths", "layers")
 """Options that a page takes too."""
 _OF_PARTS = ("labels", "forces", "traces", "paths", "layers", "view", "exaggerate")
 """Options of the film of a part, which an engine room does not take."""

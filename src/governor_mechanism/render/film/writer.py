@@ -352,7 +352,7 @@ def _write_page(request: _Request) -> Path:
     limits = float(run.times[0]), float(run.times[-1])
     time_span = select_time_span(limits, options.start, options.stop)
     slow_down = select_slow_down(limits, time_span, options.slow_down, MAX_TRUE_TIME_DURATION)
-    write_page(run, request.target, part=options.part, paths=options.paths, time_span=time_span, slow_down=slow_down)
+    write_page(run, request.target, part=options.part, paths=options.paths, layers=options.layers, time_span=time_span, slow_down=slow_down)
     if request.progress is not None:
         request.progress(1, 1)
     return request.target

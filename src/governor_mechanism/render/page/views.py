@@ -6,15 +6,17 @@ from typing import Any
 
 import numpy as np
 
+from governor_mechanism.model.results.film_options import FilmLayer
 from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.render.frame_data import FrameData, find_parts, shows_bodies
-from governor_mechanism.render.geometry.attached import DrawnPart, fixed, shapes_of
+from governor_mechanism.render.geometry.attached import DrawnPart, at_own_moments, fixed, shapes_of
 from governor_mechanism.render.geometry.pixel_view import ELEVATION_RECT, fit_view
 from governor_mechanism.render.geometry.primitives import BoundingBox, DrawnShape, Vec2
 from governor_mechanism.render.machines.engine_room import proportions as room
 from governor_mechanism.render.machines.engine_room.arrangement import EngineRoomParts, find_governed_engine
 from governor_mechanism.render.machines.engine_room.drawing import EngineRoomDrawing
 from governor_mechanism.render.machines.generic.drawing import GenericDrawing
+from governor_mechanism.render.motion_layers import MotionLayers
 from governor_mechanism.render.number_format import format_name
 from governor_mechanism.render.page.part_names import ENGINE_ROOM
 from governor_mechanism.render.point_paths import PointPaths
@@ -138,13 +140,14 @@ def show_run(
     times: FloatArray,  # sample times within it, s; shape (n,)
     slow_down: float,  # seconds of film per second of the run
     paths: Sequence[str] | None = None,  # names of the points whose paths are drawn; those of the scene if None
+    layers: Sequence[FilmLayer] = (),  # what is drawn of the motion
 ) -> ShownRun:
     """Return what a page shows of a run, or of one part of it."""
     governed = find_governed_engine(run.scene) if part is None else None
     shown = (governed.engine, governed.governor) if governed else find_parts(run, part)
     parts = [FrameData(run, one, time_span, times, slow_down) for one in shown]
     if governed is None:
-        views = [_view_part(data, len(parts) > 1, PointPaths(data, paths)) for data in parts]
+        views = [_view_part(data, len(parts) > 1, PointPaths(data, paths), layers) for data in parts]
         return ShownRun(run=run, times=times, parts=parts, views=views)
     drawing = EngineRoomDrawing(run, governed, parts[0].drawing, parts[1].drawing)
     governor = _view_part(parts[1], True, PointPaths(parts[1], ()), has_plane=False)
@@ -153,9 +156,14 @@ def show_run(
     )
 
 
-def _view_part(data: FrameData, is_one_of_many: bool, paths: PointPaths, *, has_plane: bool = True) -> PageView:
-    """Return the view of one part, with paths of its points."""
-    drawing, box = data.drawing, paths.enclosing_box(data.drawing.bounds)
+def _view_part(
+    data: FrameData, is_one_of_many: bool, paths: PointPaths, layers: Sequence[FilmLayer] = (), *, has_plane: bool = True
+) -> PageView:
+    """Return the view of one part, with paths of its points and layers of its motion."""
+    drawing = data.drawing
+    motion = MotionLayers(data, drawing.bounds, layers if shows_bodies(data) else ())
+    box = motion.enclosing_box(paths.enclosing_box(drawing.bounds))
+    samples = {float(time): k for k, time in enumerate(data.times)}
     traced = drawing.traced_path(data.poses)
     trails = [Trail(role="trace", places=traced)] if traced is not None else []
     return PageView(
@@ -163,7 +171,11 @@ def _view_part(data: FrameData, is_one_of_many: bool, paths: PointPaths, *, has_
         machine=data.part.machine,
         box=box,
         fixed=drawing.fixed,
-        moving=(*drawing.moving, fixed(paths.shapes, section_only=True)),
+        moving=(
+            *drawing.moving,
+            fixed(paths.shapes, section_only=True),
+            *(at_own_moments(part, lambda moment: samples[moment.time]) for part in motion.parts()),
+        ),
         moment_at=data.moment_at,
         stroke_scale=1.0 / fit_view(box, ELEVATION_RECT).scale,
         data=data,

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from governor_mechanism.files.writing import atomic_write
+from governor_mechanism.model.results.film_options import FilmLayer
 from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.render.geometry.primitives import Vec2
@@ -141,20 +142,29 @@ def write_page(
     *,
     part: str | None,  # name of the part to show; all parts if None
     paths: Sequence[str] | None,  # names of the points whose paths are drawn; those of the scene if None
+    layers: Sequence[FilmLayer] = (),  # what is drawn of the motion
     time_span: Vec2,  # start and end of the shown part of the run, s
     slow_down: float,  # seconds of film per second of the run, at first
 ) -> Path:
     """Write a run as one interactive HTML file; raise MechanismError if there is no such part, or the file cannot be written."""
-    text = make_page(run, part=part, paths=paths, time_span=time_span, slow_down=slow_down)
+    text = make_page(run, part=part, paths=paths, layers=layers, time_span=time_span, slow_down=slow_down)
     with atomic_write(path) as temporary:
         temporary.write_text(text, encoding="utf-8")
     return path
 
 
-def make_page(run: Trajectory, *, part: str | None, paths: Sequence[str] | None = None, time_span: Vec2, slow_down: float) -> str:
+def make_page(
+    run: Trajectory,
+    *,
+    part: str | None,
+    paths: Sequence[str] | None = None,
+    layers: Sequence[FilmLayer] = (),
+    time_span: Vec2,
+    slow_down: float,
+) -> str:
     """Return a run as one interactive HTML document; the arguments are those of `write_page`."""
     times = choose_sample_times(run, time_span, slow_down)
-    data = collect_data(show_run(run, part, time_span, times, slow_down, paths), slow_down)
+    data = collect_data(show_run(run, part, time_span, times, slow_down, paths, layers), slow_down)
     return fill_page(run, data, times, roles=roles_of(data), last_script=read_page_file("script/start.js"))
 
 
