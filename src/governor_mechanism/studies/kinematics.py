@@ -238,9 +238,7 @@ def find_drive(mechanism: Mechanism) -> str:
     drive = next((one.name for one in angles if one.body in driven), mechanism.coordinate)
     if not drive:
         names = [reading.name for reading in mechanism.readings]
-        raise MechanismError(
-            f"no driver and no leading coordinate says what drives this mechanism; name it as over, one of {names}"
-        )
+        raise MechanismError(f"no driver and no leading coordinate says what drives this mechanism; name it as over, one of {names}")
     return drive
 
 
