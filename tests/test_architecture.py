@@ -353,7 +353,7 @@ def test_a_run_needs_only_the_packages_of_its_own_engine(engine, allowed, tmp_pa
     assert not modules_loaded_by(code, tmp_path) & ({*NOT_FOR_RUNS, "pymunk"} - allowed)
 
 
-def test_the_command_run_imports_what_draws_and_no_library_of_numerics(tmp_path):
+def test_the_command_run_imports_what_draws_and_what_writes_its_files(tmp_path):
     code = (
         "from governor_mechanism.cli.main import main\n"
         "sys.argv = ['governor-mechanism', 'run', 'porter', '--no-film', '--seconds', '0.1']\n"
@@ -361,8 +361,18 @@ def test_the_command_run_imports_what_draws_and_no_library_of_numerics(tmp_path)
         "except SystemExit as end: assert not end.code"
     )
     loaded = modules_loaded_by(code, tmp_path)
-    assert not loaded & {"scipy", "numba", "pymunk", "pint", "rich", "joblib", "matplotlib.pyplot"}
-    assert "matplotlib" in loaded  # for the figure
+    assert not loaded & {
+        "scipy.linalg",
+        "scipy.optimize",
+        "scipy.interpolate",
+        "numba",
+        "pymunk",
+        "pint",
+        "rich",
+        "joblib",
+        "matplotlib.pyplot",
+    }
+    assert {"matplotlib", "scipy.io"} <= loaded  # for the figure and the netCDF file
 
 
 def test_what_the_tests_add_to_the_path_bears_the_name_of_no_other_module(pytestconfig):
