@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import ast
 import json
+import math
 import os
 import sys
 import tempfile
@@ -28,6 +29,16 @@ import numpy as np
 import pytest
 
 import governor_mechanism as gm
+from governor_mechanism.engines.multibody import implicit
+from governor_mechanism.engines.multibody.limit_rows import make_limit_rows
+from governor_mechanism.integrators.status import IntegrationStatus
+from governor_mechanism.mechanics.dynamics.equations.constrained_solution import solve_constrained_system
+from governor_mechanism.mechanics.dynamics.equations.equations_of_motion import evaluate_state_derivative
+from governor_mechanism.mechanics.dynamics.system.arrays import make_system_workspace
+from governor_mechanism.mechanics.dynamics.system.lowering import make_system
+from governor_mechanism.mechanics.dynamics.system.reference_points import from_mass_centres
+from governor_mechanism.mechanics.kinematics.assembly import PositionSolver
+from governor_mechanism.mechanics.kinematics.time_functions import stack_local_cubics
 from kernel_exclusions import EXITS, STATEMENTS
 from shaft_scenes import TABLES, changed
 
@@ -71,8 +82,9 @@ SLACK_SPRING = {"spring": {"sleeve": {"rate": 2000, "preload": 0, "zero": 0.15, 
 ALL_ENGINES, EXACT_ENGINES = ("reduced", "multibody", "impulse"), ("reduced", "multibody")
 GOVERNOR_RUNS: tuple[tuple[dict[str, Any], dict[str, Any], tuple[str, ...]], ...] = (
     (SLACK_SPRING | {"dry_friction": {"sleeve": "5 N"}}, {"arm_angle": "38 deg", "arm_rate": 1.0}, ALL_ENGINES),
-    ({"dashpot": {"sleeve": "50 N s/m"}, "stops": {"arm_angle": ["25 deg", "32 deg"], "restitution": 0.5}},
-     {"arm_angle": "30 deg", "arm_rate": 2.0}, EXACT_ENGINES),
+    ({"dashpot": {"sleeve": "50 N s/m"}, "dry_friction": {"sleeve": "5 N"},
+      "stops": {"arm_angle": ["25 deg", "32 deg"], "restitution": 0.5}}, {"arm_angle": "30 deg", "arm_rate": 2.0}, EXACT_ENGINES),
+    ({"dashpot": {"sleeve": "50 N s/m"}}, {"arm_angle": "30 deg", "arm_rate": 2.0}, ("impulse",)),
     ({}, {"arm_angle": "85 deg", "arm_rate": 5.0}, ("reduced",)),
 )  # fmt: skip
 """Effects beside weights, start, and engines of governors: a spring that becomes taut, strikes, a motion beyond the travel."""
@@ -176,6 +188,26 @@ run = { duration = 0.2, output_interval = 0.1, accuracy = 1e-4 }
 """
 """A cam with a closed groove, which carries a planet round a wheel that stands still."""
 
+ROCKERS = """
+machine = "custom"
+ground = { A = [0, 0], D = [0.3, 0] }
+body = [
+    { name = "first", mass = 0.5, inertia = 0.001, points = { end = [0.1, 0] }, angle = "60 deg" },
+    { name = "coupler", mass = 0, points = { end = [0.25, 0] } },
+    { name = "second", mass = 0.5, inertia = 0.001, points = { end = [0.1, 0] }, at = [0.3, 0], angle = "90 deg" },
+]
+joint = [
+    { type = "pin", first = "ground.A", second = "first.origin" },
+    { type = "pin", first = "first.end", second = "coupler.origin" },
+    { type = "pin", first = "coupler.end", second = "second.end" },
+    { type = "pin", first = "second.origin", second = "ground.D" },
+]
+readings = { angle = { angle = "first" } }
+start = { angle = "60 deg" }
+run = { duration = 0.02 }
+"""
+"""Four links, of which none can turn round, and the coupler has no mass."""
+
 TESTS = (
     "numerics/test_banded_cholesky.py",
     "numerics/test_chebyshev.py",
@@ -187,6 +219,7 @@ TESTS = (
     "mechanics/test_contact_rules.py",
     "mechanics/test_impacts.py",
     "mechanics/test_inputs.py",
+    "mechanics/test_joint_residuals.py::test_slots_follow_their_curves_over_all_segments",
     "mechanics/test_motion_table.py",
     "mechanics/test_two_formulations.py",
     "engines/test_start_on_a_stop.py",
@@ -220,8 +253,12 @@ def run_governors() -> None:
     effects = WEIGHTS | {"spring": {"sleeve": {"rate": 2000, "preload": 0, "zero": 0.5, "one_sided": True}}}
     gm.run(gm.Scene.from_dict(GOVERNOR | {"effects": effects, "start": {"arm_angle": "equilibrium"}}), engine="reduced", certify=False)
     long_links = GOVERNOR | {"dimensions": GOVERNOR_DIMENSIONS | {"link": 0.45}, "effects": WEIGHTS}
-    thrown = gm.Scene.from_dict(long_links | {"start": {"arm_angle": "75 deg", "arm_rate": 9.0}})
-    gm.run(thrown, engine="multibody", times=[0.0, 0.05], certify=False)
+    for start in ({"arm_angle": "75 deg", "arm_rate": 9.0}, *({"arm_angle": "89 deg", "arm_rate": rate} for rate in (1.0, 1.1))):
+        thrown = gm.Scene.from_dict(long_links | {"spindle": {"speed": 0}, "start": start})
+        gm.run(thrown, engine="multibody", times=[0.0, 0.1], certify=False)
+    crossed = GOVERNOR | {"dimensions": GOVERNOR_DIMENSIONS | {"offset": -0.06}, "spindle": {"speed": 0}}
+    stiff = gm.Scene.from_dict(crossed | {"effects": WEIGHTS | {"dashpot": {"sleeve": 1e5}}, "start": {"arm_angle": "11.55 deg"}})
+    gm.run(stiff, engine="multibody", times=[0.0, 0.25, 0.5], certify=False)
 
 
 def run_linkages() -> None:
@@ -254,6 +291,33 @@ def run_engines() -> None:
     gm.run(within_stroke.replace({"coupling.eccentric.lag": "0.1 s"}), engine="multibody", times=[0.0, 0.01], certify=False)
     throttled = gm.load("air_engine_heavy_pistons").replace({"dimensions.throttle": 0.95})
     gm.run(throttled, engine="reduced", times=[0.0, 0.02], certify=False)
+
+
+def call_kernels() -> None:
+    """Call kernels with what no run leads to: joints that do not close, and a motion that moves nothing but stand-ins for masses."""
+    scene = gm.Scene.from_dict(tomllib.loads(ROCKERS))
+    system, inputs = make_system(scene)
+    workspace, layout = make_system_workspace(system), system.state_layout
+    centres = PositionSolver(scene.mechanism).solve({"angle": math.pi / 3})
+    poses, velocities = from_mass_centres(system, centres, np.zeros_like(centres))
+    state = np.concatenate([poses.ravel(), velocities.ravel(), np.zeros(layout.lags - layout.work)])
+    cubics = stack_local_cubics(inputs, np.zeros(1))[0]
+    integrator = implicit.ImplicitIntegrator(system, workspace, np.ones(state.size), 1e-9, 10.0, make_limit_rows(scene.mechanism))
+    equation, buffers = integrator._make_arguments(cubics, state)
+    beyond_reach = state[equation.components]
+    beyond_reach[0] += math.pi / 2
+    arguments = equation, 0.0, beyond_reach, buffers.start_derivative
+    qualities = [evaluate(*arguments, buffers.jacobian) for evaluate in (implicit.evaluate_linearisation, implicit._evaluate_jacobian)]
+    if {*qualities, implicit._evaluate(*arguments, 0)} != {implicit.OPEN_JOINT}:
+        raise SystemExit("open joints are not noticed")
+    if implicit._finish_step(*arguments) != IntegrationStatus.STALLED:
+        raise SystemExit("a step ends although its joints are open")
+    accelerations = np.zeros_like(poses)
+    for inertia, is_possible in ((system.stand_in_inertia, True), (1.0 / system.inverse_mass, False)):
+        evaluate_state_derivative(system, workspace, cubics, 0.0, state, np.zeros(state.size))
+        solve_constrained_system(system._replace(stand_in_inertia=inertia), workspace, np.ones_like(poses), 1.0, accelerations)
+        if np.isfinite(accelerations).all() != is_possible:
+            raise SystemExit("accelerations of nothing but stand-ins for masses are numbers, or others are not")
 
 
 def run_tests() -> None:
@@ -356,6 +420,7 @@ def main() -> int:
         run_linkages()
         run_engines()
         run_shipped_scenes()
+        call_kernels()
         run_tests()
         data.stop()
     return 0 if report(data) else 1

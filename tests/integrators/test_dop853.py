@@ -12,7 +12,9 @@ from governor_mechanism.integrators.event_location import EventStep
 from governor_mechanism.integrators.stage_quality import (
     ABOVE_DOMAIN,
     BELOW_DOMAIN,
+    FAR_OUTSIDE_DOMAIN,
     LEFT_LIMITS,
+    MIN_STAGE_QUALITY,
     OUT_OF_RANGE,
     STAGE_GAP_FRACTION,
     TURNED_BACK,
@@ -33,11 +35,12 @@ pytestmark = pytest.mark.long  # a compiler takes seconds for an integrator of i
 
 
 class Oscillator(NamedTuple):
-    """x'' = -stiffness x - damping x', which is undefined in a time span, and not a number behind a time; x falls through a level."""
+    """x'' = -stiffness x - damping x', not a number behind a time; in a time span its quality is not 1. x falls through a level."""
 
     stiffness: float
     damping: float
     undefined: tuple[float, float]
+    quality: float
     last_time: float
     level: float
     counts: IntArray
@@ -48,7 +51,7 @@ def evaluate(problem: Oscillator, time: float, state: FloatArray, derivatives: F
     problem.counts[StepCounter.EVALUATIONS] += 1
     derivatives[0, stage] = state[1]
     derivatives[1, stage] = -problem.stiffness * state[0] - problem.damping * state[1] if time <= problem.last_time else math.nan
-    return -1.0 if problem.undefined[0] < time < problem.undefined[1] else 1.0
+    return problem.quality if problem.undefined[0] < time < problem.undefined[1] else 1.0
 
 
 @jit_in_place
@@ -117,10 +120,19 @@ def integrate_oscillator(
 
 
 def integrate(
-    times, *, stiffness=1.0, damping=0.0, undefined=(math.inf, math.inf), last_time=math.inf, level=None, max_steps=10_000, **limits
+    times,
+    *,
+    stiffness=1.0,
+    damping=0.0,
+    undefined=(math.inf, math.inf),
+    quality=BELOW_DOMAIN,
+    last_time=math.inf,
+    level=None,
+    max_steps=10_000,
+    **limits,
 ):
     """Return status, states at the times, and the time of the end, of an oscillator that starts at 1 without a speed."""
-    problem = Oscillator(stiffness, damping, undefined, last_time, level or 0.0, np.zeros(len(StepCounter), dtype=np.int64))
+    problem = Oscillator(stiffness, damping, undefined, quality, last_time, level or 0.0, np.zeros(len(StepCounter), dtype=np.int64))
     tolerances = np.zeros(0 if level is None else 1)
     buffers = make_step_buffers(N_COMPONENTS, N_COMPONENTS, np.ones(N_COMPONENTS), tolerances, problem.counts)
     state, states = np.array([1.0, 0.0]), np.full((len(times), N_COMPONENTS), np.nan)
@@ -187,6 +199,16 @@ def test_a_stage_of_the_dense_output_outside_the_domain_ends_the_integration():
     assert min(abs(NODES[:END_STAGE] * h - node)) > 1e-4
     assert integrate([0.05, 0.1], step=h, undefined=hole)[0] == IntegrationStatus.BELOW_TABLE
     assert integrate([0.1], step=h, undefined=hole, max_step=h)[0] == IntegrationStatus.BELOW_TABLE
+
+
+@pytest.mark.parametrize(("quality", "factor"), [(FAR_OUTSIDE_DOMAIN, 0.25), (1e-3 * MIN_STAGE_QUALITY, 0.83), (MIN_STAGE_QUALITY, 1.0)])
+def test_a_stage_far_outside_or_at_a_singularity_makes_a_step_shorter(quality, factor):
+    h, steps = 0.1, make_step_record(100)
+    node = NODES[END_STAGE - 2] * h  # the two behind it are at the end
+    status, states, _ = integrate([h], step=h, undefined=(node - 1e-6, node + 1e-6), quality=quality, steps=steps)
+    assert status == IntegrationStatus.DONE
+    assert steps.ends[0] == pytest.approx(factor * h, rel=1e-14)
+    assert states[0, 0] == pytest.approx(math.cos(h), abs=1e-10)
 
 
 def test_each_end_of_a_motion_has_its_own_name():

@@ -31,17 +31,34 @@ def evaluate_after_fraction(equation: Polynomials, step: EventStep, fraction: fl
         values[i] = total
 
 
+class Jump(NamedTuple):
+    """An event function that jumps from -1 to 1 at a fraction of the step."""
+
+    fraction: float
+
+
+@jit_in_place
+def evaluate_jump(equation: Jump, step: EventStep, fraction: float, values: FloatArray) -> None:
+    values[0] = 1.0 if fraction > equation.fraction else -1.0
+
+
 _locate = jit_in_place(make_event_location(evaluate_after_fraction))
+_locate_jump = jit_in_place(make_event_location(evaluate_jump))
 _predict_kink = jit_in_place(make_kink_prediction(evaluate_after_fraction))
+
+
+def make_step(n, n_located):
+    """Return a step of n event functions with buffers."""
+    stages, trial_stages = (make_stages(1, 1, 1, np.zeros(4, dtype=np.int64)) for _ in range(2))
+    tolerances, is_rising = np.full(n, TOLERANCE), np.zeros(n, dtype=np.bool_)
+    return EventStep(0.0, 1.0, np.zeros(1), stages, trial_stages, tolerances, np.zeros(n), is_rising, n_located)
 
 
 def prepare(functions, n_located):
     """Return the event functions, a step with buffers, and the values at the samples; each function is given by its coefficients."""
     n, n_terms = len(functions), max(map(len, functions))
     equation = Polynomials(np.array([[0.0] * (n_terms - len(one)) + list(one) for one in functions]))
-    stages, trial_stages = (make_stages(1, 1, 1, np.zeros(4, dtype=np.int64)) for _ in range(2))
-    tolerances, is_rising = np.full(n, TOLERANCE), np.zeros(n, dtype=np.bool_)
-    step = EventStep(0.0, 1.0, np.zeros(1), stages, trial_stages, tolerances, np.zeros(n), is_rising, n_located)
+    step = make_step(n, n_located)
     samples = np.empty((EVENT_SAMPLE_FRACTIONS.size, n))
     for j, fraction in enumerate(EVENT_SAMPLE_FRACTIONS):
         evaluate_after_fraction(equation, step, fraction, samples[j])
@@ -100,6 +117,15 @@ def test_a_function_that_rises_from_zero_at_once_is_an_event_at_the_start():
     assert values[0] > 0.0 > values[1]
 
 
+@pytest.mark.parametrize("jump", [1e-40, 1e-3, 0.6])
+def test_a_jump_is_located_also_next_to_the_start(jump):
+    samples = np.array([[-1.0] if fraction <= jump else [1.0] for fraction in EVENT_SAMPLE_FRACTIONS])
+    fraction = float(_locate_jump(Jump(jump), make_step(1, 1), samples))
+    assert jump < fraction
+    assert fraction == pytest.approx(jump, rel=1e-15, abs=1e-29)  # 100 bisections
+    assert samples[-1, 0] == 1.0
+
+
 def test_the_steps_integrated_again_decide_and_not_the_interpolated_samples():
     middle = {2: [1e-3]}  # positive by an error of the interpolation
     assert locate(from_roots(0.9), interpolated=middle)[0] == pytest.approx(0.9, abs=1e-12)
@@ -111,8 +137,8 @@ def predict(*functions):
     return float(_predict_kink(equation, step, samples, np.zeros(len(functions))))
 
 
-PREDICTION_TOLERANCE = 1e-3
-"""Secant steps that are bounded by the samples: a step that is tried again corrects the rest."""
+PREDICTION_TOLERANCE = 1e-14
+"""Secant steps end at rounding."""
 
 
 def test_the_first_kink_is_predicted_also_a_little_behind_the_step():
@@ -121,6 +147,7 @@ def test_the_first_kink_is_predicted_also_a_little_behind_the_step():
     assert predict(from_roots(0.8), from_roots(0.2)) == pytest.approx(0.2, abs=PREDICTION_TOLERANCE)
     assert predict(from_roots(behind)) == pytest.approx(behind, abs=1e-14)
     assert predict(from_roots(1.0 + 1.5 * MAX_STRETCH)) == predict(from_roots(2.0)) == NO_EVENT
+    assert predict(from_roots(0.5)) == 0.5  # a sample: the zero is an end of the bracket
     # The first function falls, and the one at zero has its kink behind it.
     for other in (from_roots(0.5, sign=-1.0), from_roots(0.0)):
         assert predict(other, from_roots(0.7)) == pytest.approx(0.7, abs=PREDICTION_TOLERANCE)

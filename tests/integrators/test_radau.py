@@ -9,7 +9,7 @@ from scipy.integrate import solve_ivp
 from scipy.integrate._ivp import radau
 
 from governor_mechanism.integrators.radau import RadauLimits, StiffEquationFunctions, make_radau
-from governor_mechanism.integrators.radau_stages import finish_increments, interpolate_state, make_newton_iteration
+from governor_mechanism.integrators.radau_stages import finish_increments, interpolate_state, make_error_estimate, make_newton_iteration
 from governor_mechanism.integrators.radau_systems import RadauBuffers, factorise_matrices, make_radau_buffers, make_radau_tableau
 from governor_mechanism.integrators.stages import StepCounter
 from governor_mechanism.integrators.status import IntegrationStatus
@@ -86,6 +86,7 @@ def write_output(problem: StiffProblem, time: float, state: FloatArray, output: 
 
 _integrate = jit_in_place(make_radau(StiffEquationFunctions(start_step, evaluate, evaluate_jacobian, finish_step, write_output)))
 _iterate = jit_in_place(make_newton_iteration(evaluate))
+_estimate = jit_in_place(make_error_estimate(evaluate))
 
 
 @jit_in_place
@@ -227,6 +228,7 @@ def test_a_relaxation_oscillation_agrees_with_scipy():
         ({"max_steps": 5}, IntegrationStatus.STEP_LIMIT),
         ({"last_time": 0.5}, IntegrationStatus.STALLED),
         ({"start": (101.0, 1.0, 0.0)}, IntegrationStatus.OUT_OF_RANGE),
+        ({"start": (1.0, 1e160, 0.0)}, IntegrationStatus.STALLED),  # its square is not a number
         ({"jacobian_factor": 0.0}, IntegrationStatus.STALLED),  # outside its domain
         ({"jacobian_factor": math.nan}, IntegrationStatus.STALLED),
     ],
@@ -236,6 +238,21 @@ def test_an_integration_that_cannot_go_on_says_why(options, status):
     assert end == status
     assert 0.0 <= time <= 0.5
     assert np.isnan(states[1, 0])
+
+
+@pytest.mark.long
+def test_a_doubtful_estimate_is_filtered_again_where_the_equation_is_defined():
+    estimates = {}
+    for last_time in (math.inf, -1.0):
+        problem, buffers = make_problem(1e6, 3, last_time=last_time)
+        state, h = np.array([1.1, 1.0, 0.0]), 0.1  # not on the slow solution: what decays fast makes the estimate too large
+        fill_derivative(problem, 0.0, state, buffers.start_derivative)
+        evaluate_jacobian(problem, 0.0, state, buffers.start_derivative, buffers.jacobian)
+        factorise_matrices(buffers, h)
+        buffers.increments[:] = solve_kaps(h * buffers.tableau.nodes[1:]) - state
+        estimates[last_time] = [float(_estimate(problem, buffers, 0.0, h, state, 1e-6, is_doubtful)) for is_doubtful in (False, True)]
+    assert estimates[math.inf][1] < 0.1 * estimates[math.inf][0]
+    assert estimates[-1.0][1] == estimates[-1.0][0] == estimates[math.inf][0]
 
 
 def test_what_rests_goes_on_resting():

@@ -26,6 +26,7 @@ from governor_mechanism.model.output_variables import BodyAngle, Limit, LineAngl
 from governor_mechanism.model.part import FIXED_PLANE, Part
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.scenes.parser import parse_scene_document
+from scene_documents import governor_document
 from scene_parts import body_angle, body_point, ground_point, make_mechanism, scene_of
 
 CRANK, ROD = 0.1, 0.3
@@ -147,9 +148,17 @@ def test_a_table_ends_at_a_turning_point_of_its_coordinate(limit):
         assert table.end_coordinate(0) == 0.25
 
 
-def test_a_table_ends_before_a_change_point_with_accurate_poses():
-    """A parallelogram may fold there into an antiparallelogram; all its links lie in one line at angles 0 and pi."""
-    crank, ground, start = 0.1, 0.4, 1.3
+def test_a_piece_that_would_lead_beyond_a_turning_point_becomes_narrower():
+    scene = slider_crank(coordinate="slider_x")
+    table = MotionTable(scene, 0.38, PositionSolver(scene.mechanism).solve({"slider_x": 0.38}))
+    table.table.next_widths[1] = 0.1
+    assert table.extend(1)
+    assert 0.38 < table.end_coordinate(1) < CRANK + ROD
+
+
+def parallelogram(start):
+    """Return a parallelogram, and a table from an angle of its cranks on; all its links lie in one line at angles 0 and pi."""
+    crank, ground = 0.1, 0.4
     bodies = [Body(name=name, mass=1.0, second_moments=SecondMoments(xx=0.01)) for name in ("crank", "coupler", "rocker")]
     end = crank * np.array([math.cos(start), math.sin(start)])
     joints = [
@@ -160,8 +169,12 @@ def test_a_table_ends_before_a_change_point_with_accurate_poses():
     ]
     sketch = [(0.0, 0.0, start), (*end.tolist(), 0.0), (ground, 0.0, start)]
     mechanism = make_mechanism(bodies, joints, [body_angle("crank", "angle")], sketch, size=ground)
-    scene = scene_of(mechanism)
-    table = extend_to(MotionTable(scene, start, PositionSolver(mechanism).solve({})), -10.0, 10.0)
+    return MotionTable(scene_of(mechanism), start, PositionSolver(mechanism).solve({}))
+
+
+def test_a_table_ends_before_a_change_point_with_accurate_poses():
+    """A parallelogram may fold there into an antiparallelogram."""
+    table = extend_to(parallelogram(1.3), -10.0, 10.0)
     ends = [table.end_coordinate(side) for side in (0, 1)]
     assert 0.0 < ends[0] < 0.2
     assert math.pi - 0.2 < ends[1] < math.pi
@@ -173,6 +186,26 @@ def test_a_table_ends_before_a_change_point_with_accurate_poses():
     poses, tangents = table.evaluate_poses(angles)
     np.testing.assert_allclose(poses[:, :, 2], np.stack([angles, 0 * angles, angles], axis=1), atol=TABLE_ERROR)
     np.testing.assert_allclose(tangents[:, :, 2], np.tile([1.0, 0.0, 1.0], (301, 1)), atol=TABLE_ERROR)
+
+
+def test_a_table_that_starts_where_links_nearly_fold_ends_before_they_do():
+    table = extend_to(parallelogram(0.06), -10.0, 0.06)
+    end = table.end_coordinate(0)
+    assert 0.0 < end < 0.06
+    angles = np.linspace(end, 0.06, 31)
+    np.testing.assert_allclose(table.evaluate_poses(angles)[0][:, :, 2], np.stack([angles, 0 * angles, angles], axis=1), atol=TABLE_ERROR)
+
+
+@pytest.mark.parametrize("start", [1.45, 1.46])
+def test_a_table_reaches_a_bound_at_which_its_links_fold(start):
+    """The arms and links of a rhombic governor lie in one line where the arms are horizontal."""
+    scene = parse_scene_document(governor_document({"arm": 0.3, "offset": 0.0, "ball_mass": 5, "sleeve_mass": 20}))
+    table = extend_to(MotionTable(scene, start, PositionSolver(scene.mechanism).solve({"arm_angle": start})), start, 2.0)
+    assert table.end_coordinate(1) == math.pi / 2
+    assert table.end_message(1)[0]
+    angles = np.linspace(start, table.edge(1), 31)
+    sleeve = scene.mechanism.body_index("sleeve")
+    np.testing.assert_allclose(table.evaluate_poses(angles)[0][:, sleeve, 1], -0.6 * np.cos(angles), atol=10 * TABLE_ERROR)
 
 
 def test_a_table_ends_at_a_limit_of_its_coordinate():
@@ -251,8 +284,8 @@ def test_poses_are_followed_along_a_coordinate_up_to_where_it_turns():
     np.testing.assert_allclose(found[:, 0, 2, 0], [0.38, 0.36, 0.34], atol=TABLE_ERROR)
     np.testing.assert_allclose(exact_slider(found[:, 0, 0, 2])[0], [0.38, 0.36, 0.34], atol=TABLE_ERROR)
     straight = solver.solve({"crank_angle": 0.0})
-    _, is_solved = solver.try_solve_nodes(np.stack([poses, straight]), np.array([0.3895, CRANK + ROD]))
-    assert is_solved.tolist() == [True, False]  # where it turns it does not determine the poses
+    _, is_solved = solver.try_solve_nodes(np.stack([poses, straight, poses]), np.array([0.3895, CRANK + ROD, CRANK + ROD + 1e-7]))
+    assert is_solved.tolist() == [True, False, False]  # where it turns it does not determine the poses
 
 
 def test_one_coordinate_does_not_determine_the_poses_of_two_degrees_of_freedom():

@@ -138,8 +138,9 @@ def make_newton_iteration(
         n_stages, n = increments.shape
         max_iterations, newton_tolerance = 5 + n_stages, NEWTON_TOLERANCE_RATIO * tolerance
         rounding = NEWTON_ROUNDINGS * _rounding_of(state, buffers.error_scale)
-        last_size, rate = 0.0, max(last_rate, EPSILON) ** 0.8
-        for iteration in range(1, max_iterations + 1):
+        iteration, last_size, rate = 0, 0.0, max(last_rate, EPSILON) ** 0.8
+        while True:  # max_iterations at most: what does not pass the first test of the rate in the last one fails the second
+            iteration += 1
             for stage in range(n_stages):
                 for i in range(n):
                     buffers.stage_state[i] = state[i] + increments[stage, i]
@@ -159,7 +160,6 @@ def make_newton_iteration(
                 if rate >= 1.0 or rate ** (max_iterations - iteration) / (1.0 - rate) * size > newton_tolerance:
                     return (iteration, last_rate) if size <= rounding else (0, 1.0)
             last_size = size
-        return 0, 1.0
 
     return iterate
 

@@ -106,7 +106,7 @@ def _make_root_search(
             if value == previous_value:
                 break
             change = -value * (position - previous) / (value - previous_value)
-            if is_bracketed and not low < position + change < high:
+            if is_bracketed and not low <= position + change <= high:  # an end of the bracket may be the zero itself
                 change = 0.5 * (low + high) - position
             previous, previous_value, position = position, value, position + change
             if not position <= 1.0 + 2.0 * MAX_STRETCH:

@@ -237,10 +237,9 @@ def begin_phases(model: ReducedModel, state: FloatArray, local_time: float, piec
     evaluate_reduced_event_functions(model, state, local_time, piece_guess, event_values)
     for i in range(model.kinks.size):
         model.mode[first_mode + i] = event_values[first_value + i] < 0.0
-    piece, t, side = find_piece(model.intervals, model.neighbours, model.periodicity, state[0], piece_guess)
-    if side < 0:
-        _keep_phases(model, model.output_forces, piece, t)
-        _keep_phases(model, model.shaft_forces, piece, t)
+    piece, t, _ = find_piece(model.intervals, model.neighbours, model.periodicity, state[0], piece_guess)
+    _keep_phases(model, model.output_forces, piece, t)
+    _keep_phases(model, model.shaft_forces, piece, t)
 
 
 @jit_in_place

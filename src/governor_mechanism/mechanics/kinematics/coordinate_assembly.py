@@ -247,27 +247,26 @@ def continue_to_coordinate(
     arrays: AssemblyArrays,
     workspace: AssemblyWorkspace,
     q: float,  # requested coordinate, SI
-    poses: FloatArray,  # poses that nearly close the joints; changed in place; shape (bodies, 3)
+    node: FloatArray,  # poses that nearly close the joints, and their two derivatives, which are overwritten; shape (3, 3 bodies)
 ) -> bool:
-    """Move poses by continuation to a value of the coordinate.
+    """Move poses by continuation to a value of the coordinate, and fill in their derivatives by it.
 
     Result: whether the value was reached on the same branch.
     """
-    node, predicted = np.zeros((3, arrays.pose_scales.size)), np.zeros(arrays.pose_scales.size)
-    node[0] = poses.ravel()
+    predicted = np.empty(arrays.pose_scales.size)
+    node[1] = 0.0
     workspace.row_values[:] = 0.0
-    evaluate_rows(arrays.rows, poses, workspace.zero_velocities, workspace.row_values, workspace.jacobian)
+    evaluate_rows(arrays.rows, node[0].reshape(-1, 3), workspace.zero_velocities, workspace.row_values, workspace.jacobian)
     start = workspace.row_values[arrays.rows.table.size - 1, RowColumn.RESIDUAL]
     n_steps = max(1, math.ceil(abs(q - start) / (CONTINUATION_STEP * arrays.coordinate_scale)))
     q_reached = start
     for k in range(n_steps + 1):
-        q_next = start + (q - start) * k / n_steps
+        q_next = start + (q - start) * k / n_steps if k < n_steps else q
         node[0] += (q_next - q_reached) * node[1]
         predicted[:] = node[0]
         if not (solve_position(arrays, workspace, q_next, node) and is_on_branch(arrays, node[0], predicted)):
             return False
         q_reached = q_next
-    poses[:] = node[0].reshape(-1, 3)
     return True
 
 
@@ -302,11 +301,8 @@ def follow_coordinate(arrays: AssemblyArrays, workspace: AssemblyWorkspace, valu
         # Far from the value before, or from the start, the way is too long for one step.
         is_near = k > 0 and abs(change) < CONTINUATION_STEP * arrays.coordinate_scale
         if not (is_near and solve_position(arrays, workspace, values[k], nodes[k]) and is_on_branch(arrays, nodes[k, 0], predicted)):
-            poses = start.reshape(-1, 3)
-            if not continue_to_coordinate(arrays, workspace, values[k], poses):
-                return k
             nodes[k, 0] = start
-            if not solve_position(arrays, workspace, values[k], nodes[k]):
+            if not continue_to_coordinate(arrays, workspace, values[k], nodes[k]):
                 return k
     return values.size
 

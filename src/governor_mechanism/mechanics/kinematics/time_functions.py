@@ -299,9 +299,7 @@ def evaluate_cubic(input_cubics: FloatArray, k: int, local_time: float) -> float
 
 @jit_in_place
 def evaluate_input(input_cubics: FloatArray, k: int, local_time: float) -> float:
-    """Return the value of input k, its cubic plus its harmonics, or 0 for k = NO_INDEX."""
-    if k < 0:
-        return 0.0
+    """Return the value of input k, its cubic plus its harmonics."""
     value = evaluate_cubic(input_cubics, k, local_time)
     for column in range(N_CUBIC_COLUMNS, input_cubics.shape[1], 3):
         if input_cubics[k, column] != 0.0:
