@@ -29,6 +29,9 @@ RecordArray = Any
 NO_INDEX = -1
 """Index in a record of what is not there: no input, no argument, no plane, no drive."""
 
+GROUND_INDEX = -1
+"""Index of the ground among the bodies. In an array with a row for the ground behind those of the bodies it is that row."""
+
 
 Vector2 = tuple[float, float]
 """Vector in the plane."""

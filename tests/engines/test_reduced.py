@@ -22,7 +22,7 @@ from governor_mechanism.mechanics.kinematics.output_rows import make_output_rows
 from governor_mechanism.mechanics.reduction.lagrangian import SingleDofReduction
 from governor_mechanism.mechanics.reduction.motion_table import MotionTable
 from governor_mechanism.mechanics.reduction.node_evaluation import TableColumn
-from governor_mechanism.mechanics.reduction.table import find_piece
+from governor_mechanism.mechanics.reduction.table import ON_TABLE, find_piece
 from governor_mechanism.model.events import EventKind
 from governor_mechanism.model.force_elements import Damper, Force, Spring, Torque, TorsionDamper, TorsionSpring
 from governor_mechanism.model.joints import Distance, Pin, Slider
@@ -299,7 +299,7 @@ def make_table(scene, values):
         found = []
         for value in values:
             piece, t, side = find_piece.__wrapped__(way.table.intervals, way.table.neighbours, way.table.periodicity, value, 0)
-            assert side == -1
+            assert side == ON_TABLE
             found.append(evaluate_piece.__wrapped__(way.table.coefficients, piece, index, t))
         return np.array(found)
 

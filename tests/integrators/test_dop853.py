@@ -7,8 +7,7 @@ import numpy as np
 import pytest
 
 from governor_mechanism.integrators.dop853 import StepLimits, make_dop853
-from governor_mechanism.integrators.equation import EquationFunctions, StepBuffers, make_step_buffers
-from governor_mechanism.integrators.event_location import EventStep
+from governor_mechanism.integrators.equation import EquationFunctions, EventStep, StepBuffers, make_step_buffers
 from governor_mechanism.integrators.stage_quality import (
     ABOVE_DOMAIN,
     BELOW_DOMAIN,
@@ -79,7 +78,7 @@ def evaluate_events(problem: Oscillator, time: float, state: FloatArray, event_v
 
 @jit_in_place
 def sample_events(problem: Oscillator, step: EventStep, fraction: float, event_values: FloatArray) -> None:
-    start, end, stages = step.state, step.stages.next_state, step.stages
+    start, end, stages = step.state, step.buffers.stages.next_state, step.buffers.stages
     accelerations = stages.derivatives[1, 0], stages.next_derivative[1, 0]
     x = quintic_hermite_jit(start[0], start[1], accelerations[0], end[0], end[1], accelerations[1], step.h, fraction)[0]
     event_values[0] = problem.level - x

@@ -5,8 +5,8 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 
-from governor_mechanism.integrators.event_location import EVENT_SAMPLE_FRACTIONS, NO_EVENT, EventStep, make_event_location
-from governor_mechanism.integrators.stages import make_stages
+from governor_mechanism.integrators.equation import EVENT_SAMPLE_FRACTIONS, EventStep, make_step_buffers
+from governor_mechanism.integrators.event_location import NO_EVENT, make_event_location
 from governor_mechanism.integrators.step_ends import MAX_STRETCH, make_kink_prediction
 from governor_mechanism.numerics.jit import jit_in_place
 from governor_mechanism.types import FloatArray
@@ -47,30 +47,27 @@ _locate_jump = jit_in_place(make_event_location(evaluate_jump))
 _predict_kink = jit_in_place(make_kink_prediction(evaluate_after_fraction))
 
 
-def make_step(n, n_located):
-    """Return a step of n event functions with buffers."""
-    stages, trial_stages = (make_stages(1, 1, 1, np.zeros(4, dtype=np.int64)) for _ in range(2))
-    tolerances, is_rising = np.full(n, TOLERANCE), np.zeros(n, dtype=np.bool_)
-    return EventStep(0.0, 1.0, np.zeros(1), stages, trial_stages, tolerances, np.zeros(n), is_rising, n_located)
+def make_step(n, n_kinks):
+    """Return a step of n event functions, of which the last ones are kinks, with buffers."""
+    return EventStep(0.0, 1.0, np.zeros(1), make_step_buffers(1, 1, np.ones(1), np.full(n, TOLERANCE), np.zeros(4, dtype=np.int64), n_kinks))
 
 
-def prepare(functions, n_located):
-    """Return the event functions, a step with buffers, and the values at the samples; each function is given by its coefficients."""
-    n, n_terms = len(functions), max(map(len, functions))
+def prepare(functions, n_kinks):
+    """Return the event functions, of which each is given by its coefficients, and a step with their values at the samples."""
+    n_terms = max(map(len, functions))
     equation = Polynomials(np.array([[0.0] * (n_terms - len(one)) + list(one) for one in functions]))
-    step = make_step(n, n_located)
-    samples = np.empty((EVENT_SAMPLE_FRACTIONS.size, n))
-    for j, fraction in enumerate(EVENT_SAMPLE_FRACTIONS):
-        evaluate_after_fraction(equation, step, fraction, samples[j])
-    return equation, step, samples
+    step = make_step(len(functions), n_kinks)
+    for fraction, values in zip(EVENT_SAMPLE_FRACTIONS, step.buffers.event_values, strict=True):
+        evaluate_after_fraction(equation, step, fraction, values)
+    return equation, step
 
 
 def locate(*functions, interpolated=None):
     """Return where the first function rises through zero, and the functions there; `interpolated` are other values at samples."""
-    equation, step, samples = prepare(functions, len(functions))
+    equation, step = prepare(functions, 0)
     for index, values in (interpolated or {}).items():
-        samples[index] = values
-    return float(_locate(equation, step, samples)), samples[-1]
+        step.buffers.event_values[index] = values
+    return float(_locate(equation, step)), step.buffers.event_values[-1]
 
 
 def from_roots(*roots, sign=1.0):
@@ -119,11 +116,12 @@ def test_a_function_that_rises_from_zero_at_once_is_an_event_at_the_start():
 
 @pytest.mark.parametrize("jump", [1e-40, 1e-3, 0.6])
 def test_a_jump_is_located_also_next_to_the_start(jump):
-    samples = np.array([[-1.0] if fraction <= jump else [1.0] for fraction in EVENT_SAMPLE_FRACTIONS])
-    fraction = float(_locate_jump(Jump(jump), make_step(1, 1), samples))
+    step = make_step(1, 0)
+    step.buffers.event_values[:, 0] = np.where(EVENT_SAMPLE_FRACTIONS > jump, 1.0, -1.0)
+    fraction = float(_locate_jump(Jump(jump), step))
     assert jump < fraction
     assert fraction == pytest.approx(jump, rel=1e-15, abs=1e-29)  # 100 bisections
-    assert samples[-1, 0] == 1.0
+    assert step.buffers.event_values[-1, 0] == 1.0
 
 
 def test_the_steps_integrated_again_decide_and_not_the_interpolated_samples():
@@ -133,8 +131,7 @@ def test_the_steps_integrated_again_decide_and_not_the_interpolated_samples():
 
 
 def predict(*functions):
-    equation, step, samples = prepare(functions, 0)
-    return float(_predict_kink(equation, step, samples, np.zeros(len(functions))))
+    return float(_predict_kink(*prepare(functions, len(functions))))
 
 
 PREDICTION_TOLERANCE = 1e-14

@@ -18,7 +18,7 @@ from governor_mechanism.mechanics.reduction.lowering import lower_reduced_scene
 from governor_mechanism.mechanics.reduction.motion_table import MotionTable
 from governor_mechanism.mechanics.reduction.node_evaluation import make_reduction_workspace
 from governor_mechanism.mechanics.reduction.reduced_model import N_STATES
-from governor_mechanism.mechanics.reduction.table import EndReason, ExtensionStatus, allocate_table, find_piece
+from governor_mechanism.mechanics.reduction.table import ON_TABLE, EndReason, ExtensionStatus, PeriodIndex, allocate_table, find_piece
 from governor_mechanism.mechanics.reduction.table_refinement import MAX_DISTANCE, extend_table
 from governor_mechanism.model.joints import GROUND, Gear, Pin, Point
 from governor_mechanism.model.mechanism import Body, Mechanism, SecondMoments
@@ -230,7 +230,7 @@ def test_a_table_grows_as_far_as_it_has_room_and_no_farther_than_its_bound():
     assert extend_table(arrays, workspace, table, 1) == ExtensionStatus.TABLE_FULL
     table = allocate_table(arrays, 3, 0.4, poses)
     assert extend_table(arrays, workspace, table, 1) == ExtensionStatus.PIECE_ADDED
-    table.periodicity[1] = -2.0 * MAX_DISTANCE  # as if it had started there
+    table.periodicity[PeriodIndex.START] = -2.0 * MAX_DISTANCE  # as if it had started there
     assert extend_table(arrays, workspace, table, 1) == ExtensionStatus.TABLE_ENDED
     assert table.end_reasons[1] == EndReason.TOO_FAR
 
@@ -249,7 +249,7 @@ def test_a_spring_that_is_wound_up_has_another_torque_after_each_turn():
     model = table.model.on_table(table.table, np.zeros((1, 5)), np.array([0]))
     for angle in (1.0, 1.0 + math.tau):
         piece, t, side = find_piece(table.table.intervals, table.table.neighbours, table.table.periodicity, angle, 0)
-        assert side == -1
+        assert side == ON_TABLE
         assert evaluate_static_force(model, piece, t, np.zeros(N_STATES), 0.0)[0] == pytest.approx(-70.0 * angle, rel=1e-9)
 
 
@@ -272,7 +272,7 @@ def test_a_table_of_a_gear_at_half_the_speed_closes_after_two_turns():
     table = MotionTable(scene, 0.0, PositionSolver(mechanism).solve({}))
     while table.extend(1):
         assert table.end_coordinate(1) < 13.0
-    assert table.table.periodicity[0] == pytest.approx(2 * math.tau, rel=1e-12)
+    assert table.table.periodicity[PeriodIndex.PERIOD] == pytest.approx(2 * math.tau, rel=1e-12)
     poses, _ = table.evaluate_poses(np.array([30.0]))
     np.testing.assert_allclose(poses[0, :, 2], [30.0, 15.0], atol=10 * TABLE_ERROR)
 
@@ -348,7 +348,7 @@ def test_outputs_and_static_force_on_both_sides_of_the_start():
     model = table.model.on_table(arrays, np.zeros((1, 5)), np.array([0, 0, 1]))
     for angle in (-0.9, 0.2, 0.5, 1.4):
         piece, t, side = find_piece(arrays.intervals, arrays.neighbours, arrays.periodicity, angle, 0)
-        assert side == -1
+        assert side == ON_TABLE
         x, slope = exact_slider(angle)
         assert evaluate_table_output(model, piece, t, 0) == pytest.approx((angle, 1.0), abs=TABLE_ERROR)
         assert evaluate_table_output(model, piece, t, 1) == pytest.approx((x, slope), abs=10 * TABLE_ERROR)

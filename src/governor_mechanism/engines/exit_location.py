@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Generic, TypeVar
 
 import numpy as np
 
@@ -17,6 +18,27 @@ MAX_BISECTIONS = 60
 
 StateAt = Callable[[int, float], StateHistory | None]
 """Function of a sample and a time (s) after it that returns the one state there, or None if the motion ends before."""
+
+
+Mode = TypeVar("Mode")
+"""Contact mode of an engine."""
+
+
+@dataclass(frozen=True)
+class LastStep(Generic[Mode]):
+    """Step in which a motion ends: its start (s), state and mode there, and a later time (s) and state at which it is outside its range."""
+
+    start: float
+    state: FloatArray
+    outside: float
+    outside_state: FloatArray
+    mode: Mode
+
+    def continue_samples(self, times: FloatArray, states: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return those of some sampled times (n,) s and states (n, components) that precede this step, and both its ends."""
+        n_before = int(np.searchsorted(times, self.start, side="right"))
+        all_times = np.concatenate([times[:n_before], [self.start, self.outside]])
+        return all_times, np.concatenate([states[:n_before], self.state[np.newaxis], self.outside_state[np.newaxis]])
 
 
 @dataclass(frozen=True)

@@ -5,8 +5,7 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 from governor_mechanism.integrators import stages as runge_kutta
-from governor_mechanism.integrators.equation import EquationFunctions, StepBuffers
-from governor_mechanism.integrators.event_location import LAST_SAMPLE
+from governor_mechanism.integrators.equation import LAST_SAMPLE, EquationFunctions, StepBuffers
 from governor_mechanism.integrators.stage_quality import (
     CROSSING_QUALITY_RATIO,
     FAR_OUTSIDE_DOMAIN,

@@ -7,10 +7,18 @@ from typing import Generic, NamedTuple
 import numpy as np
 
 from governor_mechanism.integrators import stages as runge_kutta
-from governor_mechanism.integrators.event_location import EVENT_SAMPLE_FRACTIONS, INACTIVE_EVENT_VALUE, EventStep
 from governor_mechanism.integrators.stages import Equation, Stages
-from governor_mechanism.numerics.jit import record_dtype
+from governor_mechanism.numerics.jit import jit_in_place, record_dtype
 from governor_mechanism.types import BoolArray, FloatArray, IntArray, RecordArray
+
+EVENT_SAMPLE_FRACTIONS = np.array([0.0, 0.25, 0.5, 0.75, 1.0])
+"""Fractions of a step at which the event functions are sampled."""
+
+LAST_SAMPLE = EVENT_SAMPLE_FRACTIONS.size - 1
+"""Index of the sample at the end of the step."""
+
+INACTIVE_EVENT_VALUE = -1.0
+"""Value of an event function that is not monitored."""
 
 PROGRESS_DTYPE = record_dtype(
     ("status", "i8"),  # how the integration ended, an IntegrationStatus, or RUNNING
@@ -104,6 +112,21 @@ def make_step_buffers(
         progress=np.zeros(1, dtype=PROGRESS_DTYPE),
         n_kinks=n_kinks,
     )
+
+
+@jit_in_place
+def count_located(buffers: StepBuffers) -> int:
+    """Return the number of event functions, the first ones, that are located by trial steps: all but the kinks."""
+    return buffers.event_tolerances.size - buffers.n_kinks
+
+
+class EventStep(NamedTuple):
+    """A step in which events are located: local time (s) and state at its start, its length (s), and its stages and event functions."""
+
+    local_time: float
+    h: float
+    state: FloatArray
+    buffers: StepBuffers
 
 
 @dataclass(frozen=True)

@@ -5,20 +5,14 @@ trial time locate it with the accuracy of the integrator.
 """
 
 from collections.abc import Callable
-from typing import NamedTuple
 
 import numpy as np
 
+from governor_mechanism.integrators.equation import EVENT_SAMPLE_FRACTIONS, INACTIVE_EVENT_VALUE, LAST_SAMPLE, EventStep, count_located
 from governor_mechanism.integrators.stages import Equation, Stages
 from governor_mechanism.numerics.array_copy import copy_array
 from governor_mechanism.numerics.jit import jit_in_place
 from governor_mechanism.types import BoolArray, FloatArray
-
-EVENT_SAMPLE_FRACTIONS = np.array([0.0, 0.25, 0.5, 0.75, 1.0])
-"""Fractions of a step at which the event functions are sampled."""
-
-LAST_SAMPLE = EVENT_SAMPLE_FRACTIONS.size - 1
-"""Index of the sample at the end of the step."""
 
 OVERSHOOT_RATIO = 0.05
 """Allowance for a maximum between three samples above that of their parabola, relative to the spread of the samples."""
@@ -28,9 +22,6 @@ MAX_ARMING_BISECTIONS = 40
 
 MIN_POSITIVE_EVENT_VALUE = 1e-300
 """Smallest value of an event function that counts as positive."""
-
-INACTIVE_EVENT_VALUE = -1.0
-"""Value of an event function that is not monitored."""
 
 BRACKET_INSET = 1e-3
 """Distance of a regula-falsi point from the ends of its bracket, relative to the bracket; it moves the nearer end as well."""
@@ -64,23 +55,6 @@ def _is_any_above(event_values: FloatArray, tolerances: FloatArray, n_functions:
     for i in range(n_functions):
         is_above = is_above or event_values[i] > tolerances[i]
     return is_above
-
-
-class EventStep(NamedTuple):
-    """A step in which events are located: its start, its stages, buffers for steps integrated again, and rounding of the functions.
-
-    Only the first `n_located` functions are of events; kinks, which the others locate, are met by the ends of steps.
-    """
-
-    local_time: float
-    h: float
-    state: FloatArray
-    stages: Stages
-    trial_stages: Stages
-    tolerances: FloatArray
-    trial_values: FloatArray
-    is_rising: BoolArray
-    n_located: int
 
 
 @jit_in_place
@@ -132,8 +106,8 @@ def make_trial_evaluation(
 
     def evaluate_after_fraction(equation: Equation, step: EventStep, fraction: float, values: FloatArray) -> None:
         """Fill the event functions (event functions,) after a fraction of the step, or INACTIVE_EVENT_VALUE if it leaves the domain."""
-        trial, local_end = step.trial_stages, step.local_time + fraction * step.h
-        copy_array(trial.derivatives[:, 0], step.stages.derivatives[:, 0])
+        trial, local_end = step.buffers.trial_stages, step.local_time + fraction * step.h
+        copy_array(trial.derivatives[:, 0], step.buffers.stages.derivatives[:, 0])
         quality = take_step(equation, step.local_time, fraction * step.h, step.state, trial)
         values[:] = INACTIVE_EVENT_VALUE
         if quality >= 0.0:
@@ -143,22 +117,19 @@ def make_trial_evaluation(
     return evaluate_after_fraction
 
 
-def make_bracketing(evaluate_after_fraction: TrialEvaluation[Equation]) -> Callable[[Equation, EventStep, FloatArray], tuple[float, float]]:
+def make_bracketing(evaluate_after_fraction: TrialEvaluation[Equation]) -> Callable[[Equation, EventStep], tuple[float, float]]:
     """Return the function that brackets the first event in a step between two fractions; (2, 2) if there is none."""
 
-    def bracket_first_event(
-        equation: Equation,
-        step: EventStep,
-        event_values: FloatArray,  # event functions at the samples; shape (samples, event functions)
-    ) -> tuple[float, float]:
+    def bracket_first_event(equation: Equation, step: EventStep) -> tuple[float, float]:
         """Bracket the first event in a step.
 
         Results: low, fraction of the step before the event, or NO_EVENT; high, fraction of the step after it,
         or NO_EVENT.
         """
-        low, high, trial_values = NO_EVENT, NO_EVENT, step.trial_values
-        for i in range(step.n_located):
-            tolerance = step.tolerances[i]
+        event_values, trial_values = step.buffers.event_values, step.buffers.trial_event_values
+        low, high = NO_EVENT, NO_EVENT
+        for i in range(count_located(step.buffers)):
+            tolerance = step.buffers.arming_tolerances[i]
             is_armed = event_values[0, i] < -tolerance
             for j in range(1, LAST_SAMPLE + 1):
                 if event_values[j, i] > (0.0 if is_armed else tolerance):
@@ -180,25 +151,15 @@ def make_bracketing(evaluate_after_fraction: TrialEvaluation[Equation]) -> Calla
     return bracket_first_event
 
 
-def make_regula_falsi(
-    evaluate_after_fraction: TrialEvaluation[Equation],
-) -> Callable[[Equation, EventStep, FloatArray, int, float, float, FloatArray], float]:
+def make_regula_falsi(evaluate_after_fraction: TrialEvaluation[Equation]) -> Callable[[Equation, EventStep, int, float, float], float]:
     """Return the function that locates the zero of one event function."""
 
-    def locate_zero(
-        equation: Equation,
-        step: EventStep,
-        # event functions at `high`; they become those at the result; shape (event functions,)
-        values_high: FloatArray,
-        i: int,
-        low: float,  # fraction of the step at which the function is negative
-        high: float,
-        trial_values: FloatArray,  # buffer; shape (event functions,)
-    ) -> float:
-        """Locate the zero of one event function by regula falsi.
+    def locate_zero(equation: Equation, step: EventStep, i: int, low: float, high: float) -> float:
+        """Locate the zero of an event function by regula falsi between fractions of the step at which it is negative and positive.
 
-        Result: fraction of the step just after the zero.
+        The last row of event functions is that at `high`, and becomes that at the result. Result: fraction of the step just after the zero.
         """
+        values_high, trial_values = step.buffers.event_values[LAST_SAMPLE], step.buffers.trial_event_values
         evaluate_after_fraction(equation, step, low, trial_values)
         at_low, at_high, bisect = min(trial_values[i], -MIN_POSITIVE_EVENT_VALUE), values_high[i], False
         for _ in range(MAX_ROOT_ITERATIONS):
@@ -219,7 +180,7 @@ def make_regula_falsi(
     return locate_zero
 
 
-def make_event_location(evaluate_after_fraction: TrialEvaluation[Equation]) -> Callable[[Equation, EventStep, FloatArray], float]:
+def make_event_location(evaluate_after_fraction: TrialEvaluation[Equation]) -> Callable[[Equation, EventStep], float]:
     """Return the function that locates the first event in a step: the fraction of the step after which an event function is positive.
 
     A function that starts at zero, as at a body that just left a stop, must be negative first, unless it rises at once.
@@ -227,64 +188,50 @@ def make_event_location(evaluate_after_fraction: TrialEvaluation[Equation]) -> C
     bracket_first_event = jit_in_place(make_bracketing(evaluate_after_fraction))
     locate_in_bracket = jit_in_place(_make_location_in_bracket(evaluate_after_fraction))
 
-    def locate_first_event(
-        equation: Equation,
-        step: EventStep,
-        # event functions at the samples, of which the last row becomes those at the event; shape (samples,
-        # event functions)
-        event_values: FloatArray,
-    ) -> float:
-        """Locate the first event in a step.
+    def locate_first_event(equation: Equation, step: EventStep) -> float:
+        """Locate the first event in a step; the last row of its event functions becomes that at the event.
 
         Result: fraction of the step after which an event function is positive, or NO_EVENT.
         """
-        trial_values, n_located = step.trial_values, step.n_located
-        low, high = bracket_first_event(equation, step, event_values)
+        buffers, n_located = step.buffers, count_located(step.buffers)
+        trial_values, end_values = buffers.trial_event_values, buffers.event_values[LAST_SAMPLE]
+        low, high = bracket_first_event(equation, step)
         if high > 1.0:
             return NO_EVENT
         evaluate_after_fraction(equation, step, high, trial_values)
         if not is_any_positive(trial_values, n_located):
-            if not _is_any_above(event_values[LAST_SAMPLE], step.tolerances, n_located):
+            if not _is_any_above(end_values, buffers.arming_tolerances, n_located):
                 return NO_EVENT
             low, high = high, 1.0
-            copy_array(trial_values, event_values[LAST_SAMPLE])
-        return locate_in_bracket(equation, step, event_values, low, high, trial_values)
+            copy_array(trial_values, end_values)
+        return locate_in_bracket(equation, step, low, high)
 
     return locate_first_event
 
 
-def _make_location_in_bracket(
-    evaluate_after_fraction: TrialEvaluation[Equation],
-) -> Callable[[Equation, EventStep, FloatArray, float, float, FloatArray], float]:
+def _make_location_in_bracket(evaluate_after_fraction: TrialEvaluation[Equation]) -> Callable[[Equation, EventStep, float, float], float]:
     """Return the function that locates the first event in a bracket."""
     locate_zero = jit_in_place(make_regula_falsi(evaluate_after_fraction))
 
-    def locate_in_bracket(
-        equation: Equation,
-        step: EventStep,
-        # event functions at the samples, of which the last row becomes those just after the event; shape
-        # (samples, event functions)
-        event_values: FloatArray,
-        low: float,
-        high: float,
-        trial_values: FloatArray,  # event functions at `high`; overwritten; shape (event functions,)
-    ) -> float:
-        """Locate where the first of the functions that are positive at `high` becomes positive.
+    def locate_in_bracket(equation: Equation, step: EventStep, low: float, high: float) -> float:
+        """Locate where the first of the functions that are positive at `high`, as evaluated last, becomes positive.
 
-        Result: fraction of the step just after the event.
+        The last row of event functions becomes that just after the event. Result: fraction of the step there.
         """
-        at_event, rising = event_values[LAST_SAMPLE], step.is_rising
+        buffers, n_located = step.buffers, count_located(step.buffers)
+        trial_values, start_values, tolerances = buffers.trial_event_values, buffers.event_values[0], buffers.arming_tolerances
+        at_event, rising = buffers.event_values[LAST_SAMPLE], buffers.is_rising
         for i in range(rising.size):
-            rising[i] = i < step.n_located and trial_values[i] > 0.0
+            rising[i] = i < n_located and trial_values[i] > 0.0
         copy_array(at_event, trial_values)
         if low > 0.0:
             evaluate_after_fraction(equation, step, low, trial_values)
         else:
-            copy_array(trial_values, event_values[0])
+            copy_array(trial_values, start_values)
         fraction, max_value = high, _max_rising_value(trial_values, rising)
         for halving in range(MAX_ARMING_BISECTIONS):
             is_past_start = halving > 0 or low > 0.0
-            if max_value < 0.0 and not _is_not_armed(trial_values, rising, event_values[0], step.tolerances, is_past_start):
+            if max_value < 0.0 and not _is_not_armed(trial_values, rising, start_values, tolerances, is_past_start):
                 break
             fraction *= 0.5  # it starts at zero, or above by rounding: it must be negative in between
             evaluate_after_fraction(equation, step, fraction, trial_values)
@@ -298,7 +245,7 @@ def _make_location_in_bracket(
             return fraction
         for i in range(trial_values.size):
             if rising[i] and at_event[i] > 0.0:  # else its zero is after the one found before
-                high = locate_zero(equation, step, at_event, i, low, high, trial_values)
+                high = locate_zero(equation, step, i, low, high)
         return high
 
     return locate_in_bracket

@@ -11,11 +11,18 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from governor_mechanism.integrators import event_location
-from governor_mechanism.integrators.equation import EquationFunctions, StepBuffers
-from governor_mechanism.integrators.event_location import EVENT_SAMPLE_FRACTIONS, LAST_SAMPLE, NO_EVENT, EventStep, is_any_positive
+from governor_mechanism.integrators.equation import (
+    EVENT_SAMPLE_FRACTIONS,
+    LAST_SAMPLE,
+    EquationFunctions,
+    EventStep,
+    StepBuffers,
+    count_located,
+)
+from governor_mechanism.integrators.event_location import NO_EVENT, is_any_positive
 from governor_mechanism.integrators.stages import Equation
 from governor_mechanism.numerics.jit import jit_in_place
-from governor_mechanism.types import FloatArray
+from governor_mechanism.types import NO_INDEX, FloatArray
 
 KINK_TOLERANCE = 2e-13
 """Distance behind a kink, relative to the step, at which a step ends there: above rounding, and far below what an order of 8 notices."""
@@ -45,33 +52,27 @@ SampleEvents = Callable[[Equation, EventStep, float, FloatArray], None]
 def make_kink_prediction(
     # function that fills the event functions at a fraction of the step
     sample_events: SampleEvents[Equation],
-) -> Callable[[Equation, EventStep, FloatArray, FloatArray], float]:
+) -> Callable[[Equation, EventStep], float]:
     """Return the function that predicts the first kink in a step or a little behind it.
 
-    Result: function of the equation, a step, its event functions at the samples (samples, functions), and a
-    buffer (functions,); it returns the kink as a fraction of the step, up to 1 + MAX_STRETCH, or NO_EVENT.
+    Result: function of the equation and a step with its event functions; it returns the kink as a fraction of the step, up to
+    1 + MAX_STRETCH, or NO_EVENT.
     """
     find_root = jit_in_place(_make_root_search(sample_events))
 
-    def predict_kink(
-        equation: Equation,
-        step: EventStep,
-        event_values: FloatArray,  # event functions at the samples; shape (samples, event functions)
-        buffer: FloatArray,  # buffer; shape (event functions,)
-    ) -> float:
+    def predict_kink(equation: Equation, step: EventStep) -> float:
         """Predict the first kink in a step or a little behind it.
 
         Result: the kink as a fraction of the step, up to 1 + MAX_STRETCH, or NO_EVENT.
         """
-        prediction = NO_EVENT
-        for i in range(step.n_located, event_values.shape[1]):
+        prediction, event_values = NO_EVENT, step.buffers.event_values
+        for i in range(count_located(step.buffers), event_values.shape[1]):
             if event_values[0, i] < 0.0:
                 high = 1
                 while high < LAST_SAMPLE and event_values[high, i] <= 0.0:
                     high += 1
-                low_value, high_value = event_values[high - 1, i], event_values[high, i]
-                if EVENT_SAMPLE_FRACTIONS[high - 1] < prediction and low_value < high_value:
-                    root = find_root(equation, step, i, EVENT_SAMPLE_FRACTIONS[high], low_value, high_value, buffer)
+                if EVENT_SAMPLE_FRACTIONS[high - 1] < prediction and event_values[high - 1, i] < event_values[high, i]:
+                    root = find_root(equation, step, i, high)
                     if root <= 1.0 + MAX_STRETCH:
                         prediction = min(prediction, root)
         return prediction
@@ -79,29 +80,20 @@ def make_kink_prediction(
     return predict_kink
 
 
-def _make_root_search(
-    sample_events: SampleEvents[Equation],
-) -> Callable[[Equation, EventStep, int, float, float, float, FloatArray], float]:
-    """Return the function that finds the zero of event function i near `high`, where its value is given, as at the sample before it.
+def _make_root_search(sample_events: SampleEvents[Equation]) -> Callable[[Equation, EventStep, int, int], float]:
+    """Return the function that finds the zero of event function i near a sample, in which it rises from the sample before it.
 
     The secant steps stay between both samples if the zero is there. A zero too far behind the step is not located.
     """
 
-    def find_root(
-        equation: Equation,
-        step: EventStep,
-        i: int,
-        high: float,
-        low_value: float,
-        high_value: float,
-        buffer: FloatArray,  # buffer; shape (event functions,)
-    ) -> float:
+    def find_root(equation: Equation, step: EventStep, i: int, sample: int) -> float:
         """Find the zero of an event function by secant steps.
 
         Result: the zero as a fraction of the step, or NO_EVENT if it is too far behind the step.
         """
-        low, is_bracketed = high - EVENT_SAMPLE_FRACTIONS[1], high_value > 0.0
-        position, previous, previous_value, value = high, low, low_value, high_value
+        event_values, buffer = step.buffers.event_values, step.buffers.trial_event_values
+        low, high, is_bracketed = EVENT_SAMPLE_FRACTIONS[sample - 1], EVENT_SAMPLE_FRACTIONS[sample], event_values[sample, i] > 0.0
+        position, previous, previous_value, value = high, low, event_values[sample - 1, i], event_values[sample, i]
         for _ in range(MAX_SECANT_STEPS):
             if value == previous_value:
                 break
@@ -162,7 +154,7 @@ def make_kink_aim(
 
         Result: length of the step, or a shorter one up to the kink, s.
         """
-        aim, kink, low, high = h, -1, 0.0, h
+        aim, kink, low, high = h, NO_INDEX, 0.0, h
         for j in range(1, EVENT_SAMPLE_FRACTIONS.size):
             low, high = EVENT_SAMPLE_FRACTIONS[j - 1] * h, EVENT_SAMPLE_FRACTIONS[j] * h
             evaluate_on_tangent(equation, local_time, high, state, derivative, buffer, event_values[j])
@@ -170,10 +162,10 @@ def make_kink_aim(
                 low_value, high_value = event_values[j - 1, i], event_values[j, i]
                 if low_value < 0.0 < high_value and low - (high - low) * low_value / (high_value - low_value) < aim:
                     aim, kink = low - (high - low) * low_value / (high_value - low_value), i
-            if kink >= 0:
+            if kink != NO_INDEX:
                 low_value, high_value = event_values[j - 1, kink], event_values[j, kink]
                 break
-        for _ in range(AIM_CORRECTIONS if kink >= 0 else 0):
+        for _ in range(AIM_CORRECTIONS if kink != NO_INDEX else 0):
             evaluate_on_tangent(equation, local_time, aim, state, derivative, buffer, event_values[LAST_SAMPLE])
             value = event_values[LAST_SAMPLE, kink]
             if value > 0.0:
@@ -216,8 +208,6 @@ class StepEnds:
 
     Attributes
     ----------
-    evaluate_events
-        That of the equation.
     choose_length
         Return the length of the next step: that given, or a shorter one up to a kink.
     finish_and_sample
@@ -229,7 +219,6 @@ class StepEnds:
         Cut a finished step at the first event, and return the fraction that precedes it, or NO_EVENT.
     """
 
-    evaluate_events: Callable[..., None]
     choose_length: Callable[..., float]
     finish_and_sample: Callable[..., float]
     correct_length: Callable[..., tuple[bool, float]]
@@ -242,18 +231,11 @@ def make_step_ends(functions: EquationFunctions[Equation]) -> StepEnds:
     Result: functions that locate kinks and events.
     """
     return StepEnds(
-        evaluate_events=functions.evaluate_events,
         choose_length=jit_in_place(_make_choice_of_length(functions)),
         finish_and_sample=jit_in_place(_make_finish_and_sample(functions)),
         correct_length=jit_in_place(_make_correction_of_length(functions)),
         cut_at_event=jit_in_place(_make_cut_at_event(functions)),
     )
-
-
-@jit_in_place
-def count_located(buffers: StepBuffers) -> int:
-    """Return the number of event functions, the first ones, that are located by trial steps: all but the kinks."""
-    return buffers.event_tolerances.size - buffers.n_kinks
 
 
 def _make_choice_of_length(functions: EquationFunctions[Equation]) -> Callable[..., float]:
@@ -263,7 +245,7 @@ def _make_choice_of_length(functions: EquationFunctions[Equation]) -> Callable[.
     def choose_length(equation: Equation, buffers: StepBuffers, local_time: float, h: float, state: FloatArray) -> float:
         if buffers.n_kinks == 0:
             return h
-        first_kink, buffer = buffers.event_tolerances.size - buffers.n_kinks, buffers.stages.stage_state
+        first_kink, buffer = count_located(buffers), buffers.stages.stage_state
         return aim_at_kink(equation, local_time, h, state, buffers.stages.derivatives[:, 0], first_kink, buffers.event_values, buffer)
 
     return choose_length
@@ -291,10 +273,7 @@ def _make_finish_and_sample(functions: EquationFunctions[Equation]) -> Callable[
         quality = finish_step(equation, local_end, lowest_quality, stages)
         if buffers.event_tolerances.size > 0:
             evaluate_events(equation, local_end, stages.next_state, event_values[LAST_SAMPLE])
-            step = EventStep(
-                local_time, h, state, buffers.stages, buffers.trial_stages, buffers.arming_tolerances, buffers.trial_event_values,
-                buffers.is_rising, count_located(buffers),
-            )  # fmt: skip
+            step = EventStep(local_time, h, state, buffers)
             for j in range(1, LAST_SAMPLE):
                 sample_events(equation, step, EVENT_SAMPLE_FRACTIONS[j], event_values[j])
         return quality
@@ -324,13 +303,8 @@ def _make_correction_of_length(functions: EquationFunctions[Equation]) -> Callab
         """
         if buffers.n_kinks == 0:
             return False, 0.0
-        event_values = buffers.event_values
-        step = EventStep(
-            local_time, h, state, buffers.stages, buffers.trial_stages, buffers.arming_tolerances, buffers.trial_event_values,
-            buffers.is_rising, count_located(buffers),
-        )  # fmt: skip
-        fraction = predict_kink(equation, step, event_values, buffers.trial_event_values)
-        is_reached = is_any_positive(event_values[LAST_SAMPLE, step.n_located :], buffers.n_kinks)
+        fraction = predict_kink(equation, EventStep(local_time, h, state, buffers))
+        is_reached = is_any_positive(buffers.event_values[LAST_SAMPLE, count_located(buffers) :], buffers.n_kinks)
         return judge_length(h, fraction, is_reached, retry_factor, n_tried, min_length, time_rounding)
 
     return correct_length
@@ -354,17 +328,12 @@ def _make_cut_at_event(functions: EquationFunctions[Equation]) -> Callable[..., 
 
         Result: fraction of the step that precedes the event, or NO_EVENT.
         """
-        stages = buffers.stages
-        step = EventStep(
-            local_time, h, state, buffers.stages, buffers.trial_stages, buffers.arming_tolerances, buffers.trial_event_values,
-            buffers.is_rising, count_located(buffers),
-        )  # fmt: skip
-        if step.n_located == 0:
+        if count_located(buffers) == 0:
             return NO_EVENT
-        fraction = locate_first_event(equation, step, buffers.event_values)
+        fraction = locate_first_event(equation, EventStep(local_time, h, state, buffers))
         if fraction <= 1.0:
-            lowest_quality = take_step(equation, local_time, fraction * h, state, stages)
-            finish_step(equation, local_time + fraction * h, lowest_quality, stages)
+            lowest_quality = take_step(equation, local_time, fraction * h, state, buffers.stages)
+            finish_step(equation, local_time + fraction * h, lowest_quality, buffers.stages)
         return fraction
 
     return cut_at_event

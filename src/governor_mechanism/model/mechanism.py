@@ -12,6 +12,7 @@ from governor_mechanism.model.joints import GROUND, Joint, Pin, Point, Rotationa
 from governor_mechanism.model.later_module import LaterModule
 from governor_mechanism.model.output_variables import DerivedReading, Limit, Reading, StallLimit
 from governor_mechanism.model.valve import Valve
+from governor_mechanism.types import GROUND_INDEX
 from governor_mechanism.units.fields import optional_size, quantity
 from governor_mechanism.units.quantities import format_value
 from governor_mechanism.units.short_repr import summarise
@@ -259,11 +260,11 @@ class Mechanism:
         return MechanismBuilder(title, plane=plane, size=size)
 
     def body_index(self, name: str) -> int:
-        """Return the position of a body in `bodies`; -1 for the ground. Raise MechanismError if there is none of this name."""
+        """Return the position of a body in `bodies`; GROUND_INDEX for the ground. Raise MechanismError if there is none of this name."""
         if isinstance(name, str) and name in self._body_indices:
             return self._body_indices[name]
         if isinstance(name, str) and name == GROUND:
-            return -1
+            return GROUND_INDEX
         raise _unknown_name("body", name, list(self._body_indices), "bodies")
 
     def joint_index(self, name: str) -> int:

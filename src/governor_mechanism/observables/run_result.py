@@ -31,7 +31,7 @@ from governor_mechanism.numerics.roots import find_root
 from governor_mechanism.observables.branch_choice import find_singular_configurations
 from governor_mechanism.observables.crossings import find_crossings
 from governor_mechanism.observables.sampled_motion import BodyState, BoundedDenseOutput, DenseOutput, SampledMotion
-from governor_mechanism.types import FloatArray, IntArray
+from governor_mechanism.types import GROUND_INDEX, FloatArray, IntArray
 
 N_QUADRATURE_POINTS = 65
 """Points of a quadrature of the acceleration by Simpson's rule: a kink costs the square of their distance."""
@@ -325,7 +325,7 @@ def _point_mass_pin_force(mechanism: Mechanism, joint: Joint, motion_dynamics: I
     total = np.zeros((len(motion_dynamics.accelerations), 2))
     for point, sign in ((joint.second, 1.0), (joint.first, -1.0)):
         index = mechanism.body_index(point.body)
-        if index >= 0 and ground_pin_of_point_mass(mechanism, mechanism.bodies[index]) is joint:
+        if index != GROUND_INDEX and ground_pin_of_point_mass(mechanism, mechanism.bodies[index]) is joint:
             total += sign * mechanism.bodies[index].mass * motion_dynamics.accelerations[:, index, :2]
     return total
 

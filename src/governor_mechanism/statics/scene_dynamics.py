@@ -28,7 +28,7 @@ from governor_mechanism.model.force_elements import Force, Torque
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.model.time_functions import ReadingFunction
 from governor_mechanism.numerics.least_squares import RANK_TOLERANCE
-from governor_mechanism.types import FloatArray, IntArray
+from governor_mechanism.types import NO_INDEX, FloatArray, IntArray
 
 KINK_TOLERANCE = 1e-9
 """Distance from a point of a table, relative to its largest point, within which the steady state is at the kink."""
@@ -114,7 +114,7 @@ class SceneDynamics:
                 "with spindle.speed_fluctuation = 0"
             )
         drives = self._system.constraint_rows.table["drive"]
-        motions = self._inputs[drives[drives >= 0]]
+        motions = self._inputs[drives[drives != NO_INDEX]]
         if np.any(motions[:, 2]) or np.any(motions[:, N_CUBIC_COLUMNS:]):  # a rate or harmonics
             raise MechanismError(
                 "the steady state is periodic, because a drive turns or moves the mechanism all the time; "

@@ -19,6 +19,7 @@ from governor_mechanism.mechanics.dynamics.system.event_functions import GAS_KIN
 from governor_mechanism.mechanics.dynamics.system.reference_points import from_mass_centres, to_mass_centres
 from governor_mechanism.mechanics.kinematics.time_functions import stack_local_cubics
 from governor_mechanism.model.events import EventKind
+from governor_mechanism.types import NO_INDEX
 
 RELEASE_RATE_FACTOR = 10.0
 """Release threshold, in units of the stiction rate, of a contact held by friction and a stop; how they share the force is indeterminate."""
@@ -64,7 +65,7 @@ class ContactModeTracker:
             low, high = (float(scene_contacts.contacts[name][k]) for name in ("low", "high"))
             constraint.stop_side = 0 if value is None else int(value >= high) - int(value <= low)
             constraint.stop_value = high if constraint.stop_side > 0 else low
-            constraint.held_value = None if constraint.friction_input < 0 else value
+            constraint.held_value = None if constraint.friction_input == NO_INDEX else value
         self._stepper.is_holding = bool(resting)
         rebounds = [event for event in events if event.kind == EventKind.IMPACT and event.index not in resting]
         self.rebound_sides = {event.index: event.direction for event in rebounds}

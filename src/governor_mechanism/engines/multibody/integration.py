@@ -5,8 +5,8 @@ from typing import NamedTuple
 
 from governor_mechanism.engines.multibody.limit_rows import LimitRows, evaluate_limit_rows
 from governor_mechanism.integrators.dop853 import StepLimits, make_dop853
-from governor_mechanism.integrators.equation import EquationFunctions, StepBuffers
-from governor_mechanism.integrators.event_location import LAST_SAMPLE, EventStep, is_any_positive
+from governor_mechanism.integrators.equation import LAST_SAMPLE, EquationFunctions, EventStep, StepBuffers, count_located
+from governor_mechanism.integrators.event_location import is_any_positive
 from governor_mechanism.integrators.stage_quality import LEFT_LIMITS, NEAR_SINGULAR_QUALITY, OUT_OF_RANGE, TURNED_BACK
 from governor_mechanism.integrators.stages import N_STAGES, Stages, StepCounter, make_take_step
 from governor_mechanism.integrators.status import IntegrationStatus
@@ -154,7 +154,7 @@ def _sample_motion(layout: StateLayout, h: float, start: FloatArray, stages: Sta
 @jit_in_place
 def _sample_events(equation: MultibodyEquation, step: EventStep, fraction: float, event_values: FloatArray) -> None:
     """Evaluate the event functions at a fraction of the step, on the quintic interpolant of the poses."""
-    stages, event_functions, start = step.stages, equation.system.event_functions, step.state
+    stages, event_functions, start = step.buffers.stages, equation.system.event_functions, step.state
     end, sample = stages.next_state, stages.stage_state
     _sample_motion(equation.system.state_layout, step.h, start, stages, fraction, sample)
     for i in range(equation.system.state_layout.work, start.size):
@@ -311,7 +311,7 @@ def integrate_multibody(
     are filled at the times. Steps end at kinks of the forces. Returns status, next step (s), number of times reached, and time of the
     state (s).
     """
-    (time, end), step, n_reached, n_events = span, limits.step, 0, buffers.event_tolerances.size - buffers.n_kinks
+    (time, end), step, n_reached, n_events = span, limits.step, 0, count_located(buffers)
     while True:
         _update_holds(equation, time - span[0], state)
         _begin_phases(equation, buffers, time - span[0], state)

@@ -7,6 +7,7 @@ from itertools import pairwise
 import numpy as np
 
 from governor_mechanism.engines.certificate import StepPlan, speed_jump_work
+from governor_mechanism.engines.exit_location import LastStep
 from governor_mechanism.engines.initial_state import Motion
 from governor_mechanism.engines.multibody.implicit import ImplicitIntegrator
 from governor_mechanism.engines.multibody.integration import MultibodyEquation, integrate_multibody
@@ -70,15 +71,8 @@ IMPLICIT_STEPS_PER_MOTION, IMPLICIT_STEPS_OF_TRANSIENT = 3.0, 40.0
 """Implicit steps in the time in which a motion changes, and those of the transient at its start; rough, as measured at 1e-6."""
 
 
-@dataclass(frozen=True)
-class LastStep:
-    """Step in which a motion ends: its start (s), the state there, and a later time (s) at which the motion is outside its range."""
-
-    start: float
-    state: FloatArray
-    outside: float
-    outside_state: FloatArray
-    contact_mode: ContactMode | None
+MultibodyStep = LastStep[ContactMode | None]
+"""Last step of this engine; without contacts it has no mode."""
 
 
 @dataclass(frozen=True)
@@ -92,7 +86,7 @@ class IntegrationResult:
     status: IntegrationStatus
     last_step: float
     end_time: float
-    exit_step: LastStep | None = None
+    exit_step: MultibodyStep | None = None
     contact_modes: tuple[ContactMode, ...] = ()
     events: tuple[Event, ...] = ()
 
@@ -242,14 +236,12 @@ class ConstrainedIntegrator:
 
     def sample_run(self, integration: IntegrationResult) -> StateHistory:
         """Return the states at the monitor times reached, and those at both ends of the step in which the motion leaves its range."""
-        states, times, last = integration.states, self.time_grid.monitor_times[: len(integration.states)], integration.exit_step
-        if last is not None:
-            n_before = int(np.searchsorted(times, last.start, side="right"))
-            states = np.concatenate([states[:n_before], last.state[np.newaxis], last.outside_state[np.newaxis]])
-            times = np.concatenate([times[:n_before], [last.start, last.outside]])
+        states, times = integration.states, self.time_grid.monitor_times[: len(integration.states)]
+        if integration.exit_step is not None:
+            times, states = integration.exit_step.continue_samples(times, states)
         return self.state_history(states, times)
 
-    def find_excursion(self, step: LastStep, tolerance: float) -> LastStep | None:
+    def find_excursion(self, step: MultibodyStep, tolerance: float) -> MultibodyStep | None:
         """Return a step up to where a reading is farthest beyond a limit, or None if that is within the accuracy."""
         times = np.linspace(step.start, step.outside, EXCURSION_SAMPLES)
         # The present contact mode is that of the step.
@@ -267,7 +259,7 @@ class ConstrainedIntegrator:
         """Return the state at a time (s) after sample k of `sample_run`, or None if the integration fails; limits do not end it."""
         last, n_times, modes = integration.exit_step, len(integration.states), integration.contact_modes
         if last is not None and last.start <= time:
-            start, state, mode, max_steps = last.start, last.state, last.contact_mode, MAX_EXIT_STEPS
+            start, state, mode, max_steps = last.start, last.state, last.mode, MAX_EXIT_STEPS
         else:
             k, max_steps = min(k, n_times - 1), self.max_steps
             start, state, mode = float(self.time_grid.monitor_times[k]), integration.states[k], modes[k] if modes else None
@@ -409,7 +401,7 @@ class ExplicitRun:
     counters, and the step in which the motion left its range. With `has_limits` false, nothing but a flight ends the motion.
     """
 
-    last_step: LastStep | None
+    last_step: MultibodyStep | None
 
     def __init__(
         self,

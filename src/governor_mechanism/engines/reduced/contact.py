@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from governor_mechanism.integrators.event_location import INACTIVE_EVENT_VALUE
+from governor_mechanism.integrators.equation import INACTIVE_EVENT_VALUE
 from governor_mechanism.mechanics.contact.impacts import dissipated_by_impulses
 from governor_mechanism.mechanics.contact.rules import HELD, ContactDynamics, find_touched_stop
 from governor_mechanism.mechanics.contact.tolerances import REST_TOLERANCE
@@ -28,7 +28,7 @@ from governor_mechanism.mechanics.reduction.equation_of_motion import (
 from governor_mechanism.mechanics.reduction.node_evaluation import TableColumn
 from governor_mechanism.mechanics.reduction.reduced_model import ReducedModel, StateIndex
 from governor_mechanism.mechanics.reduction.shaft import evaluate_shaft_outputs
-from governor_mechanism.mechanics.reduction.table import find_piece
+from governor_mechanism.mechanics.reduction.table import ON_TABLE, find_piece
 from governor_mechanism.numerics.chebyshev import evaluate_piece
 from governor_mechanism.numerics.jit import jit, jit_in_place
 from governor_mechanism.types import NO_INDEX, FloatArray, RecordArray
@@ -194,7 +194,7 @@ def evaluate_reduced_event_functions(
     """Fill the event functions at a state; inactive outside the table."""
     event_values[:] = INACTIVE_EVENT_VALUE
     piece, t, side = find_piece(model.intervals, model.neighbours, model.periodicity, state[0], piece_guess)
-    if side >= 0:
+    if side != ON_TABLE:
         return
     layout = model.event_layout
     evaluate_shaft_outputs(model.shaft_outputs, state[StateIndex.SHAFT_ANGLE])

@@ -34,7 +34,7 @@ from governor_mechanism.model.scene import Scene
 from governor_mechanism.observables.evaluation import ReadingEvaluator
 from governor_mechanism.observables.run_result import RunResult, StateHistory
 from governor_mechanism.observables.sampled_motion import DenseOutput
-from governor_mechanism.types import BoolArray, FloatArray
+from governor_mechanism.types import NO_INDEX, BoolArray, FloatArray
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -185,7 +185,7 @@ class ReducedRunner(CertifiedRunner):
         for law_index in np.concatenate([model.output_forces, model.shaft_forces])["law"]:
             law = FORCE_LAWS[law_index]
             law_counts[law.law_name] += moving_evaluations if law.dissipates else evaluations
-        if n_frictions := int(np.sum(model.contacts["friction_input"] >= 0)):
+        if n_frictions := int(np.sum(model.contacts["friction_input"] != NO_INDEX)):
             law_counts[FRICTION_LAW_NAME] = n_frictions * moving_evaluations
         return steps, rejected, dict(law_counts)
 

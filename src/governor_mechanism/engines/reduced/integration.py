@@ -16,8 +16,8 @@ from governor_mechanism.engines.reduced.contact import (
     set_table_terms,
 )
 from governor_mechanism.integrators import dop853, stage_quality
-from governor_mechanism.integrators.equation import EquationFunctions, StepBuffers, make_step_buffers
-from governor_mechanism.integrators.event_location import LAST_SAMPLE, EventStep, is_any_positive
+from governor_mechanism.integrators.equation import LAST_SAMPLE, EquationFunctions, EventStep, StepBuffers, make_step_buffers
+from governor_mechanism.integrators.event_location import is_any_positive
 from governor_mechanism.integrators.stages import END_STAGE, Stages, StepCounter, make_take_step
 from governor_mechanism.integrators.status import IntegrationStatus
 from governor_mechanism.integrators.tableau import FIRST_NONZERO_STAGE, STAGES
@@ -26,7 +26,7 @@ from governor_mechanism.mechanics.contact.transition import EventLog
 from governor_mechanism.mechanics.reduction.equation_of_motion import evaluate_equation_of_motion
 from governor_mechanism.mechanics.reduction.node_evaluation import TableColumn
 from governor_mechanism.mechanics.reduction.reduced_model import N_STATES, ReducedModel, StateIndex
-from governor_mechanism.mechanics.reduction.table import find_piece
+from governor_mechanism.mechanics.reduction.table import ON_TABLE, PeriodIndex, find_piece, local_coordinate
 from governor_mechanism.numerics.array_copy import copy_array
 from governor_mechanism.numerics.chebyshev import evaluate_piece
 from governor_mechanism.numerics.hermite import cubic_hermite_jit, quintic_hermite_jit
@@ -97,7 +97,7 @@ def make_reduced_buffers(model: ReducedModel, counts: IntArray) -> StepBuffers:
 def _evaluate(equation: ReducedEquation, local_time: float, state: FloatArray, derivatives: FloatArray, k: int) -> float:
     model = equation.model
     piece, t, side = find_piece(model.intervals, model.neighbours, model.periodicity, state[0], equation.piece[0])
-    if side >= 0:
+    if side != ON_TABLE:
         return stage_quality.BELOW_DOMAIN - side
     equation.piece[0] = piece
     equation.counts[StepCounter.EVALUATIONS] += 1
@@ -120,13 +120,13 @@ def _take_step(equation: ReducedEquation, local_time: float, h: float, state: Fl
     is_far = abs(stages.end[0] - state[0]) > MAX_STEP_OUTSIDE_TABLE * parameters.coordinate_scale
     if quality < 0.0:
         return stage_quality.FAR_OUTSIDE_DOMAIN if is_far else quality
-    side = _find_excursion(equation, h, state, stages) if state[1] * stages.end[1] < 0.0 else -1
-    return quality if side < 0 else stage_quality.BELOW_DOMAIN - side
+    side = _find_excursion(equation, h, state, stages) if state[1] * stages.end[1] < 0.0 else ON_TABLE
+    return quality if side == ON_TABLE else stage_quality.BELOW_DOMAIN - side
 
 
 @jit_in_place
 def _find_excursion(equation: ReducedEquation, h: float, state: FloatArray, stages: Stages) -> int:
-    """Return the side on which the motion may leave the table and come back between two stages: 0 below, 1 above, or -1.
+    """Return the side on which the motion may leave the table and come back between two stages: 0 below, 1 above, or ON_TABLE.
 
     Where the interpolants are too rough to say, a shorter step tells.
     """
@@ -150,7 +150,7 @@ def _find_excursion(equation: ReducedEquation, h: float, state: FloatArray, stag
 def _take_conservative_step(equation: ReducedEquation, h: float, state: FloatArray, stages: Stages) -> float:
     """Take a step of a conservative model, in one loop without calls: five times as fast."""
     model, rates, accelerations = equation.model, stages.derivatives[0], stages.derivatives[1]
-    q, v, piece, side, is_periodic = state[0], state[1], equation.piece[0], -1, model.periodicity[0] > 0.0
+    q, v, piece, side, is_periodic = state[0], state[1], equation.piece[0], ON_TABLE, model.periodicity[PeriodIndex.PERIOD] > 0.0
     q_end, v_end = q, v
     for stage in range(1, END_STAGE + 1):
         mean_rate, mean_acceleration = STAGES[stage, 0] * rates[0], STAGES[stage, 0] * accelerations[0]
@@ -158,10 +158,10 @@ def _take_conservative_step(equation: ReducedEquation, h: float, state: FloatArr
             mean_rate += STAGES[stage, k] * rates[k]
             mean_acceleration += STAGES[stage, k] * accelerations[k]
         q_end, v_end = q + h * mean_rate, v + h * mean_acceleration
-        t = (q_end - model.intervals[piece, 2]) * model.intervals[piece, 3]
+        t = local_coordinate(model.intervals, piece, q_end)
         if is_periodic or abs(t) > 1.0:
             piece, t, side = find_piece(model.intervals, model.neighbours, model.periodicity, q_end, piece)
-            if side >= 0:
+            if side != ON_TABLE:
                 break
         rates[stage] = v_end
         quadratic = evaluate_piece(model.coefficients, piece, TableColumn.QUADRATIC, t)
@@ -169,7 +169,7 @@ def _take_conservative_step(equation: ReducedEquation, h: float, state: FloatArr
     stages.end[0], stages.end[1] = q_end, v_end
     equation.piece[0] = piece
     equation.counts[StepCounter.EVALUATIONS] += END_STAGE
-    return 1.0 if side < 0 else stage_quality.BELOW_DOMAIN - side
+    return 1.0 if side == ON_TABLE else stage_quality.BELOW_DOMAIN - side
 
 
 @jit_in_place
@@ -208,7 +208,7 @@ def _evaluate_events(equation: ReducedEquation, local_time: float, state: FloatA
 
 @jit_in_place
 def _sample_events(equation: ReducedEquation, step: EventStep, fraction: float, event_values: FloatArray) -> None:
-    start, stages, h = step.state, step.stages, step.h
+    start, stages, h = step.state, step.buffers.stages, step.h
     end, sample = stages.next_state, stages.stage_state
     for i in (0, 4):  # the coordinate and the angle of the shaft, with their rates after them
         start_acceleration, end_acceleration = stages.derivatives[i + 1, 0], stages.next_derivative[i + 1, 0]

@@ -7,6 +7,7 @@ from itertools import pairwise
 import numpy as np
 
 from governor_mechanism.engines.certificate import StepPlan, speed_jump_work
+from governor_mechanism.engines.exit_location import LastStep
 from governor_mechanism.engines.initial_state import Motion
 from governor_mechanism.engines.reduced import integration
 from governor_mechanism.engines.reduced.passage import Tail, integrate_passage
@@ -39,17 +40,6 @@ INITIAL_EVENT_CAPACITY = 4096
 
 
 @dataclass(frozen=True)
-class LastStep:
-    """Step in which a shaft turns back: its start and end (s), the states there, and the mode."""
-
-    start: float
-    state: FloatArray
-    outside: float
-    outside_state: FloatArray
-    mode: IntArray
-
-
-@dataclass(frozen=True)
 class ReducedSolution:
     """Result of one integration: times (n,) s reached, states (n, N_STATES) and modes there, events, and how and when (s) it ended.
 
@@ -65,7 +55,7 @@ class ReducedSolution:
     side: int
     stops_short: bool
     last_step: float
-    exit_step: LastStep | None = None
+    exit_step: LastStep[IntArray] | None = None
 
     def at(self, indices: IntArray) -> "ReducedSolution":
         """Return the solution with some of its times."""
@@ -136,7 +126,7 @@ class ReducedRun:
         n_filled, step = int(len(times) > 0 and times[0] == 0.0), settings.first_step_ratio * max_step
         status = IntegrationStatus.DONE
         time, side, stops_short, last_time = 0.0, 0, False, float(times[-1]) if len(times) else 0.0
-        exit_step: LastStep | None = None
+        exit_step: LastStep[IntArray] | None = None
         states[:n_filled], modes[:n_filled] = state, mode
         inner_breakpoints = self.breakpoints[(self.breakpoints > 0) & (self.breakpoints < last_time)]
         for start, end in pairwise([0.0, *inner_breakpoints.tolist(), last_time]):
@@ -179,11 +169,9 @@ class ReducedRun:
         states[:count] = tail_states[:count]
         return count
 
-    def sample_exit(self, solution: ReducedSolution, last: LastStep) -> StateHistory:
+    def sample_exit(self, solution: ReducedSolution, last: LastStep[IntArray]) -> StateHistory:
         """Return the states at the times reached, and those at both ends of the step in which the motion leaves its range."""
-        n_before = int(np.searchsorted(solution.times, last.start, side="right"))
-        times = np.concatenate([solution.times[:n_before], [last.start, last.outside]])
-        states = np.concatenate([solution.states[:n_before], last.state[np.newaxis], last.outside_state[np.newaxis]])
+        times, states = last.continue_samples(solution.times, solution.states)
         return self.state_history(replace(solution, times=times, states=states))
 
     def state_between(self, solution: ReducedSolution, tolerance: float, k: int, time: float) -> StateHistory | None:

@@ -98,7 +98,7 @@ def find_active_stop(dynamics: ContactDynamics, k: int) -> int:
 @jit_in_place
 def direction_of_motion(dynamics: ContactDynamics, k: int) -> int:
     """Return the state of a contact that slides at its present rate."""
-    if dynamics.contacts[k].friction_input < 0 or dynamics.rates[k] == 0.0:
+    if dynamics.contacts[k].friction_input == NO_INDEX or dynamics.rates[k] == 0.0:
         return 0
     return 1 if dynamics.rates[k] > 0.0 else -1
 

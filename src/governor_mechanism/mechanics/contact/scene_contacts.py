@@ -27,7 +27,7 @@ from governor_mechanism.mechanics.kinematics.constraint_kernels import RowColumn
 from governor_mechanism.model.events import Event
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.numerics.jit import jit
-from governor_mechanism.types import NO_INDEX, BoolArray, FloatArray, RecordArray
+from governor_mechanism.types import GROUND_INDEX, NO_INDEX, BoolArray, FloatArray, RecordArray
 
 
 class InputModes:
@@ -134,7 +134,7 @@ def _evaluate_response(
         output, impulse = contacts[k].output_index, np.zeros((system.bodies.size, 3))
         for side in range(2):
             body = output_rows.row_bodies[output, side]
-            if body >= 0:
+            if body != GROUND_INDEX:
                 impulse[body] += jacobian[output, side]
         solve_constrained_system(system, workspace, impulse, 0.0, velocity_changes[k])
         for i in range(workspace.multipliers.size):

@@ -18,7 +18,7 @@ from governor_mechanism.model.joints.constraint_row import ConstraintRow, RowKin
 from governor_mechanism.model.mechanism import Mechanism
 from governor_mechanism.model.time_functions import PrescribedMotion
 from governor_mechanism.numerics.once_per_object import once_per_object
-from governor_mechanism.types import NO_INDEX, FloatArray, IntArray, RecordArray
+from governor_mechanism.types import GROUND_INDEX, NO_INDEX, FloatArray, IntArray, RecordArray
 
 
 def make_row_table(n_rows: int) -> RecordArray:
@@ -114,7 +114,7 @@ def _is_trivially_satisfied(mechanism: Mechanism, joint: Joint, row: ConstraintR
     if row.kind != RowKind.FIXED_DIRECTION or {"direction_x", "direction_y"} & set(row.parameters):
         return False
     bodies = [mechanism.body_index(name) for name in joint.bodies]
-    if any(index >= 0 and mechanism.bodies[index].can_rotate for index in bodies):
+    if any(index != GROUND_INDEX and mechanism.bodies[index].can_rotate for index in bodies):
         return False
     if row.motion is not None or row.parameters["constant"] != 0.0:
         raise MechanismError(

@@ -2,7 +2,7 @@
 
 Every joint is one to three rows of a few kinds. The residual of a row is the distance (m) between a point of a first
 and a point of a second body along a direction that depends on the kind, less the value that a drive prescribes. Bodies
-are indices into poses (bodies, 3); -1 is the ground. Where the rows of a mechanism contain the angle of a third body,
+are indices into poses (bodies, 3), or GROUND_INDEX. Where the rows of a mechanism contain the angle of a third body,
 all arrays by the bodies of a row have three sides instead of two.
 """
 
@@ -16,12 +16,12 @@ from governor_mechanism.mechanics.kinematics.points import rotate_vector
 from governor_mechanism.mechanics.kinematics.time_functions import evaluate_motion
 from governor_mechanism.model.joints.constraint_row import RowKind
 from governor_mechanism.numerics.jit import jit_in_place, record_dtype
-from governor_mechanism.types import NO_INDEX, FloatArray, IntArray, RecordArray
+from governor_mechanism.types import GROUND_INDEX, NO_INDEX, FloatArray, IntArray, RecordArray
 
 CONSTRAINT_ROW_DTYPE = record_dtype(
     ("kind", "i8"),  # a RowKind
-    ("first", "i8"),  # first body, or -1 for the ground
-    ("second", "i8"),  # second body, or -1 for the ground
+    ("first", "i8"),  # first body, or GROUND_INDEX
+    ("second", "i8"),  # second body, or GROUND_INDEX
     ("x1", "f8"),  # point on the first body, in its axes, m
     ("y1", "f8"),
     ("x2", "f8"),  # point on the second body, in its axes, m
@@ -175,7 +175,7 @@ class RowGeometry(NamedTuple):
 @jit_in_place
 def _move_point(poses: FloatArray, velocities: FloatArray, body: int, x: float, y: float) -> PointMotion:
     """Return the motion of a point (m) in the axes of a body, or on the ground."""
-    if body < 0:
+    if body == GROUND_INDEX:
         return PointMotion(x, y, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     lever_x, lever_y = 0.0, 0.0
     angle, angular_velocity = poses[body, 2], velocities[body, 2]
@@ -375,7 +375,7 @@ def evaluate_jacobian(
     drive_values = np.zeros((len(poses), len(rows.table), 3))
     row_jacobians = _evaluate_rows_at_states(rows, poses, np.zeros(poses.shape), drive_values)[1]
     n_states, n_bodies, _ = poses.shape
-    jacobian = np.zeros((n_states, len(rows.table), n_bodies + 1, 3))  # the ground, of index -1, is the last body
+    jacobian = np.zeros((n_states, len(rows.table), n_bodies + 1, 3))  # GROUND_INDEX is the last body
     indices = np.arange(len(rows.table))
     for side in range(rows.row_bodies.shape[1]):
         jacobian[:, indices, rows.row_bodies[:, side]] += row_jacobians[:, :, side]
@@ -420,7 +420,7 @@ def _directional_derivatives(rows: ConstraintRows, row_jacobians: FloatArray, di
 
 @jit_in_place
 def add_directional_derivatives(
-    row_bodies: IntArray,  # bodies of each row; -1 for the ground; shape (rows, sides)
+    row_bodies: IntArray,  # bodies of each row, or GROUND_INDEX; shape (rows, sides)
     # derivatives of each residual by the poses of its bodies; shape (n, rows, sides, 3)
     row_jacobians: FloatArray,
     directions: FloatArray,  # changes of the poses; shape (n, bodies, 3)
@@ -431,7 +431,7 @@ def add_directional_derivatives(
         for i in range(result.shape[1]):
             for side in range(row_bodies.shape[1]):
                 body = row_bodies[i, side]
-                if body >= 0:
+                if body != GROUND_INDEX:
                     for c in range(3):
                         result[k, i] += row_jacobians[k, i, side, c] * directions[k, body, c]
 

@@ -17,7 +17,7 @@ from governor_mechanism.mechanics.kinematics.output_variables import evaluate_ou
 from governor_mechanism.model.mechanism import Mechanism
 from governor_mechanism.model.output_variables import LineAngle
 from governor_mechanism.numerics.jit import jit, jit_in_place
-from governor_mechanism.types import BoolArray, FloatArray, IntArray
+from governor_mechanism.types import GROUND_INDEX, BoolArray, FloatArray, IntArray
 
 MAX_NEWTON_STEPS = 16
 """Largest number of Newton steps."""
@@ -180,14 +180,14 @@ def _fill_scaled_jacobian(arrays: AssemblyArrays, workspace: AssemblyWorkspace) 
     for i in range(row_bodies.shape[0]):
         for side in range(row_bodies.shape[1]):
             body = row_bodies[i, side]
-            if body >= 0:
+            if body != GROUND_INDEX:
                 for c in range(3):
                     dense_row[3 * body + c] += arrays.row_scales[i] * workspace.jacobian[i, side, c] * pose_scales[3 * body + c]
         for k in range(arrays.free_indices.size):
             workspace.matrix[i, k] = dense_row[arrays.free_indices[k]]
         for side in range(row_bodies.shape[1]):
             body = row_bodies[i, side]
-            if body >= 0:
+            if body != GROUND_INDEX:
                 dense_row[3 * body : 3 * body + 3] = 0.0
 
 

@@ -12,6 +12,7 @@ from governor_mechanism.mechanics.kinematics.time_functions import evaluate_give
 from governor_mechanism.mechanics.reduction.node_evaluation import TableColumn
 from governor_mechanism.mechanics.reduction.reduced_model import COORDINATE, ReducedModel, StateIndex
 from governor_mechanism.mechanics.reduction.shaft import evaluate_shaft_outputs
+from governor_mechanism.mechanics.reduction.table import PieceColumn, coordinate_at
 from governor_mechanism.numerics.chebyshev import evaluate_piece, evaluate_piece_derivative
 from governor_mechanism.numerics.jit import jit_in_place
 from governor_mechanism.types import NO_INDEX, FloatArray, RecordArray
@@ -70,7 +71,7 @@ def evaluate_output(model: ReducedModel, piece: int, t: float, output_index: int
     if shaft_output >= 0:
         return model.shaft_outputs.row_values[shaft_output, RowColumn.RESIDUAL], model.shaft_outputs.derivatives[shaft_output]
     if output_index == COORDINATE:
-        return model.intervals[piece, 2] + t / model.intervals[piece, 3], 1.0
+        return coordinate_at(model.intervals, piece, t), 1.0
     return evaluate_table_output(model, piece, t, output_index)
 
 
@@ -85,7 +86,7 @@ def evaluate_output_rate(model: ReducedModel, piece: int, t: float, output_index
 def evaluate_output_second_derivative(model: ReducedModel, piece: int, t: float, output_index: int) -> float:
     """Return the second derivative of an output of the table by the coordinate."""
     column = TableColumn.FIRST_LOAD + model.parameters[0].n_loads + 2 * output_index + 1
-    return float(evaluate_piece_derivative(model.coefficients, piece, column, t) * model.intervals[piece, 3])
+    return float(evaluate_piece_derivative(model.coefficients, piece, column, t) * model.intervals[piece, PieceColumn.INVERSE_HALF_WIDTH])
 
 
 class StateRates(NamedTuple):

@@ -36,7 +36,7 @@ from governor_mechanism.model.force_elements import CylinderGas, ForceElement
 from governor_mechanism.model.mechanism import Mechanism
 from governor_mechanism.model.part import TURNING_PLANE, FreeSpindle, Part
 from governor_mechanism.model.scene import Scene
-from governor_mechanism.types import FloatArray
+from governor_mechanism.types import GROUND_INDEX, FloatArray
 
 
 def lower_lagrangian(
@@ -63,7 +63,7 @@ def lower_lagrangian(
     rows, element_forces = lower_outputs(scene.mechanism, outputs, own_elements, {}, 0)
     first_body = scene.mechanism.body_index(prefix + mechanism.bodies[0].name)
     for side in ("first", "second"):
-        rows.table[side] -= np.where(rows.table[side] >= 0, first_body, 0)
+        rows.table[side] -= np.where(rows.table[side] != GROUND_INDEX, first_body, 0)
     effect_records = [output_force_record(effect, outputs.index(effect.reading)) for effect in effects]
     if effect_records:
         element_forces = np.concatenate([np.array(effect_records, dtype=OUTPUT_FORCE_DTYPE), element_forces])

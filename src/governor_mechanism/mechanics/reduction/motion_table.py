@@ -13,6 +13,7 @@ from governor_mechanism.mechanics.reduction.table import (
     BOUND_TOLERANCE,
     EndReason,
     ExtensionStatus,
+    PeriodIndex,
     allocate_table,
     evaluate_poses,
     grow_table,
@@ -126,7 +127,8 @@ class MotionTable:
 
     def evaluate_poses(self, values: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return poses and their derivative (n, bodies, 3) at values (n,) of the coordinate: tabulated ones, or solved a little beyond."""
-        beyond = np.flatnonzero((values < self.edge(0)) | (values > self.edge(1))) if self.table.periodicity[0] == 0.0 else np.zeros(0, int)
+        is_beyond = (values < self.edge(0)) | (values > self.edge(1))
+        beyond = np.flatnonzero(is_beyond & (self.table.periodicity[PeriodIndex.PERIOD] == 0.0))
         inner_values = np.clip(values, self.edge(0), self.edge(1)) if len(beyond) else values
         poses, tangents = evaluate_poses(self.table, np.ascontiguousarray(inner_values))
         if len(beyond):

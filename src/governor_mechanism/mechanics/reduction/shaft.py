@@ -13,7 +13,7 @@ from governor_mechanism.model.joints import GROUND, Gear, Pin
 from governor_mechanism.model.part import FIXED_PLANE, Part
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.numerics.jit import jit_in_place
-from governor_mechanism.types import FloatArray
+from governor_mechanism.types import GROUND_INDEX, FloatArray
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -98,7 +98,7 @@ def shaft_readings(scene: Scene, train: ShaftTrain) -> set[str]:
         return set()
     rotors = [mechanism.body_index(body) for body in train.motion]
     bodies = rows_of_readings(mechanism, readings, {}).row_bodies
-    follows_shaft = (np.isin(bodies, rotors) | (bodies < 0)).all(axis=1) & (bodies >= 0).any(axis=1)
+    follows_shaft = (np.isin(bodies, rotors) | (bodies == GROUND_INDEX)).all(axis=1) & (bodies != GROUND_INDEX).any(axis=1)
     return {readings[k].name for k in np.flatnonzero(follows_shaft)}
 
 

@@ -9,13 +9,17 @@ import numpy as np
 from governor_mechanism.mechanics.reduction.node_evaluation import ReductionArrays, TableColumn
 from governor_mechanism.numerics.chebyshev import N_CHEBYSHEV_NODES, barycentric_weights
 from governor_mechanism.numerics.jit import jit, jit_in_place
-from governor_mechanism.types import FloatArray, IntArray
+from governor_mechanism.types import NO_INDEX, FloatArray, IntArray
 
 INITIAL_PIECE_WIDTH = 0.1
 """Width of the first piece, in coordinate scales."""
 
 BOUND_TOLERANCE = 1e-3
 """Distance from the coordinate's bound, in coordinate scales, within which a table that cannot be extended counts as ending there."""
+
+
+ON_TABLE = -1
+"""What stands for a side where a coordinate is on the table."""
 
 
 class ExtensionStatus(IntEnum):
@@ -41,15 +45,39 @@ class EndReason(IntEnum):
     """At a limit of a reading: this plus twice the index of the limit, plus 1 at a high one."""
 
 
+class PieceColumn(IntEnum):
+    """Columns of the intervals of the pieces; the first two are also the sides of a table, below and above."""
+
+    LOW = 0
+    HIGH = 1
+    MIDDLE = 2
+    INVERSE_HALF_WIDTH = 3
+
+
+class PeriodIndex(IntEnum):
+    """Indices in the periodicity of a table."""
+
+    PERIOD = 0
+    """0 if the table is not periodic."""
+    START = 1
+    """Its beginning; the start of the table before it is periodic."""
+    N_TURNS = 2
+    """Number of whole turns to try next."""
+    ROUNDING = 3
+    """Largest rounding error in units of the fit tolerance."""
+    FIRST_PIVOT = 4
+    """Pivot ratio of the joints at the start."""
+
+
 class PiecewiseTable(NamedTuple):
     """Pieces of the table in the order in which they were added, and the state of its construction.
 
     Attributes
     ----------
     intervals
-        Low end, high end, midpoint and 1 / half width of each piece; shape (pieces, 4).
+        Ends, midpoint and 1 / half width of each piece, see `PieceColumn`; shape (pieces, 4).
     neighbours
-        Index of the piece below and above, or -1; shape (pieces, 2).
+        Index of the piece below and above, or NO_INDEX; shape (pieces, 2).
     coefficients
         Power-series coefficients of the columns; shape (pieces, columns, 12).
     nodes
@@ -63,8 +91,7 @@ class PiecewiseTable(NamedTuple):
     next_widths
         Width of the next piece below and above; shape (2,).
     periodicity
-        Period (0 if not periodic), its beginning, number of whole turns to try next, largest rounding error in units of
-        the fit tolerance, pivot ratio of the joints at the start; shape (5,).
+        The period, and how far the construction is, see `PeriodIndex`; shape (5,).
     pose_increment
         Change of the poses over a period; shape (3 bodies,).
     column_scales
@@ -100,8 +127,8 @@ def allocate_table(
     n_columns, n_bodies = count_columns(arrays), len(arrays.bodies)
     width = INITIAL_PIECE_WIDTH * arrays.assembly.coordinate_scale
     table = PiecewiseTable(
-        intervals=np.zeros((capacity, 4)),
-        neighbours=np.full((capacity, 2), -1, dtype=np.int64),
+        intervals=np.zeros((capacity, len(PieceColumn))),
+        neighbours=np.full((capacity, 2), NO_INDEX, dtype=np.int64),
         coefficients=np.zeros((capacity, n_columns, N_CHEBYSHEV_NODES)),
         nodes=np.zeros((capacity, N_CHEBYSHEV_NODES, 3, 3 * n_bodies)),
         n_pieces=np.zeros(1, dtype=np.int64),
@@ -134,6 +161,18 @@ def count_columns(arrays: ReductionArrays) -> int:
 
 
 @jit_in_place
+def local_coordinate(intervals: FloatArray, piece: int, q: float) -> float:
+    """Return the local coordinate in a piece, from -1 to 1 within it."""
+    return float((q - intervals[piece, PieceColumn.MIDDLE]) * intervals[piece, PieceColumn.INVERSE_HALF_WIDTH])
+
+
+@jit_in_place
+def coordinate_at(intervals: FloatArray, piece: int, t: float) -> float:
+    """Return the coordinate at a local coordinate in a piece."""
+    return float(intervals[piece, PieceColumn.MIDDLE] + t / intervals[piece, PieceColumn.INVERSE_HALF_WIDTH])
+
+
+@jit_in_place
 def find_piece(
     intervals: FloatArray,
     neighbours: IntArray,
@@ -144,20 +183,21 @@ def find_piece(
     """Find the piece that contains a value of the coordinate.
 
     Results: piece, index of the piece, or of the nearest one; t, local coordinate in that piece, -1 to 1;
-    side, -1, or the side on which the table must be extended: 0 below, 1 above.
+    side, ON_TABLE, or the side on which the table must be extended: 0 below, 1 above.
     """
-    piece, wrapped, side = piece_guess, q, -1
-    if periodicity[0] > 0.0:
-        wrapped = q - periodicity[0] * math.floor((q - periodicity[1]) / periodicity[0])
-    t = (wrapped - intervals[piece, 2]) * intervals[piece, 3]
+    low, high, period = PieceColumn.LOW, PieceColumn.HIGH, periodicity[PeriodIndex.PERIOD]
+    piece, wrapped, side = piece_guess, q, ON_TABLE
+    if period > 0.0:
+        wrapped = q - period * math.floor((q - periodicity[PeriodIndex.START]) / period)
+    t = local_coordinate(intervals, piece, wrapped)
     if abs(t) > 1.0:
-        while wrapped > intervals[piece, 1] and neighbours[piece, 1] >= 0:
-            piece = neighbours[piece, 1]
-        while wrapped < intervals[piece, 0] and neighbours[piece, 0] >= 0:
-            piece = neighbours[piece, 0]
-        t = (wrapped - intervals[piece, 2]) * intervals[piece, 3]
-        if periodicity[0] == 0.0:  # in a periodic table only rounding leads beyond an end
-            side = 1 if wrapped > intervals[piece, 1] else 0 if wrapped < intervals[piece, 0] else -1
+        while wrapped > intervals[piece, high] and neighbours[piece, high] != NO_INDEX:
+            piece = neighbours[piece, high]
+        while wrapped < intervals[piece, low] and neighbours[piece, low] != NO_INDEX:
+            piece = neighbours[piece, low]
+        t = local_coordinate(intervals, piece, wrapped)
+        if period == 0.0:  # in a periodic table only rounding leads beyond an end
+            side = 1 if wrapped > intervals[piece, high] else 0 if wrapped < intervals[piece, low] else ON_TABLE
     return piece, t, side
 
 
@@ -190,7 +230,8 @@ def evaluate_node(
     """
     piece, t, _ = find_piece(table.intervals, table.neighbours, table.periodicity, q, piece_guess)
     barycentric_weights(t, weights)
-    n_periods = math.floor((q - table.periodicity[1]) / table.periodicity[0]) if table.periodicity[0] > 0.0 else 0.0
+    period = table.periodicity[PeriodIndex.PERIOD]
+    n_periods = math.floor((q - table.periodicity[PeriodIndex.START]) / period) if period > 0.0 else 0.0
     for c in range(table.pose_increment.size):
         pose = tangent = 0.0
         for k in range(N_CHEBYSHEV_NODES):

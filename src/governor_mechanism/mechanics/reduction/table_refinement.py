@@ -5,17 +5,27 @@ again with half the width. The table of a closed motion becomes periodic.
 """
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
 from governor_mechanism.mechanics.kinematics.coordinate_assembly import is_on_branch, solve_position
 from governor_mechanism.mechanics.reduction.node_evaluation import ReductionArrays, ReductionWorkspace, TableColumn, evaluate_columns
-from governor_mechanism.mechanics.reduction.table import BOUND_TOLERANCE, EndReason, ExtensionStatus, PiecewiseTable
+from governor_mechanism.mechanics.reduction.table import (
+    BOUND_TOLERANCE,
+    EndReason,
+    ExtensionStatus,
+    PeriodIndex,
+    PieceColumn,
+    PiecewiseTable,
+    coordinate_at,
+    local_coordinate,
+)
 from governor_mechanism.model.joints.constraint_row import RowKind
 from governor_mechanism.numerics.array_copy import copy_array
 from governor_mechanism.numerics.chebyshev import CHEBYSHEV_NODES, N_CHEBYSHEV_NODES, barycentric_weights, evaluate_piece, fit_piece
 from governor_mechanism.numerics.jit import jit, jit_in_place
-from governor_mechanism.types import FloatArray
+from governor_mechanism.types import NO_INDEX, FloatArray
 
 FIT_TOLERANCE = 1e-13
 """Truncation tolerance of the pieces, relative to the scale of a column."""
@@ -73,7 +83,7 @@ def _start_table(arrays: ReductionArrays, workspace: ReductionWorkspace, table: 
         return False
     evaluate_columns(arrays, workspace, node, columns)
     _set_scales(arrays, table, node, columns)
-    table.periodicity[4] = workspace.assembly.min_pivot[0]
+    table.periodicity[PeriodIndex.FIRST_PIVOT] = workspace.assembly.min_pivot[0]
     return True
 
 
@@ -102,102 +112,126 @@ def _set_scales(arrays: ReductionArrays, table: PiecewiseTable, node: FloatArray
         column_scales[first_output + 2 * k + 1] = arrays.output_scales[k] / coordinate_scale
 
 
+class Extension(NamedTuple):
+    """What is known of the next piece: its index, its side of the table, its start, and how far it may lead."""
+
+    piece: int
+    neighbour: int  # the piece that it continues, or NO_INDEX for the first one
+    side: int
+    start: float
+    bound: float  # bound of the coordinate on its side
+    period_end: float  # where the table may become periodic; infinite if it cannot
+    noise_limit: float  # rounding error, in units of the fit tolerance, above which other widths are tried
+    acceptable_noise: float  # rounding error with which the search for another width ends
+
+
+@jit_in_place
+def _plan_piece(arrays: ReductionArrays, table: PiecewiseTable, side: int) -> Extension:
+    piece, edge_piece, direction = table.n_pieces[0], table.end_pieces[side], 2 * side - 1
+    start, bound, scale = table.intervals[edge_piece, side], arrays.high if side == 1 else arrays.low, arrays.assembly.coordinate_scale
+    period_end = direction * math.inf
+    if arrays.full_turn > 0.0:
+        turns = direction * table.periodicity[PeriodIndex.N_TURNS] * arrays.full_turn
+        period_end = table.intervals[table.end_pieces[1 - side], 1 - side] + turns
+    noise_limit, acceptable_noise = NOISE_LIMIT, 0.0
+    distance_left = max(abs(bound - start), MIN_PIECE_WIDTH * scale)
+    if distance_left < CHANGE_POINT_MARGIN * scale:
+        # An error of the acceleration there moves the motion by at most its product with the distance that is left.
+        noise_limit = acceptable_noise = NOISE_LIMIT * scale / distance_left
+    return Extension(piece, edge_piece if piece > 0 else NO_INDEX, side, start, bound, period_end, noise_limit, acceptable_noise)
+
+
 @jit_in_place
 def _add_piece(arrays: ReductionArrays, workspace: ReductionWorkspace, table: PiecewiseTable, side: int) -> ExtensionStatus:
-    if table.end_reasons[side] != EndReason.NOT_ENDED or table.periodicity[0] > 0.0:
+    if table.end_reasons[side] != EndReason.NOT_ENDED or table.periodicity[PeriodIndex.PERIOD] > 0.0:
         return ExtensionStatus.TABLE_ENDED
-    piece, edge_piece = table.n_pieces[0], table.end_pieces[side]
-    if piece >= table.intervals.shape[0]:
+    if table.n_pieces[0] >= table.intervals.shape[0]:
         return ExtensionStatus.TABLE_FULL
-    start, direction = table.intervals[edge_piece, side], 1.0 if side == 1 else -1.0
-    bound = arrays.high if side == 1 else arrays.low
-    coordinate_scale, distance = arrays.assembly.coordinate_scale, abs(start - table.periodicity[1])
-    if distance > MAX_DISTANCE * coordinate_scale:
+    extension, scale = _plan_piece(arrays, table, side), arrays.assembly.coordinate_scale
+    start, distance = extension.start, abs(extension.start - table.periodicity[PeriodIndex.START])
+    if distance > MAX_DISTANCE * scale:
         table.end_reasons[side] = EndReason.TOO_FAR
         return ExtensionStatus.TABLE_ENDED
-    width = min(table.next_widths[side], max(MAX_PIECE_WIDTH * coordinate_scale, WIDTH_PER_DISTANCE * distance))
-    has_too_much_rounding, noise_limit, acceptable_noise = False, NOISE_LIMIT, 0.0
-    distance_left = max(abs(bound - start), MIN_PIECE_WIDTH * coordinate_scale)
-    if distance_left < CHANGE_POINT_MARGIN * coordinate_scale:
-        # An error of the acceleration there moves the motion by at most its product with the distance that is left.
-        noise_limit = acceptable_noise = NOISE_LIMIT * coordinate_scale / distance_left
+    width = min(table.next_widths[side], max(MAX_PIECE_WIDTH * scale, WIDTH_PER_DISTANCE * distance))
+    has_too_much_rounding = False
     while True:
-        end, at_bound = start + direction * width, False
-        if direction * (end - bound) >= 0.0:
-            end, at_bound = bound, True
-        period_end = table.intervals[table.end_pieces[1 - side], 1 - side] + direction * table.periodicity[2] * arrays.full_turn
-        if arrays.full_turn > 0.0 and direction * (end - period_end) >= 0.0:
-            end, at_bound = period_end, False
-        if abs(end - start) < MIN_PIECE_WIDTH * arrays.assembly.coordinate_scale:
+        end, at_bound = _choose_end(extension, width)
+        if abs(end - start) < MIN_PIECE_WIDTH * scale:
             table.end_reasons[side] = EndReason.AT_BOUND if at_bound else EndReason.AT_SINGULARITY
             return ExtensionStatus.TABLE_ENDED
-        residual, rounding = _fill_piece(arrays, workspace, table, piece, edge_piece, start, end)
+        residual, rounding = _fill_piece(arrays, workspace, table, extension, end)
         if residual <= 1.0 and rounding * FIT_TOLERANCE < MAX_ROUNDING_ERROR:
-            if rounding > noise_limit and abs(end - start) > MIN_RESIZABLE_WIDTH * arrays.assembly.coordinate_scale and not at_bound:
-                end = _reduce_rounding_by_resizing(arrays, workspace, table, piece, edge_piece, start, end, rounding, acceptable_noise)
-                residual, rounding = _fill_piece(arrays, workspace, table, piece, edge_piece, start, end)
-                # No step control corrects the error of the table at a change point, and the error estimate would not show it.
-                near_change_point = workspace.assembly.min_pivot[0] < CHANGE_POINT_RATIO * table.periodicity[4]
-                if (
-                    rounding > noise_limit
-                    and near_change_point
-                    and abs(bound - end) > CHANGE_POINT_MARGIN * arrays.assembly.coordinate_scale
-                ):
-                    table.end_reasons[side] = EndReason.AT_SINGULARITY
-                    return ExtensionStatus.TABLE_ENDED
-            limit_value, reason = _locate_limit_in_piece(arrays, table, piece, side)
-            if reason == EndReason.NOT_ENDED:
-                break
-            table.end_reasons[side], end = reason, limit_value  # the last piece ends where a reading reaches its limit
-            if abs(end - start) < MIN_PIECE_WIDTH * arrays.assembly.coordinate_scale:
-                return ExtensionStatus.TABLE_ENDED
-            residual, rounding = _fill_piece(arrays, workspace, table, piece, edge_piece, start, end)
             break
         has_too_much_rounding = has_too_much_rounding or residual <= 1.0
         width = 0.5 * abs(end - start)
-    table.periodicity[3] = max(table.periodicity[3], rounding)
+    if rounding > extension.noise_limit and abs(end - start) > MIN_RESIZABLE_WIDTH * scale and not at_bound:
+        end = _reduce_rounding_by_resizing(arrays, workspace, table, extension, end, rounding)
+        residual, rounding = _fill_piece(arrays, workspace, table, extension, end)
+        # No step control corrects the error of the table at a change point, and the error estimate would not show it.
+        near_change_point = workspace.assembly.min_pivot[0] < CHANGE_POINT_RATIO * table.periodicity[PeriodIndex.FIRST_PIVOT]
+        if rounding > extension.noise_limit and near_change_point and abs(extension.bound - end) > CHANGE_POINT_MARGIN * scale:
+            table.end_reasons[side] = EndReason.AT_SINGULARITY
+            return ExtensionStatus.TABLE_ENDED
+    limit_value, reason = _locate_limit_in_piece(arrays, table, extension.piece, side)
+    if reason != EndReason.NOT_ENDED:
+        table.end_reasons[side], end = reason, limit_value  # the last piece ends where a reading reaches its limit
+        if abs(end - start) < MIN_PIECE_WIDTH * scale:
+            return ExtensionStatus.TABLE_ENDED
+        residual, rounding = _fill_piece(arrays, workspace, table, extension, end)
+    table.periodicity[PeriodIndex.ROUNDING] = max(table.periodicity[PeriodIndex.ROUNDING], rounding)
     table.next_widths[side] = abs(end - start) * (2.0 if residual < WIDEN_THRESHOLD else 1.0)
-    if has_too_much_rounding and acceptable_noise > 0.0:
+    if has_too_much_rounding and extension.acceptable_noise > 0.0:
         table.next_widths[side] = 0.5 * abs(end - start)  # rounding grows with a power of the distance that is left
-    is_near_bound = abs(bound - end) < BOUND_TOLERANCE * coordinate_scale
+    is_near_bound = abs(extension.bound - end) < BOUND_TOLERANCE * scale
     if has_too_much_rounding and is_near_bound and table.end_reasons[side] == EndReason.NOT_ENDED:
         table.end_reasons[side] = EndReason.AT_BOUND  # at a change point there, narrower pieces would lead little nearer
-    table.neighbours[piece, 1 - side] = edge_piece if piece > 0 else -1
-    table.neighbours[piece, side] = -1
-    if piece > 0:
-        table.neighbours[edge_piece, side] = piece
-    table.n_pieces[0] = piece + 1
-    table.end_pieces[side] = piece
-    if table.end_reasons[side] == EndReason.NOT_ENDED and arrays.full_turn > 0.0 and end == period_end:
+    _link_piece(table, extension)
+    if table.end_reasons[side] == EndReason.NOT_ENDED and end == extension.period_end:
         _close_period(arrays, table)
     return ExtensionStatus.PIECE_ADDED
 
 
 @jit_in_place
+def _choose_end(extension: Extension, width: float) -> tuple[float, bool]:
+    """Return the end of a piece of a width, and whether that is the bound of the coordinate."""
+    direction = 2 * extension.side - 1
+    end, at_bound = extension.start + direction * width, False
+    if direction * (end - extension.bound) >= 0.0:
+        end, at_bound = extension.bound, True
+    if direction * (end - extension.period_end) >= 0.0:
+        end, at_bound = extension.period_end, False
+    return end, at_bound
+
+
+@jit_in_place
+def _link_piece(table: PiecewiseTable, extension: Extension) -> None:
+    """Make the piece that was filled the last one on its side."""
+    piece, neighbour, side = extension.piece, extension.neighbour, extension.side
+    table.neighbours[piece, 1 - side] = neighbour
+    table.neighbours[piece, side] = NO_INDEX
+    if neighbour != NO_INDEX:
+        table.neighbours[neighbour, side] = piece
+    table.n_pieces[0] = piece + 1
+    table.end_pieces[side] = piece
+
+
+@jit_in_place
 def _reduce_rounding_by_resizing(
-    arrays: ReductionArrays,
-    workspace: ReductionWorkspace,
-    table: PiecewiseTable,
-    piece: int,
-    neighbour: int,
-    start: float,
-    end: float,
-    least: float,
-    acceptable_noise: float,
+    arrays: ReductionArrays, workspace: ReductionWorkspace, table: PiecewiseTable, extension: Extension, end: float, least: float
 ) -> float:
     """Return the end of the first trial piece whose rounding error is acceptable, or of that with the least one.
 
     Near a change point the rounding error depends on the positions of the nodes. Narrower pieces are tried before wider ones.
     """
-    best, bound = end, arrays.high if end > start else arrays.low
+    best, start = end, extension.start
     for k in range(N_RESIZE_TRIALS):
-        if least <= acceptable_noise:
+        if least <= extension.acceptable_noise:
             break
         j = N_RESIZE_TRIALS // 2 - 1 - k if k < N_RESIZE_TRIALS // 2 else k
         trial_end = start + (end - start) * (0.3 + 1.4 * (j + 0.5) / N_RESIZE_TRIALS)
-        if (trial_end - bound) * (end - start) >= 0.0:
+        if (trial_end - extension.bound) * (end - start) >= 0.0:
             break
-        residual, rounding = _fill_piece(arrays, workspace, table, piece, neighbour, start, trial_end)
+        residual, rounding = _fill_piece(arrays, workspace, table, extension, trial_end)
         if residual <= 1.0 and rounding < least:
             best, least = trial_end, rounding
     return best
@@ -205,22 +239,23 @@ def _reduce_rounding_by_resizing(
 
 @jit
 def _fill_piece(
-    arrays: ReductionArrays, workspace: ReductionWorkspace, table: PiecewiseTable, piece: int, neighbour: int, start: float, end: float
+    arrays: ReductionArrays, workspace: ReductionWorkspace, table: PiecewiseTable, extension: Extension, end: float
 ) -> tuple[float, float]:
     """Fill a piece, node by node from the side of its neighbour; return its truncation error and its rounding error.
 
     workspace.assembly.min_pivot becomes the smallest pivot ratio of all nodes.
     """
-    low, high = min(start, end), max(start, end)
+    piece, neighbour, direction = extension.piece, extension.neighbour, 2 * extension.side - 1
+    low, high = min(extension.start, end), max(extension.start, end)
     middle, half = 0.5 * (low + high), 0.5 * (high - low)
     columns, values = np.empty(table.column_scales.size), np.empty((table.column_scales.size, N_CHEBYSHEV_NODES))
-    first, last, direction = (0, N_CHEBYSHEV_NODES - 1, 1) if end > start else (N_CHEBYSHEV_NODES - 1, 0, -1)
+    first, last = (0, N_CHEBYSHEV_NODES - 1) if direction > 0 else (N_CHEBYSHEV_NODES - 1, 0)
     guess, node, node_before = np.empty(table.pose_increment.size), table.initial_node, table.initial_node
-    q = q_before = table.periodicity[1]
-    if piece > 0:  # the two nearest nodes of its neighbour
+    q = q_before = table.periodicity[PeriodIndex.START]
+    if neighbour != NO_INDEX:  # its two nearest nodes
         node, node_before = table.nodes[neighbour, last], table.nodes[neighbour, last - direction]
-        q = table.intervals[neighbour, 2] + CHEBYSHEV_NODES[last] / table.intervals[neighbour, 3]
-        q_before = table.intervals[neighbour, 2] + CHEBYSHEV_NODES[last - direction] / table.intervals[neighbour, 3]
+        q = coordinate_at(table.intervals, neighbour, CHEBYSHEV_NODES[last])
+        q_before = coordinate_at(table.intervals, neighbour, CHEBYSHEV_NODES[last - direction])
     min_pivot = math.inf
     for step in range(N_CHEBYSHEV_NODES):
         k = first + direction * step
@@ -236,9 +271,12 @@ def _fill_piece(
         node_before, q_before = node, q
         node, q = table.nodes[piece, k], q_node
     workspace.assembly.min_pivot[0] = min_pivot
-    _unwrap_line_angles(arrays, table, neighbour if piece > 0 else -1, values, first, direction)
+    _unwrap_line_angles(arrays, table, neighbour, values, first, direction)
     interval = table.intervals[piece]
-    interval[0], interval[1], interval[2], interval[3] = low, high, middle, 1.0 / half
+    interval[PieceColumn.LOW] = low
+    interval[PieceColumn.HIGH] = high
+    interval[PieceColumn.MIDDLE] = middle
+    interval[PieceColumn.INVERSE_HALF_WIDTH] = 1.0 / half
     return _fit_residual(arrays, table, piece, values)
 
 
@@ -261,7 +299,9 @@ def _unwrap_line_angles(
     for output_index in range(arrays.output_scales.size):
         if arrays.output_rows.table[output_index].kind == RowKind.LINE_ANGLE:
             column = TableColumn.FIRST_LOAD + arrays.n_loads + 2 * output_index
-            last = evaluate_piece(table.coefficients, neighbour, column, float(direction)) if neighbour >= 0 else values[column, first]
+            last = values[column, first]
+            if neighbour != NO_INDEX:
+                last = evaluate_piece(table.coefficients, neighbour, column, float(direction))
             for step in range(N_CHEBYSHEV_NODES):
                 k = first + direction * step
                 values[column, k] -= 2.0 * math.pi * math.floor((values[column, k] - last) / (2.0 * math.pi) + 0.5)
@@ -321,7 +361,7 @@ def _locate_limit_in_piece(arrays: ReductionArrays, table: PiecewiseTable, piece
 def _limit_violation(arrays: ReductionArrays, table: PiecewiseTable, piece: int, limit: int, side_index: int, q: float) -> float:
     """Return how far a reading is beyond its low (0) or high (1) limit."""
     column = TableColumn.FIRST_LOAD + arrays.n_loads + 2 * arrays.limits[limit].output_index
-    value = evaluate_piece(table.coefficients, piece, column, (q - table.intervals[piece, 2]) * table.intervals[piece, 3])
+    value = evaluate_piece(table.coefficients, piece, column, local_coordinate(table.intervals, piece, q))
     return float(value - arrays.limits[limit].high if side_index == 1 else arrays.limits[limit].low - value)
 
 
@@ -333,7 +373,7 @@ def _close_period(arrays: ReductionArrays, table: PiecewiseTable) -> None:
     first, last = np.zeros(arrays.assembly.pose_scales.size), np.zeros(arrays.assembly.pose_scales.size)
     for end in range(2):
         piece, poses = (low, first) if end == 0 else (high, last)
-        barycentric_weights((table.intervals[piece, end] - table.intervals[piece, 2]) * table.intervals[piece, 3], weights)
+        barycentric_weights(local_coordinate(table.intervals, piece, table.intervals[piece, end]), weights)
         for k in range(N_CHEBYSHEV_NODES):
             for c in range(poses.size):
                 poses[c] += weights[k] * table.nodes[piece, k, 0, c]
@@ -341,14 +381,15 @@ def _close_period(arrays: ReductionArrays, table: PiecewiseTable) -> None:
         pose_change = last[c] - first[c]
         whole_turns = 2.0 * math.pi * math.floor(pose_change / (2.0 * math.pi) + 0.5) if c % 3 == 2 else 0.0
         if abs(pose_change - whole_turns) > TABLE_CLOSURE_TOLERANCE * arrays.assembly.pose_scales[c]:
-            table.periodicity[2] += 1.0
+            table.periodicity[PeriodIndex.N_TURNS] += 1.0
             return
         table.pose_increment[c] = whole_turns
     if not _is_periodic(arrays, table, low, high):  # for example a spring that is wound up
-        table.periodicity[2] += 1.0
+        table.periodicity[PeriodIndex.N_TURNS] += 1.0
         return
-    table.periodicity[1] = table.intervals[low, 0]
-    table.periodicity[0] = table.intervals[high, 1] - table.intervals[low, 0]
+    start, end = table.intervals[low, PieceColumn.LOW], table.intervals[high, PieceColumn.HIGH]
+    table.periodicity[PeriodIndex.START] = start
+    table.periodicity[PeriodIndex.PERIOD] = end - start
 
 
 @jit_in_place

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from governor_mechanism.mechanics.kinematics.assembly import PositionSolver
 from governor_mechanism.model.joints.constraint_row import RowKind
 from governor_mechanism.observables.assemblies.blocks import Block
-from governor_mechanism.types import FloatArray, RecordArray
+from governor_mechanism.types import GROUND_INDEX, FloatArray, RecordArray
 
 ComplexArray = NDArray[np.complex128]
 
@@ -319,10 +319,10 @@ class BlockEquations:
         """Return the bodies whose own angles a row contains, and their factors."""
         record = self._record(row)
         pairs = ((int(record[side]), float(record[f"{side}_angle_factor"])) for side in ("first", "second", "third"))
-        return [(body, factor) for body, factor in pairs if body >= 0 and factor != 0.0]
+        return [(body, factor) for body, factor in pairs if body != GROUND_INDEX and factor != 0.0]
 
     def _follow_angles(self) -> dict[int, tuple[int, float]]:
-        """Return for each body whose angle follows from another unknown or known one (-1 for the ground) this body and the difference."""
+        """Return for each body whose angle follows from another one this body, or GROUND_INDEX if that is known, and the difference."""
         followers: dict[int, tuple[int, float]] = {}
         for row in self.angle_rows:
             record = self._record(row)
@@ -343,15 +343,15 @@ class BlockEquations:
                 followers[other] = one, value + shift - other_shift
             else:
                 body, shift = _root(followers, unknown[0][0])
-                if body < 0:
+                if body == GROUND_INDEX:
                     raise UnsuitableBlockError
-                followers[body] = -1, value - shift
+                followers[body] = GROUND_INDEX, value - shift
         return followers
 
     def _position(self, body: int, x: float, y: float) -> ComplexArray:
         """Return the coefficients of the position of a point in [1, unknowns of the first group]."""
         form = np.zeros(1 + len(self.columns), complex)
-        if body < 0:
+        if body == GROUND_INDEX:
             form[0] = complex(x, y) / self.scale
             return form
         if ("p", body) in self.columns:
@@ -364,7 +364,7 @@ class BlockEquations:
         """Return the coefficients of the direction of a body in [1, unknowns of the first group]."""
         form = np.zeros(1 + len(self.columns), complex)
         root, shift = _root(self.followers, body)
-        if root < 0:
+        if root == GROUND_INDEX:
             form[0] = cmath.exp(1j * shift)
         elif root in self.turned:
             form[self.columns["z", root]] = cmath.exp(1j * shift)
@@ -389,7 +389,7 @@ class BlockEquations:
                 bilinear.append(np.outer(gap, gap.conj()) - constant**2 * np.outer(one, one))
             elif record["kind"] == RowKind.BODY_NORMAL and not record["n_segments"]:
                 first = int(record["first"])
-                normal = 1j * cmath.exp(1j * record["angle"]) * (one if first < 0 else self._direction(first))
+                normal = 1j * cmath.exp(1j * record["angle"]) * (one if first == GROUND_INDEX else self._direction(first))
                 bilinear.append(_real_part(np.outer(gap, normal.conj())) - constant * np.outer(one, one))
             elif record["kind"] == RowKind.FIXED_DIRECTION:
                 if rows and self.solver.equations.joint_indices[rows[0]] == joint and self._is_coincidence(row, rows[0]):
@@ -421,12 +421,12 @@ class BlockEquations:
             poses[body, 2] = cmath.phase(complex(unknowns[self.columns["z", body]]))
         for body in self.followers:
             root, shift = _root(self.followers, body)
-            poses[body, 2] = shift + (0.0 if root < 0 else float(poses[root, 2]))
+            poses[body, 2] = shift + (0.0 if root == GROUND_INDEX else float(poses[root, 2]))
         return poses
 
 
 def _root(followers: dict[int, tuple[int, float]], body: int) -> tuple[int, float]:
-    """Return the body whose angle determines that of another, and the difference; -1 if it is known."""
+    """Return the body whose angle determines that of another, and the difference; GROUND_INDEX if it is known."""
     shift = 0.0
     while body in followers:
         body, difference = followers[body]

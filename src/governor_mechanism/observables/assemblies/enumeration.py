@@ -14,7 +14,7 @@ from governor_mechanism.mechanics.kinematics.points import rotate_vector
 from governor_mechanism.model.joints.constraint_row import RowKind
 from governor_mechanism.observables.assemblies.block_equations import BlockEquations, UnsuitableBlockError
 from governor_mechanism.observables.assemblies.blocks import Block, Decomposition, closing_bodies, decompose
-from governor_mechanism.types import FloatArray, IntArray
+from governor_mechanism.types import GROUND_INDEX, FloatArray, IntArray
 
 N_STARTS: Final = 100
 """Number of starts where the equations are not solved as a whole; what none of them reaches is not found."""
@@ -128,7 +128,7 @@ def _place_hanging_bodies(solver: PositionSolver, parts: Decomposition, poses: F
 
 def _point(poses: FloatArray, body: int, x: float, y: float) -> FloatArray:
     """Return the position of a point of a body, or of the ground, m."""
-    pose = poses[body] if body >= 0 else np.zeros(3)
+    pose = poses[body] if body != GROUND_INDEX else np.zeros(3)
     position: FloatArray = pose[:2] + np.array(rotate_vector(pose[2], x, y))
     return position
 

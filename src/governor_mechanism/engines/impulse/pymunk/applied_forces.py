@@ -22,7 +22,7 @@ from governor_mechanism.model.mechanism import Body, Mechanism
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.numerics.jit import jit_in_place
 from governor_mechanism.numerics.once_per_object import once_per_object
-from governor_mechanism.types import NO_INDEX, FloatArray, RecordArray
+from governor_mechanism.types import GROUND_INDEX, NO_INDEX, FloatArray, RecordArray
 
 
 class ForceWorkspace(NamedTuple):
@@ -71,7 +71,7 @@ def _evaluate_forces(
     for k in range(output_rows.table.size):
         for side in range(2):
             body = output_rows.row_bodies[k, side]
-            if body >= 0:
+            if body != GROUND_INDEX:
                 for c in range(3):
                     jacobian[k, body, c] += row_jacobian[k, side, c]
 

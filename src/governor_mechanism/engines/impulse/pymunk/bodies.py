@@ -37,7 +37,7 @@ class BodyProxy:
 
 @dataclass(frozen=True)
 class AttachedPoint:
-    """A point fixed to a pymunk body, in its axes (m); `index` is that of the body, -1 for the ground."""
+    """A point fixed to a pymunk body, in its axes (m); `index` is that of the body, or of the ground."""
 
     body: pymunk.Body
     index: int

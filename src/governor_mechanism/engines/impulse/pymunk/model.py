@@ -16,13 +16,13 @@ from governor_mechanism.mechanics.dynamics.system.reference_points import to_mas
 from governor_mechanism.model.force_elements import Damper, TorsionDamper
 from governor_mechanism.model.joints import GROUND, Joint, Pin, Point, RotationalDriver, TranslationalDriver
 from governor_mechanism.model.scene import Scene
-from governor_mechanism.types import NO_INDEX, FloatArray
+from governor_mechanism.types import GROUND_INDEX, NO_INDEX, FloatArray
 
 BODY_STATE = BodyFields.POSITION | BodyFields.ANGLE | BodyFields.VELOCITY | BodyFields.ANGULAR_VELOCITY
 """Pose and velocity of a body."""
 
 GROUND_POSE = (0.0, 0.0, 0.0)
-"""Pose of the ground, which has index -1."""
+"""Pose of the ground."""
 
 BODY_FORCE = BodyFields.FORCE | BodyFields.TORQUE
 """Force and torque on a body."""
@@ -176,7 +176,7 @@ class PymunkModel:
     def _attach_point(self, point: Point) -> AttachedPoint:
         """Return a point of the mechanism as one of the pymunk bodies."""
         if point.body == GROUND:
-            return AttachedPoint(self._ground, -1, point.x, point.y)
+            return AttachedPoint(self._ground, GROUND_INDEX, point.x, point.y)
         index = self._mechanism.body_index(point.body)
         x, y = self._proxies[index].origin
         return AttachedPoint(self._bodies[index], index, point.x - x, point.y - y)

@@ -11,7 +11,7 @@ from governor_mechanism.mechanics.dynamics.system.arrays import System, SystemWo
 from governor_mechanism.mechanics.kinematics.constraint_kernels import RowColumn
 from governor_mechanism.numerics.banded_cholesky import factorise_band, solve_band_system, solve_factorised_band
 from governor_mechanism.numerics.jit import jit_in_place
-from governor_mechanism.types import FloatArray, IntArray
+from governor_mechanism.types import GROUND_INDEX, FloatArray, IntArray
 
 
 @jit_in_place
@@ -42,7 +42,7 @@ def subtract_minv_jt(
     for i in range(vector.size):
         for side in range(row_bodies.shape[1]):
             k = row_bodies[i, side]
-            if k >= 0:
+            if k != GROUND_INDEX:
                 for c in range(3):
                     target[k, c] -= inverse_mass[k, c] * jacobian[i, side, c] * vector[i]
 
@@ -59,7 +59,7 @@ def apply_jacobian(
         total = 0.0
         for side in range(row_bodies.shape[1]):
             k = row_bodies[i, side]
-            if k >= 0:
+            if k != GROUND_INDEX:
                 for c in range(3):
                     total += jacobian[i, side, c] * body_vectors[k, c]
         result[i] = total

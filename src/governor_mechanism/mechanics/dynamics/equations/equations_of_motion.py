@@ -112,7 +112,7 @@ def evaluate_state_derivative(
     result[layout.dissipated_energy] = dissipated_power
     for p in range(system.planes.size):
         plane, motion = system.planes[p], workspace.plane_motion[p]
-        acceleration = motion[PlaneColumn.ACCELERATION] if plane.shaft < 0 else plane.ratio * body_accelerations[plane.shaft, 2]
+        acceleration = motion[PlaneColumn.ACCELERATION] if plane.shaft == NO_INDEX else plane.ratio * body_accelerations[plane.shaft, 2]
         if not plane.has_reaction and acceleration != 0.0:
             result[layout.work] += motion[PlaneColumn.INERTIA] * motion[PlaneColumn.SPEED] * acceleration
     for k in range(system.lags.size):

@@ -16,7 +16,7 @@ from governor_mechanism.mechanics.kinematics.points import rotate_vector
 from governor_mechanism.mechanics.kinematics.time_functions import stack_local_cubics
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.numerics.jit import jit
-from governor_mechanism.types import FloatArray
+from governor_mechanism.types import GROUND_INDEX, FloatArray
 
 
 @dataclass(frozen=True)
@@ -97,7 +97,7 @@ def _evaluate_along_motion(
             force_x = -workspace.multipliers[i] * workspace.jacobian[i, 1, 0]
             force_y = -workspace.multipliers[i] * workspace.jacobian[i, 1, 1]
             moment, row = -workspace.multipliers[i] * workspace.jacobian[i, 1, 2], rows.table[i]
-            if row.second >= 0:
+            if row.second != GROUND_INDEX:
                 arm_x, arm_y = rotate_vector_jit(poses[t, row.second, 2], row.x2, row.y2)
                 moment -= arm_x * force_y - arm_y * force_x
             row_forces[t, i, 0], row_forces[t, i, 1], row_forces[t, i, 2] = force_x, force_y, moment

@@ -21,7 +21,7 @@ from governor_mechanism.model.time_functions import (
     TableFunction,
 )
 from governor_mechanism.numerics.jit import jit_in_place, record_dtype
-from governor_mechanism.types import NO_INDEX, FloatArray, RecordArray
+from governor_mechanism.types import GROUND_INDEX, NO_INDEX, FloatArray, RecordArray
 
 
 @dataclass(frozen=True)
@@ -306,7 +306,7 @@ def output_rate(output_rows: ConstraintRows, jacobian: FloatArray, k: int, veloc
     rate = 0.0
     for side in range(2):
         body = output_rows.row_bodies[k, side]
-        if body >= 0:
+        if body != GROUND_INDEX:
             for c in range(3):
                 rate += jacobian[k, side, c] * velocities[body, c]
     return rate

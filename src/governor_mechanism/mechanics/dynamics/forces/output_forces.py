@@ -14,7 +14,7 @@ from governor_mechanism.mechanics.kinematics.constraint_kernels import Constrain
 from governor_mechanism.model.effect import OutputForce
 from governor_mechanism.model.joints.constraint_row import RowKind
 from governor_mechanism.numerics.jit import jit_in_place, record_dtype
-from governor_mechanism.types import NO_INDEX, FloatArray, RecordArray
+from governor_mechanism.types import GROUND_INDEX, NO_INDEX, FloatArray, RecordArray
 
 MAX_COEFFICIENTS = 8
 """Largest number of coefficients of a force law along an output."""
@@ -143,7 +143,7 @@ def add_output_forces(
         power += force * rate
         for side in range(2):
             body = output_rows.row_bodies[k, side]
-            if body >= 0:
+            if body != GROUND_INDEX:
                 for c in range(3):
                     result[body, c] += force * jacobian[k, side, c]
     return power

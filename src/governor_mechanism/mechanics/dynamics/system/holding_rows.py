@@ -13,7 +13,7 @@ from governor_mechanism.mechanics.kinematics.constraint_kernels import Constrain
 from governor_mechanism.mechanics.kinematics.output_rows import make_output_rows
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.numerics.once_per_object import once_per_object
-from governor_mechanism.types import IntArray, RecordArray
+from governor_mechanism.types import GROUND_INDEX, IntArray, RecordArray
 
 
 def find_coupled_rows(row_bodies: IntArray) -> IntArray:
@@ -24,7 +24,7 @@ def find_coupled_rows(row_bodies: IntArray) -> IntArray:
     rows_of_body: dict[int, list[tuple[int, int]]] = {}
     pairs: list[tuple[int, int, int, int]] = []
     for row, bodies in enumerate(row_bodies.tolist()):
-        sides = [(side, body_index) for side, body_index in enumerate(bodies) if body_index >= 0]
+        sides = [(side, body_index) for side, body_index in enumerate(bodies) if body_index != GROUND_INDEX]
         for side, body_index in sides:
             rows_of_body.setdefault(body_index, []).append((row, side))
         pairs += sorted(
