@@ -49,7 +49,8 @@ _predict_kink = jit_in_place(make_kink_prediction(evaluate_after_fraction))
 
 def make_step(n, n_kinks):
     """Return a step of n event functions, of which the last ones are kinks, with buffers."""
-    return EventStep(0.0, 1.0, np.zeros(1), make_step_buffers(1, 1, np.ones(1), np.full(n, TOLERANCE), np.zeros(4, dtype=np.int64), n_kinks))
+    buffers = make_step_buffers(1, 1, np.ones(1), np.full(n, TOLERANCE), np.zeros(4, dtype=np.int64), n_kinks)
+    return EventStep(0.0, 1.0, np.zeros(1), buffers)
 
 
 def prepare(functions, n_kinks):
@@ -117,7 +118,7 @@ def test_a_function_that_rises_from_zero_at_once_is_an_event_at_the_start():
 @pytest.mark.parametrize("jump", [1e-40, 1e-3, 0.6])
 def test_a_jump_is_located_also_next_to_the_start(jump):
     step = make_step(1, 0)
-    step.buffers.event_values[:, 0] = np.where(EVENT_SAMPLE_FRACTIONS > jump, 1.0, -1.0)
+    step.buffers.event_values[:, 0] = np.where(jump < EVENT_SAMPLE_FRACTIONS, 1.0, -1.0)
     fraction = float(_locate_jump(Jump(jump), step))
     assert jump < fraction
     assert fraction == pytest.approx(jump, rel=1e-15, abs=1e-29)  # 100 bisections

@@ -111,7 +111,7 @@ def _make_root_search(sample_events: SampleEvents[Equation]) -> Callable[[Equati
                 high = min(high, position)
             else:
                 low = max(low, position)
-        return position
+        return float(position)
 
     return find_root
 
