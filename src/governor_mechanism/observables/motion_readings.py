@@ -24,7 +24,7 @@ from governor_mechanism.model.motion_readings import (
 from governor_mechanism.model.output_variables import DerivedReading
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.observables.run_result import StateHistory
-from governor_mechanism.types import FloatArray
+from governor_mechanism.types import GROUND_INDEX, FloatArray
 
 REST_RATIO = 1e-9
 """Velocity relative to the largest of the motion below which a point, a body or a reading stands still; rounding leaves 1e-15."""
@@ -51,7 +51,7 @@ class Motion:
     def acceleration(self, point: Point) -> FloatArray:
         """Return the accelerations (n, 2) of a point relative to the plane, m/s2."""
         index = self.mechanism.body_index(point.body)
-        if index < 0:
+        if index == GROUND_INDEX:
             return np.zeros((len(self.poses), 2))
         arm = self.path(point) - self.poses[:, index, :2]
         body, spin = self.accelerations[:, index], self.velocities[:, index, 2:]
@@ -62,7 +62,7 @@ class Motion:
 def point_velocity(mechanism: Mechanism, poses: FloatArray, velocities: FloatArray, point: Point) -> FloatArray:
     """Return the velocities (n, 2), m/s, of a point relative to the plane at poses and velocities (n, bodies, 3)."""
     index = mechanism.body_index(point.body)
-    if index < 0:
+    if index == GROUND_INDEX:
         return np.zeros((len(poses), 2))
     arm = point_path(mechanism, poses, point) - poses[:, index, :2]
     velocity: FloatArray = velocities[:, index, :2] + velocities[:, index, 2:] * turn_left(arm)
