@@ -12,7 +12,6 @@ from governor_mechanism.model.joints import GROUND, Joint, Pin, Point, Rotationa
 from governor_mechanism.model.later_module import LaterModule
 from governor_mechanism.model.output_variables import DerivedReading, Limit, Reading, StallLimit
 from governor_mechanism.model.valve import Valve
-from governor_mechanism.types import GROUND_INDEX
 from governor_mechanism.units.fields import optional_size, quantity
 from governor_mechanism.units.quantities import format_value
 from governor_mechanism.units.short_repr import summarise
@@ -264,7 +263,7 @@ class Mechanism:
         if isinstance(name, str) and name in self._body_indices:
             return self._body_indices[name]
         if isinstance(name, str) and name == GROUND:
-            return GROUND_INDEX
+            return -1  # GROUND_INDEX, whose module imports numpy
         raise _unknown_name("body", name, list(self._body_indices), "bodies")
 
     def joint_index(self, name: str) -> int:
