@@ -38,15 +38,12 @@ _SHAPE_KEY = re.compile(r"\b(?:rod|disc|plate|curve)\.(?=[a-z])")
 
 
 class CallChecks:
-    """The bodies and points that a builder has so far, and the checks of what is added.
+    """The bodies and points that a builder has so far, and the checks of what is added."""
 
-    Parameters
-    ----------
-    plane
-        The plane of the mechanism.
-    """
-
-    def __init__(self, plane: str) -> None:
+    def __init__(
+        self,
+        plane: str,  # the plane of the mechanism
+    ) -> None:
         self._registry = PointRegistry(plane)
 
     def check_body(self, what: str, table: Mapping[str, Any]) -> None:

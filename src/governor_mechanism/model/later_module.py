@@ -9,15 +9,12 @@ PACKAGE = __name__.partition(".")[0]
 
 
 class LaterModule:
-    """Module that is imported when one of its attributes is needed, as by `typing.get_type_hints`.
+    """Module that is imported when one of its attributes is needed, as by `typing.get_type_hints`."""
 
-    Parameters
-    ----------
-    name
-        Name of the module inside the package.
-    """
-
-    def __init__(self, name: str) -> None:
+    def __init__(
+        self,
+        name: str,  # name of the module inside the package
+    ) -> None:
         self._name = name
 
     def __getattr__(self, name: str) -> Any:
@@ -29,17 +26,13 @@ Class = TypeVar("Class", bound=type[Any])
 
 
 class LaterClasses(Mapping[str, Class]):
-    """Classes by name; the module of one is imported when the class is asked for.
+    """Classes by name; the module of one is imported when the class is asked for."""
 
-    Parameters
-    ----------
-    folder
-        Name of the folder of their modules, as `__package__`.
-    places
-        Module in that folder and class by name, as "pendulum.PendulumGovernor".
-    """
-
-    def __init__(self, folder: str | None, places: Mapping[str, str]) -> None:
+    def __init__(
+        self,
+        folder: str | None,  # name of the folder of their modules, as `__package__`
+        places: Mapping[str, str],  # module in that folder and class by name, as "pendulum.PendulumGovernor"
+    ) -> None:
         self._folder, self._places = folder, places
 
     def __getitem__(self, name: str) -> Class:

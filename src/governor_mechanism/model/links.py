@@ -50,13 +50,7 @@ GROUND_LINK = Link(GROUND)
 
 
 class LinkGraph:
-    """The links of a mechanism and their hinges.
-
-    Parameters
-    ----------
-    mechanism
-        The mechanism.
-    """
+    """The links of a mechanism and their hinges."""
 
     def __init__(self, mechanism: Mechanism) -> None:
         self.mechanism = mechanism

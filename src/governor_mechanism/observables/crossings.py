@@ -58,18 +58,14 @@ class CrossedSpeed:
     Unlike a position, a speed may have a kink in its slope inside an interval without a known event: at each change of the gas in a
     cylinder the slope of the acceleration jumps. So what lies between the samples is taken from the engine's own dense output where
     there is one, and from the samples only where there is none.
-
-    Parameters
-    ----------
-    mechanism
-        Mechanism with the angle.
-    motion
-        Sampled motion.
-    speed
-        The angle whose rate is the speed, and the ratio of both.
     """
 
-    def __init__(self, mechanism: Mechanism, motion: SampledMotion, speed: AngleRate) -> None:
+    def __init__(
+        self,
+        mechanism: Mechanism,  # mechanism with the angle
+        motion: SampledMotion,  # sampled motion
+        speed: AngleRate,  # the angle whose rate is the speed, and the ratio of both
+    ) -> None:
         self._mechanism, self._motion, self._speed = mechanism, motion, speed
         self._angle = SampledReading(mechanism, motion, speed.angle)
         self._speeds, self._accelerations = speed.ratio * self._angle.rates, speed.ratio * self._angle.accelerations

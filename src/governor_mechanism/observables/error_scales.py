@@ -26,22 +26,12 @@ class MotionScales:
     """Scales of rates, energies and errors of one scene in a given motion.
 
     A spring sets the scale of rates only as far as the motion follows it: a stiff spring that hardly swings does not.
-
-    Parameters
-    ----------
-    scene
-        The scene.
-
-    Attributes
-    ----------
-    mass
-        Mass of all bodies, kg.
     """
 
     def __init__(self, scene: Scene) -> None:
         self._mechanism, self._planes = scene.mechanism, scene.system.planes
         self._time_scale, self._loading_rate = time_scale(scene), loading_rate(scene)
-        self.mass = sum(body.mass for body in scene.mechanism.bodies)
+        self.mass = sum(body.mass for body in scene.mechanism.bodies)  # mass of all bodies, kg
 
     def motion_rate(self, rates: Mapping[str, FloatArray]) -> float:
         """Return the rate (1/s) that a scale per second is multiplied by, from the rates (n,) of all readings."""

@@ -46,28 +46,17 @@ from governor_mechanism.types import FloatArray
 
 
 class PlaneRotation:
-    """Rotation of a plane with its spindle.
+    """Rotation of a plane with its spindle."""
 
-    Parameters
-    ----------
-    mechanism
-        Mechanism with the bodies of the plane.
-    plane
-        The plane.
-
-    Attributes
-    ----------
-    plane
-        The plane.
-    shaft_index
-        Index of the body that the plane turns with; -1 if its speed is given.
-    speed_function
-        Given speed as a function of time; None where it is not given.
-    """
-
-    def __init__(self, mechanism: Mechanism, plane: TurningPlane) -> None:
+    def __init__(
+        self,
+        mechanism: Mechanism,  # mechanism with the bodies of the plane
+        plane: TurningPlane,
+    ) -> None:
         self.plane, self._mechanism = plane, mechanism
+        # index of the body that the plane turns with; -1 if its speed is given
         self.shaft_index = mechanism.body_index(plane.shaft) if plane.shaft else -1
+        # given speed as a function of time; None where it is not given
         self.speed_function = SpindleSpeedFunction(plane.given_speed, plane.ratio) if plane.given_speed else None
 
     def speed(self, times: FloatArray, velocities: FloatArray) -> FloatArray:
@@ -185,36 +174,20 @@ ERROR_ESTIMATE_FLOOR = 1e-13
 
 
 class ReadingEvaluator:
-    """Evaluator of the states of one scene, with the scales of its errors.
+    """Evaluator of the states of one scene, with the scales of its errors."""
 
-    Parameters
-    ----------
-    scene
-        The scene.
-    initial_poses
-        Poses of the mass centres at the start; shape (bodies, 3).
-
-    Attributes
-    ----------
-    scene
-        Scene.
-    mechanism
-        Mechanism of all its parts.
-    rotations
-        Rotation of each plane that turns with a spindle.
-    time_scale
-        Time scale of the scene, s.
-    energy_scale
-        Largest energy scale of any motion of the scene, J.
-    """
-
-    def __init__(self, scene: Scene, initial_poses: FloatArray) -> None:
+    def __init__(
+        self,
+        scene: Scene,
+        initial_poses: FloatArray,  # poses of the mass centres at the start; shape (bodies, 3)
+    ) -> None:
         self.scene = scene
         self._initial_poses = initial_poses
-        self.mechanism: Mechanism = scene.mechanism
-        self.rotations = plane_rotations(scene)
+        self.mechanism: Mechanism = scene.mechanism  # mechanism of all its parts
+        self.rotations = plane_rotations(scene)  # rotation of each plane that turns with a spindle
         self._constraint_equations = constraint_equations_of(self.mechanism)
-        self.time_scale, self._motion_scales = time_scale(scene), MotionScales(scene)
+        self.time_scale, self._motion_scales = time_scale(scene), MotionScales(scene)  # time scale of the scene, s
+        # largest energy scale of any motion of the scene, J
         self.energy_scale = self._motion_scales.mass * self.mechanism.length_scale**2 / self.time_scale**2
 
     def _evaluate_spindles(self, history: StateHistory) -> Iterator[tuple[str, str, FloatArray]]:

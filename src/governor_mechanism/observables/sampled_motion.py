@@ -45,17 +45,13 @@ class DenseOutputEndsError(Exception):
 
 
 class BoundedDenseOutput:
-    """Dense output of an engine of which a search takes a bounded number of states, and which notes what it could not give.
+    """Dense output of an engine of which a search takes a bounded number of states, and which notes what it could not give."""
 
-    Parameters
-    ----------
-    dense_output
-        Dense output of the engine; None if it has none.
-    max_states
-        Largest number of states.
-    """
-
-    def __init__(self, dense_output: DenseOutput | None, max_states: int = MAX_DENSE_STATES) -> None:
+    def __init__(
+        self,
+        dense_output: DenseOutput | None,  # dense output of the engine; None if it has none
+        max_states: int = MAX_DENSE_STATES,  # largest number of states
+    ) -> None:
         self._dense_output, self._n_left = dense_output, max_states
         self._n_failures, self._first_failure, self._is_exhausted = 0, math.inf, False
 
@@ -147,30 +143,20 @@ class SampledMotion:
 
 
 class SampledReading:
-    """A reading along a sampled motion, with its first two derivatives at the samples.
-
-    Parameters
-    ----------
-    mechanism
-        The mechanism.
-    motion
-        Its motion.
-    name
-        Name of the reading.
-    start
-        A time, s, and the readings that the run reports there, SI, which fix the full turns of angles; None leaves them open.
-
-    Attributes
-    ----------
-    values, rates, accelerations
-        The reading, SI, and its derivatives; shape (n,).
-    """
+    """A reading along a sampled motion, with its first two derivatives at the samples."""
 
     def __init__(
-        self, mechanism: Mechanism, motion: SampledMotion, name: str, start: tuple[float, Mapping[str, float]] | None = None
+        self,
+        mechanism: Mechanism,
+        motion: SampledMotion,
+        name: str,  # name of the reading
+        # a time, s, and the readings that the run reports there, SI, which fix the full turns of angles; None
+        # leaves them open
+        start: tuple[float, Mapping[str, float]] | None = None,
     ) -> None:
         self._mechanism, self._motion, self._name = mechanism, motion, name
         output = evaluate_output(mechanism, name, motion.poses, motion.velocities)
+        # values, rates, accelerations: the reading, SI, and its derivatives; shape (n,)
         self.values = unwrap_output(mechanism.reading(name), output.value)
         if start is not None and isinstance(mechanism.reading(name), LineAngle):
             shift = start[1].get(name, 0.0) - float(np.interp(start[0], motion.times, self.values))

@@ -12,17 +12,13 @@ _Value = TypeVar("_Value")
 
 
 class NamedValues(dict[str, _Value]):
-    """Values by name; only the error of a missing name differs from a dictionary.
+    """Values by name; only the error of a missing name differs from a dictionary."""
 
-    Parameters
-    ----------
-    noun
-        What a name stands for, in the singular, as "reading".
-    values
-        The values by name.
-    """
-
-    def __init__(self, noun: str, values: Mapping[str, _Value]) -> None:
+    def __init__(
+        self,
+        noun: str,  # what a name stands for, in the singular, as "reading"
+        values: Mapping[str, _Value],  # the values by name
+    ) -> None:
         super().__init__(values)
         self.noun = noun
 

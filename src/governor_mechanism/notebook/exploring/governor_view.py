@@ -48,7 +48,7 @@ class GovernorView:
 
     scene: Scene  # scene of the rotating part alone, at a given speed
     reduction: SingleDofReduction  # the scene reduced to its leading coordinate
-    speed_curve: SpeedCurve  # its speed curve
+    speed_curve: SpeedCurve
     variable: Slider  # slider of the spindle speed; its range is that of the plot
     given: SpeedCurve  # the speed curve of the first scene, which the plot shows beside it
     # lowest and highest speed of the first scene, rad/s: the drawing has room for the equilibria between

@@ -46,23 +46,15 @@ class _CircularDefinitionError(MechanismError):
 
 
 class DimensionTable:
-    """The dimensions of a scene file, each evaluated when another one needs it.
+    """The dimensions of a scene file, each evaluated when another one needs it."""
 
-    Parameters
-    ----------
-    table
-        [dimensions] as it is written; anything else is reported with the top level.
-
-    Attributes
-    ----------
-    has_failed
-        Whether an expression outside the table could not be evaluated.
-    """
-
-    def __init__(self, table: object) -> None:
+    def __init__(
+        self,
+        table: object,  # [dimensions] as it is written; anything else is reported with the top level
+    ) -> None:
         self._written: Mapping[str, Any] = table if isinstance(table, Mapping) else {}
         self._values, self._pending = dict[str, Dimension](), list[str]()
-        self.has_failed = False
+        self.has_failed = False  # whether an expression outside the table could not be evaluated
 
     def read_all(self, collector: ProblemCollector) -> dict[str, Dimension]:
         """Return the dimensions without a mistake, by name; report every wrong one."""

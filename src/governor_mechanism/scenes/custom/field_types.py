@@ -24,32 +24,18 @@ from governor_mechanism.units.quantities import format_value
 
 
 class PointRegistry:
-    """Bodies, their points and their initial positions, for the tables that refer to them by name.
+    """Bodies, their points and their initial positions, for the tables that refer to them by name."""
 
-    Parameters
-    ----------
-    plane
-        TURNING_PLANE or FIXED_PLANE.
-
-    Attributes
-    ----------
-    plane
-        TURNING_PLANE or FIXED_PLANE.
-    ground
-        Named points of the ground that are at rest, m.
-    moving_points
-        Moving points of the ground by name, as massless bodies.
-    bodies
-        Bodies by name.
-    invalid_bodies
-        Names of bodies whose own tables are wrong; a reference to one of them fails without a message.
-    """
-
-    def __init__(self, plane: str) -> None:
+    def __init__(
+        self,
+        plane: str,  # TURNING_PLANE or FIXED_PLANE
+    ) -> None:
         self.plane = plane
+        # named points of the ground that are at rest, m
         self.ground: dict[str, quantities.FloatPair] = {"origin": (0.0, 0.0)}
-        self.moving_points: dict[str, SketchedBody] = {}
-        self.bodies: dict[str, SketchedBody] = {}
+        self.moving_points: dict[str, SketchedBody] = {}  # moving points of the ground by name, as massless bodies
+        self.bodies: dict[str, SketchedBody] = {}  # bodies by name
+        # names of bodies whose own tables are wrong; a reference to one of them fails without a message
         self.invalid_bodies: set[str] = set()
         self.used_names: set[str] = set()
 

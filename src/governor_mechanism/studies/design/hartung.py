@@ -106,7 +106,7 @@ class HartungLayout:
 class HartungDesign(Design):
     """Result of a design in SI: lengths m, forces N, angles rad, stress Pa."""
 
-    inputs: HartungInputs  # the inputs
+    inputs: HartungInputs
     layout: HartungLayout  # the governor and its forces over the stroke
     # centrifugal force at the inner end and slow speed, and at the outer end and fast speed
     centrifugal_forces: tuple[float, float]

@@ -30,7 +30,7 @@ class DesignReport(Result):
     """A design with what was simulated of it, and with the numbers of a paper."""
 
     machine: str  # name of the procedure
-    design: Design  # the design
+    design: Design
     simulated: Any = None  # how it runs; None if it is not simulated
     paper: Any = None  # the numbers of the paper, if the inputs are those of a paper, or None
 

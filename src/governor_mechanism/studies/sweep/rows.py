@@ -75,21 +75,14 @@ class SweepRows(Sequence[SweepRow]):
     """The rows of a sweep by index, added in any order as they are computed.
 
     A row that is ok takes the memory of its numbers and a byte, so that a sweep may have millions.
-
-    Parameters
-    ----------
-    n_rows
-        Number of rows when all are computed.
-    n_quantities
-        Number of numbers of a row.
-
-    Attributes
-    ----------
-    numbers
-        Numbers of all rows, SI, NaN if missing; shape (rows, quantities).
     """
 
-    def __init__(self, n_rows: int, n_quantities: int) -> None:
+    def __init__(
+        self,
+        n_rows: int,  # number of rows when all are computed
+        n_quantities: int,  # number of numbers of a row
+    ) -> None:
+        # numbers of all rows, SI, NaN if missing; shape (rows, quantities)
         self.numbers: FloatArray = np.full((n_rows, n_quantities), math.nan)
         self._codes = np.full(n_rows, _MISSING, dtype=np.int8)
         self._outcomes: list[str] = []

@@ -185,29 +185,19 @@ _NO_SAMPLES = np.zeros(0)
 
 
 class MissingNumberError(Exception):
-    """A run has no number of a kind, which is a result by itself.
+    """A run has no number of a kind, which is a result by itself."""
 
-    Parameters
-    ----------
-    outcome
-        Outcome of the row.
-    message
-        The reason, in words that are the same for all rows.
-    """
-
-    def __init__(self, outcome: str, message: str) -> None:
+    def __init__(
+        self,
+        outcome: str,  # outcome of the row
+        message: str,  # the reason, in words that are the same for all rows
+    ) -> None:
         super().__init__(message)
         self.outcome = outcome
 
 
 class RunNumbers:
-    """A run from which numbers are taken; what several of them need is computed once.
-
-    Parameters
-    ----------
-    run
-        The run.
-    """
+    """A run from which numbers are taken; what several of them need is computed once."""
 
     def __init__(self, run: Trajectory) -> None:
         self.run = run

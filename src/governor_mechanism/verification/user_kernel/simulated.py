@@ -117,7 +117,7 @@ Evaluator = Callable[[Scene, Mapping[str, FloatArray], float], Simulated]
 class Quantity:
     """A quantity of a scene that a kernel may compute."""
 
-    name: str  # its name
+    name: str
     unit: str  # its SI unit
     description: str  # what it is, in a phrase
     inputs: Mapping[str, Input]  # what the user gives by name

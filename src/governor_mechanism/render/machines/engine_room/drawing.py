@@ -48,21 +48,15 @@ class RoomState:
 
 
 class EngineRoomDrawing:
-    """Drawing of a governed engine over a run; lengths in pixels of a 480-pixel frame.
+    """Drawing of a governed engine over a run; lengths in pixels of a 480-pixel frame."""
 
-    Parameters
-    ----------
-    run
-        The run.
-    governed
-        Its governed engine.
-    engine
-        Drawing of the engine.
-    governor
-        Drawing of the governor.
-    """
-
-    def __init__(self, run: Trajectory, governed: EngineRoomParts, engine: MachineDrawing, governor: MachineDrawing) -> None:
+    def __init__(
+        self,
+        run: Trajectory,
+        governed: EngineRoomParts,  # its governed engine
+        engine: MachineDrawing,  # drawing of the engine
+        governor: MachineDrawing,  # drawing of the governor
+    ) -> None:
         self.run, self.governed = run, governed
         self.engine = EngineElevation(engine) if isinstance(engine, FlywheelEngineDrawing) else WheelElevation(_wheel_radius(governed))
         self.governor = GovernorElevation(governor, governed.governor_reading.rpartition(".")[2])

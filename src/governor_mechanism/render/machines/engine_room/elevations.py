@@ -139,17 +139,13 @@ _FORK_HEIGHT_RATIO, _FORK_RADIUS_RATIO = 0.33, 0.9
 
 
 class GovernorElevation:
-    """A governor that stands in the room with its spindle at the governor's axis.
+    """A governor that stands in the room with its spindle at the governor's axis."""
 
-    Parameters
-    ----------
-    drawing
-        Drawing of the governor.
-    control_reading
-        Reading of the governor, by plain name, that moves the control.
-    """
-
-    def __init__(self, drawing: MachineDrawing, control_reading: str) -> None:
+    def __init__(
+        self,
+        drawing: MachineDrawing,  # drawing of the governor
+        control_reading: str,  # reading of the governor, by plain name, that moves the control
+    ) -> None:
         self._drawing, self._control_reading = drawing, control_reading
         left, right, bottom, top = self._bounds
         half_width = max(-left, right, 1e-9)
