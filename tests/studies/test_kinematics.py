@@ -392,6 +392,11 @@ def test_a_run_refuses_what_has_no_value_at_some_times_and_all_mistakes_at_once(
     assert "no point 'pan'" in str(second)
 
 
+def test_a_velocity_among_the_readings_of_the_mechanism_is_sent_to_the_run():
+    with pytest.raises(MechanismError, match=r'a velocity is named under \[run\], as readings = \["velocity\.NAME"\]'):
+        four_bar().replace({"readings.pen_speed": {"velocity": "coupler.pen"}})
+
+
 def test_an_advantage_of_what_stands_still_is_refused():
     scene = four_bar().replace({"readings.post_x": {"x": "ground.C"}})
     with pytest.raises(MechanismError, match=r"mechanical_advantage\.crank_angle\.post_x is not defined: 'post_x' stands still"):

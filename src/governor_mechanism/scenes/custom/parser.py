@@ -9,6 +9,7 @@ from typing import Any, Final
 from governor_mechanism.machines.custom import CUSTOM_MACHINE, MechanismSketch, SketchedBody
 from governor_mechanism.model.joints import GROUND, Joint
 from governor_mechanism.model.law import Law
+from governor_mechanism.model.motion_readings import RUN_KINDS
 from governor_mechanism.model.output_variables import Reading
 from governor_mechanism.model.part import FIXED_PLANE, TURNING_PLANE, Part, Start
 from governor_mechanism.model.valve import Valve
@@ -226,7 +227,10 @@ class CustomMachineParser:
             raise mistake(ProblemCode.WRONG_TYPE, "the name of a reading consists of letters, digits and _, as crank_angle")
         kind = find_reading_kind(values)
         if not kind:
-            raise wrong_value(values, f"must be a table with one of {', '.join(READING_TABLES)}", f'; write {name} = {{ angle = "crank" }}')
+            of_motion = next((one for one in RUN_KINDS if isinstance(values, Mapping) and one in values), "")
+            own_hint = f'; write {name} = {{ angle = "crank" }}'
+            hint = f'; a {of_motion.replace("_", " ")} is named under [run], as readings = ["{of_motion}.NAME"]' if of_motion else own_hint
+            raise wrong_value(values, f"must be a table with one of {', '.join(READING_TABLES)}", hint)
         reading: Reading = READING_TABLES[kind].build(values, self.registry, name=name)
         return reading
 
