@@ -9,6 +9,7 @@ import argparse
 import hashlib
 import json
 import os
+import subprocess
 import sys
 import tempfile
 from pathlib import Path
@@ -23,6 +24,8 @@ from recipe import Target
 
 def main() -> None:
     """Build the libraries that do not exist."""
+    if os.environ.get("PYTHONHASHSEED") != "0":  # numba's code follows the order of sets of names: equal kernels give equal libraries
+        sys.exit(subprocess.call([sys.executable, *sys.argv], env={**os.environ, "PYTHONHASHSEED": "0"}))
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("platforms", nargs="*", metavar="PLATFORM", help=", ".join(PLATFORMS))
     names = parser.parse_args().platforms

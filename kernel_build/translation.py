@@ -51,6 +51,13 @@ end:
 ADDRESS_PATTERN = re.compile(r"inttoptr \(i64 \d{6,} to ptr\)")
 """An address of this process, which only texts of errors use."""
 
+EXCEPTION_PATTERN = re.compile(r'^(@\.const\.pickledata\.\S+ = internal constant) \[\d+ x i8\] c".*"', re.MULTILINE)
+EXCEPTION_SIZE_PATTERN = re.compile(r"^(@\.const\.picklebuf\.\S+ = internal constant .*\{ ptr \S+ i32) \d+", re.MULTILINE)
+"""Exceptions with the path of their source, and their sizes: the caller of a kernel reads only whether there is one."""
+
+NUMBERED_PATTERN = re.compile(r"(__numba_array_expr_|numba\.dynamic\.globals\.|\.const\.pickle(?:data|buf)\.|@\.bytes\.)(-?\w+)")
+"""Names with addresses of this process, or digests of what it has."""
+
 HEADER_PATTERN = re.compile(r"^target (triple|datalayout) = .*$", re.MULTILINE)
 """What a module says of its platform."""
 
@@ -193,12 +200,16 @@ def _entry_of(kernel: TypedKernel) -> str:
 
 
 def as_text(module: Any) -> str:
-    """Return a module without what no entry needs, and without addresses of this process."""
+    """Return a module without what no entry needs, and without what differs from one build to the next."""
     machine = llvm.Target.from_triple(llvm.get_process_triple()).create_target_machine()
     passes = llvm.create_new_module_pass_manager()
     passes.add_global_dead_code_eliminate_pass()
     passes.run(module, llvm.create_pass_builder(machine, llvm.create_pipeline_tuning_options()))
-    return ADDRESS_PATTERN.sub("null", str(module))
+    text = ADDRESS_PATTERN.sub("null", str(module))
+    text = EXCEPTION_PATTERN.sub(r"\1 [1 x i8] zeroinitializer", text)
+    text = EXCEPTION_SIZE_PATTERN.sub(r"\1 1", text)
+    numbers: dict[str, int] = {}
+    return NUMBERED_PATTERN.sub(lambda found: f"{found[1]}{numbers.setdefault(found[2], len(numbers))}", text)
 
 
 def optimise(text: str, platform: Platform | None) -> bytes:
