@@ -16,7 +16,7 @@ SOURCE = Path(__file__).parents[1] / "src" / PACKAGE
 
 FOLDERS = [
     {"errors"},
-    {"types"},
+    {"types", "later_module"},
     {"numerics"},
     {"units"},
     {"model"},

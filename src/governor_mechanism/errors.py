@@ -16,34 +16,12 @@ _CONTROL_CHARACTER = re.compile("[\x01-\x1f\x7f-\x9f]")
 
 
 def escape_control_characters(text: str) -> str:
-    """Return a text with control characters as escape sequences: in a terminal they would act.
-
-    Parameters
-    ----------
-    text
-        Any text. A null character stays: the scene parser uses it as a placeholder.
-
-    Returns
-    -------
-    str
-        The text in one line.
-    """
+    """Return a text with control characters as escape sequences: in a terminal they would act. A null character stays, a placeholder."""
     return _CONTROL_CHARACTER.sub(lambda match: f"\\x{ord(match[0]):02x}", text) if _CONTROL_CHARACTER.search(text) else text
 
 
 def make_legible(text: str) -> str:
-    """Return a message in one line, without control characters, and with very long words shortened in their middle.
-
-    Parameters
-    ----------
-    text
-        Any text.
-
-    Returns
-    -------
-    str
-        The message.
-    """
+    """Return a message in one line, without control characters, and with very long words shortened in their middle."""
     escaped = escape_control_characters(text)
     if len(escaped) <= 300:
         return escaped
@@ -85,83 +63,25 @@ class RunFailed(GovernorMechanismError, RuntimeError):  # noqa: N818 - the name 
 
 
 def require_finite(value: float, unit: str, what: str) -> None:
-    """Raise an error unless a value is finite.
-
-    Parameters
-    ----------
-    value
-        Value to check.
-    unit
-        Its unit, for the message.
-    what
-        Name of the quantity and its owner, for the message.
-
-    Raises
-    ------
-    MechanismError
-        If the value is NaN or infinite.
-    """
+    """Raise MechanismError unless a value is finite; `unit` and `what`, the quantity with its owner, are for the message."""
     if not -math.inf < value < math.inf:
         raise MechanismError(f"{what} must be a finite number; got {value!r} {unit}".rstrip())
 
 
 def require_positive(value: float, unit: str, what: str) -> None:
-    """Raise an error unless a value is finite and positive.
-
-    Parameters
-    ----------
-    value
-        Value to check.
-    unit
-        Its unit, for the message.
-    what
-        Name of the quantity and its owner, for the message.
-
-    Raises
-    ------
-    MechanismError
-        If the value is zero, negative, NaN or infinite.
-    """
+    """Raise MechanismError unless a value is finite and positive; `unit` and `what` are for the message."""
     if not 0 < value < math.inf:
         raise MechanismError(f"{what} must be positive; got {value:g} {unit}".rstrip())
 
 
 def did_you_mean(word: object, known: Iterable[str]) -> str:
-    """Return a hint at the nearest known name.
-
-    Parameters
-    ----------
-    word
-        Name that was not found.
-    known
-        Known names.
-
-    Returns
-    -------
-    str
-        " Did you mean ...?", or an empty string if no name is close.
-    """
+    """Return a hint at the nearest known name."""
     matches = difflib.get_close_matches(word, list(known), n=1) if isinstance(word, str) else []
     return f" Did you mean {str(matches[0])!r}?" if matches else ""
 
 
 def require_not_negative(value: float, unit: str, what: str) -> None:
-    """Raise an error unless a value is finite and at least zero.
-
-    Parameters
-    ----------
-    value
-        Value to check.
-    unit
-        Its unit, for the message.
-    what
-        Name of the quantity and its owner, for the message.
-
-    Raises
-    ------
-    MechanismError
-        If the value is negative, NaN or infinite.
-    """
+    """Raise MechanismError unless a value is finite and not negative; `unit` and `what` are for the message."""
     require_finite(value, unit, what)
     if value < 0:
         raise MechanismError(f"{what} must not be negative; got {value:g} {unit}".rstrip())

@@ -6,8 +6,8 @@ import pytest
 from typer.testing import CliRunner
 
 import governor_mechanism as gm
-from governor_mechanism.cli.film_options import COMMAND_WORDS, FILM_PARAMETERS, gather_film_options, in_command_words
 from governor_mechanism.cli.main import app
+from governor_mechanism.cli.options import COMMAND_WORDS, FILM_PARAMETERS, gather_film_options, in_command_words
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.model.results.film_options import PYTHON_WORDS, FilmLayout, FilmOptionError, FilmOptions, FilmView
 from governor_mechanism.model.results.pictures import Theme

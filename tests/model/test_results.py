@@ -10,7 +10,7 @@ from pkgutil import walk_packages
 import pytest
 
 import governor_mechanism as gm
-from governor_mechanism.model.later_module import PACKAGE
+from governor_mechanism.later_module import PACKAGE
 from governor_mechanism.model.results.result import Column, Result, format_columns
 from governor_mechanism.render.figure_files import FigureFiles
 

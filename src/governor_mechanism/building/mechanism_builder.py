@@ -9,7 +9,7 @@ from governor_mechanism.building.first_configuration import place_bodies
 from governor_mechanism.building.handles import BuiltBody, BuiltPoint, Program, Quantity, body_reference, given_values, point_reference
 from governor_mechanism.building.parts import BodyBuilder, ForceBuilder, JointBuilder
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.model.later_module import LaterModule
+from governor_mechanism.later_module import LaterModule
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.units.quantities import format_value
 

@@ -15,7 +15,7 @@ import typer
 
 import governor_mechanism as gm
 from governor_mechanism.cli import console
-from governor_mechanism.cli.film_options import check_film, in_command_words
+from governor_mechanism.cli.options import check_film, in_command_words
 from governor_mechanism.cli.scene_arguments import complete_scene, load_changed, parse_range
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.model.results.film_options import FilmOptions

@@ -17,8 +17,7 @@ from typing import Annotated, Any, NoReturn, Protocol
 import typer
 from typer.core import TyperCommand
 
-from governor_mechanism.cli.film_options import FILM_PARAMETERS, gather_film_options
-from governor_mechanism.cli.given_options import in_typed_words, refuse_idle_options, remember_options
+from governor_mechanism.cli.options import FILM_PARAMETERS, gather_film_options, in_typed_words, refuse_idle_options, remember_options
 from governor_mechanism.errors import GovernorMechanismError, MechanismError
 from governor_mechanism.files.writing import format_json
 from governor_mechanism.model.results.film_options import FilmOptions

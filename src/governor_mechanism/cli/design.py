@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from governor_mechanism.cli import console
-from governor_mechanism.cli.given_options import remember_options
+from governor_mechanism.cli.options import remember_options
 from governor_mechanism.render.figure_files import FigureFiles
 
 if TYPE_CHECKING:

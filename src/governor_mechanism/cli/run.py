@@ -15,8 +15,7 @@ import typer
 
 import governor_mechanism as gm
 from governor_mechanism.cli import console
-from governor_mechanism.cli.film_options import check_film, in_command_words
-from governor_mechanism.cli.given_options import refuse_idle_options
+from governor_mechanism.cli.options import check_film, in_command_words, refuse_idle_options
 from governor_mechanism.cli.scene_arguments import Changes, SceneName, load_changed, stem_of
 from governor_mechanism.model.results.film_options import FilmFormat, FilmOptions
 from governor_mechanism.render.figure_files import FigureFiles

@@ -1,7 +1,7 @@
 """Registry of machines: the names in scene files, and their classes."""
 
+from governor_mechanism.later_module import LaterClasses
 from governor_mechanism.machines.base import Machine
-from governor_mechanism.model.later_module import LaterClasses
 
 MACHINES: LaterClasses[type[Machine]] = LaterClasses(
     __package__,

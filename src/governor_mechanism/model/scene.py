@@ -8,15 +8,15 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Any, Final
 
 from governor_mechanism.errors import MechanismError, require_positive
+from governor_mechanism.later_module import LaterModule
 from governor_mechanism.model.coupling.coupled_system import CoupledSystem, couple_parts
 from governor_mechanism.model.coupling.couplings import Coupling
+from governor_mechanism.model.coupling.speeds import check_crossings
 from governor_mechanism.model.effect import Effect, OutputEffect
 from governor_mechanism.model.events import NamedCrossing
-from governor_mechanism.model.later_module import LaterModule
 from governor_mechanism.model.mechanism import Mechanism
 from governor_mechanism.model.motion_readings import with_run_readings
 from governor_mechanism.model.part import FreeSpindle, Part, Spindle, Start
-from governor_mechanism.model.speeds import check_crossings
 from governor_mechanism.units.fields import entry, quantity
 from governor_mechanism.units.quantities import require_plausible
 from governor_mechanism.units.short_repr import summarise

@@ -12,9 +12,9 @@ import numpy as np
 
 from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output, wrap_difference
 from governor_mechanism.model.coupling.coupled_system import CoupledSystem
+from governor_mechanism.model.coupling.speeds import AngleRate, find_speeds
 from governor_mechanism.model.events import Event, EventKind, NamedCrossing
 from governor_mechanism.model.mechanism import Mechanism
-from governor_mechanism.model.speeds import AngleRate, find_speeds
 from governor_mechanism.numerics.roots import find_root
 from governor_mechanism.observables.sampled_motion import EVENT_TIME_MARGIN, BodyState, SampledMotion, SampledReading
 from governor_mechanism.types import BoolArray, FloatArray, IntArray

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.model.later_module import PACKAGE
+from governor_mechanism.later_module import PACKAGE
 from governor_mechanism.model.results.pictures import Figure, Theme
 from governor_mechanism.units.quantities import format_value
 

@@ -1,6 +1,6 @@
 """Registry of machine drawings. Every mechanism that is not listed is drawn from its bodies and joints."""
 
-from governor_mechanism.model.later_module import LaterClasses
+from governor_mechanism.later_module import LaterClasses
 from governor_mechanism.model.part import Part
 from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.render.machines.generic.drawing import GenericDrawing

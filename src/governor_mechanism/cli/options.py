@@ -1,9 +1,11 @@
-"""Options of films on the command line, made from the fields of `FilmOptions`. Nothing heavy is imported here."""
+"""Options on the command line: those that the user gave and that do nothing, and those of films. Nothing heavy is imported here."""
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from contextvars import ContextVar
 from dataclasses import fields
 from functools import partial
 from inspect import Parameter
@@ -11,7 +13,6 @@ from typing import TYPE_CHECKING, Annotated, Any, Final, get_type_hints
 
 import typer
 
-from governor_mechanism.cli.given_options import refuse_idle_options
 from governor_mechanism.errors import MechanismError, did_you_mean
 from governor_mechanism.model.results.film_options import OPTIONS, FilmFormat, FilmOptionError, FilmOptions
 from governor_mechanism.model.results.pictures import Theme
@@ -19,6 +20,49 @@ from governor_mechanism.units.quantities import number_or_text
 
 if TYPE_CHECKING:
     from governor_mechanism.model.scene import Scene
+
+_typed_options: ContextVar[Mapping[str, str]] = ContextVar("typed_options")
+"""Options of the command that is parsed, as typed, by the names of their parameters."""
+
+_NONE: Final[Mapping[str, str]] = {}
+"""The options of a function that is called without a command line."""
+
+_ARGUMENT_WORDS: Final = {"seconds": "run.duration", "case": "names"}
+"""How messages name what an option gives, where that is not the name of its parameter."""
+
+
+def remember_options(options: Mapping[str, str]) -> None:
+    """Remember how options are typed, by the names of their parameters."""
+    _typed_options.set(dict(options))
+
+
+def is_given(name: str) -> bool:
+    """Return whether the option of a parameter stands on the command line."""
+    return name in _typed_options.get(_NONE)
+
+
+def refuse_idle_options(*names: str, condition: str) -> None:
+    """Raise MechanismError if options, by the names of their parameters, are given that do nothing; call it where they have no effect."""
+    idle = [_typed_options.get(_NONE)[name] for name in names if is_given(name)]
+    if not idle:
+        return
+    verb, pronoun = ("does", "it") if len(idle) == 1 else ("do", "them")
+    needed = condition.removeprefix("without ")
+    cure = f"give {needed} too, or leave {pronoun} out" if needed != condition else f"leave {pronoun} out"
+    raise MechanismError(f"{' and '.join(idle)} {verb} nothing {condition}; {cure}")
+
+
+def in_typed_words(problem: str) -> str:
+    """Return a sentence with options, as typed, in the place of the names of arguments.
+
+    A name of one word stands for an argument where the sentence begins; elsewhere it may be a word like others.
+    """
+    for name, option in _typed_options.get(_NONE).items():
+        word = _ARGUMENT_WORDS.get(name, name)
+        start = "^" if "_" not in word else r"(?<![\w.-])"
+        problem = re.sub(rf"{start}{re.escape(word)}(?![\w.])", option, problem)
+    return problem
+
 
 COMMAND_WORDS: Final[Mapping[str, str]] = {
     **{name: option.flag or f"--{name.replace('_', '-')}" for name, option in OPTIONS.items()},
