@@ -16,7 +16,7 @@ _CONTROL_CHARACTER = re.compile("[\x01-\x1f\x7f-\x9f]")
 
 
 def escape_control_characters(text: str) -> str:
-    """Return a text with control characters as escape sequences: in a terminal they would act. A null character stays, a placeholder."""
+    """Return a text with control characters as escape sequences: in a terminal they would act; a null character, a placeholder, stays."""
     return _CONTROL_CHARACTER.sub(lambda match: f"\\x{ord(match[0]):02x}", text) if _CONTROL_CHARACTER.search(text) else text
 
 
@@ -75,7 +75,7 @@ def require_positive(value: float, unit: str, what: str) -> None:
 
 
 def did_you_mean(word: object, known: Iterable[str]) -> str:
-    """Return a hint at the nearest known name."""
+    """Return " Did you mean ...?" with the nearest known name; empty if none is close."""
     matches = difflib.get_close_matches(word, list(known), n=1) if isinstance(word, str) else []
     return f" Did you mean {str(matches[0])!r}?" if matches else ""
 
