@@ -1,4 +1,4 @@
-/* The part of Python's stable ABI (3.11) that the caller of kernels uses, declared here: one library serves every later version
+/* The part of Python's stable ABI (3.11) that the library uses, declared here: one library serves every later version
    of Python, and no headers of Python are needed to build it. Not for builds of Python without the global lock. */
 #ifndef PYTHON_ABI_H
 #define PYTHON_ABI_H
@@ -62,6 +62,7 @@ PyObject *PyObject_CallFunctionObjArgs(PyObject *, ...);
 PyObject *PyCapsule_New(void *, const char *, void (*)(PyObject *));
 void *PyCapsule_GetPointer(PyObject *, const char *);
 PyObject *PyCFunction_NewEx(PyMethodDef *, PyObject *, PyObject *);
+void PyErr_SetString(PyObject *, const char *);
 void PyErr_Clear(void);
 PyObject *PyErr_Occurred(void);
 PyObject *PyErr_Format(PyObject *, const char *, ...);
