@@ -1,7 +1,9 @@
 """What a notebook shows of runs, scenes, curves, studies and films."""
 
 import base64
+import html
 import inspect
+import math
 import re
 from xml.etree import ElementTree
 
@@ -113,11 +115,14 @@ def test_a_result_shows_its_quantities():
     equilibrium = gm.equilibria("porter")[0]
     rows = quantities_of(equilibrium._repr_html_())
     assert float(rows["readings: sleeve lift"][2][0]) == pytest.approx(equilibrium.readings["sleeve_lift"], rel=1e-5)  # six digits
-    motion = gm.kinematics("slider_crank", "crank_angle", np.linspace(0.0, 1.0, 11))
-    row = quantities_of(motion._repr_html_())["readings: crosshead distance"]
+    curve = gm.speed_curve("porter", points=20)
+    row = quantities_of(curve._repr_html_())["equilibrium speed"]
     assert row[1][1].find(".//polyline") is not None
-    values = motion.readings["crosshead_distance"]
-    assert [float(text) for text in row[2][0].split(" to ")] == pytest.approx([values.min(), values.max()], rel=1e-5)
+    speeds = curve.speed * 30 / math.pi
+    ends = [float(text.removesuffix(" rpm")) for text in row[2][0].split(" to ")]
+    assert ends == pytest.approx([speeds.min(), speeds.max()], rel=1e-5)
+    motion = gm.kinematics("slider_crank", "crank_angle", np.linspace(0.0, 1.0, 11))
+    assert html.escape(str(motion)) in motion._repr_html_()  # with mobility and dead centres, which have no row
     forces = quantities_of(gm.controlling_force("porter", points=20)._repr_html_())
     assert forces["effort: speed change"][2][0] == "0.01"
     assert quantities_of(gm.load("porter").mechanism._repr_html_())["bodies"][2][0] == "right ball, left ball, sleeve"

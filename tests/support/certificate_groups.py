@@ -8,7 +8,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass, fields
 from pathlib import Path
-from typing import TextIO
+from typing import TextIO, get_type_hints
 
 import numpy as np
 
@@ -80,8 +80,7 @@ def format_cell(value: object) -> object:
 
 def load_checks(path: Path) -> list[CertificateCheck]:
     """Return the checks in a file."""
-    convert = {"int": int, "float": float, "str": str}
-    types = {field.name: convert[str(field.type)] for field in fields(CertificateCheck)}
+    types = get_type_hints(CertificateCheck)
     with open_table(path, "r") as file:
         return [CertificateCheck(**{name: types[name](row[name]) for name in COLUMNS}) for row in csv.DictReader(file)]
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from functools import cached_property
+from typing import Final
 
 import numpy as np
 
@@ -38,6 +39,10 @@ MAX_DEFAULT_POINTS = 3
 
 ROUNDING_RATIO = 1e-11
 """Value relative to the largest of its reading that the printed table shows as zero; rounding leaves less."""
+
+
+SHOWN_DECIMALS: Final = 12
+"""Decimals of a printed value in its unit; a position is located to 1e-10."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -166,7 +171,8 @@ class KinematicStudy(Kinematics):
         """Return a value of a reading, or of the drive, in its usual unit."""
         unit = self.units.get(name, "s")
         factor, shown = DISPLAY_UNITS.get(unit, (1.0, unit))
-        return f"{value * factor + 0.0:.{digits}g} {shown}".rstrip()
+        rounded = round(value * factor, SHOWN_DECIMALS) + 0.0  # what is zero but for rounding
+        return f"{rounded:.{digits}g} {shown}".rstrip()
 
 
 def _path_column(point: str, axis: str) -> Column:
