@@ -91,8 +91,9 @@ def test_a_foreign_page_is_refused(port, headers):
 def test_a_foreign_page_cannot_connect(port, origin):
     with pytest.raises(InvalidStatus), connect(f"ws://{HOST}:{port}/{TOKEN}/mine/live", origin=origin):
         pass
-    with pytest.raises(InvalidStatus), connect(f"ws://{HOST}:{port}/wrong/mine/live", origin=f"http://{HOST}:{port}"):
-        pass
+    for path in ("wrong/mine", f"{TOKEN}/nothing"):
+        with pytest.raises(InvalidStatus), connect(f"ws://{HOST}:{port}/{path}/live", origin=f"http://{HOST}:{port}"):
+            pass
 
 
 def test_a_change_is_answered_in_all_tabs_and_saved(port):
@@ -105,7 +106,7 @@ def test_a_change_is_answered_in_all_tabs_and_saved(port):
         assert tomllib.loads(text.decode())["dimensions"]["crank"] == "1.25 m"
         answer, table = ask(port, f"/{TOKEN}/mine/saved.csv")
         assert b"time,crank_angle,pen_x,pen_y" in table
-        assert answer.headers["Content-Disposition"] == 'attachment; filename="mine.csv"'
+        assert answer.headers["Content-Disposition"] == "attachment; filename*=UTF-8''mine.csv"
         first.send(json.dumps({"action": "reset"}))
         next_state(first, number + 2)
 

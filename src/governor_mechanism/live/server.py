@@ -120,13 +120,13 @@ class Workbench:
         if ending not in FILE_TYPES:
             raise HTTPException(404, f"a file can be {', '.join(FILE_TYPES)}")
         content = await run_in_threadpool(make_file, session, ending)
-        headers = {"Content-Disposition": f'attachment; filename="{request.path_params["name"]}.{ending}"'}
+        headers = {"Content-Disposition": f"attachment; filename*=UTF-8''{quote(request.path_params['name'])}.{ending}"}
         return Response(content, media_type=FILE_TYPES[ending], headers=headers)
 
     async def talk(self, socket: WebSocket) -> None:
         """Answer the changes of one page until it closes: each answer is that to the newest state."""
-        await socket.accept()
         session = await self.find_session(socket)
+        await socket.accept()
         changed, loop = asyncio.Event(), asyncio.get_running_loop()
 
         def hear() -> None:

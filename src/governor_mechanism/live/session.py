@@ -7,7 +7,7 @@ from threading import Lock
 from typing import Any, Final
 
 import governor_mechanism as gm
-from governor_mechanism.errors import MechanismError
+from governor_mechanism.errors import GovernorMechanismError, MechanismError
 from governor_mechanism.live.equilibria import EquilibriumPlot
 from governor_mechanism.live.grips import find_grips
 from governor_mechanism.live.quantities import Quantity, find_quantities
@@ -70,7 +70,10 @@ class Session:
         self._is_dragging = False
         self._number = 0
         self._changing, self._solving = Lock(), Lock()
-        self._last = Snapshot(document=self._document, run=gm.run(scene), problem="", number=0)
+        run = gm.run(scene)
+        if not len(run.times):
+            raise MechanismError(run.message)
+        self._last = Snapshot(document=self._document, run=run, problem="", number=0)
         self._equilibria = EquilibriumPlot(scene)
 
     @property
@@ -139,13 +142,8 @@ class Session:
             document, number = self._document, self._number
             if self._last.number == number:
                 return self._last
-            run, problem = self._last.run, ""
-            try:
-                run = gm.run(gm.Scene.from_dict(document))
-            except MechanismError as error:
-                sentence = "; ".join(error.problems)
-                problem = f"{sentence[:1].upper()}{sentence[1:]}. The pictures show the last possible state."
-            self._last = Snapshot(document=document, run=run, problem=problem, number=number)
+            run, problem = _try_run(document)
+            self._last = Snapshot(document=document, run=run or self._last.run, problem=problem, number=number)
             return self._last
 
     def describe(self, snapshot: Snapshot) -> dict[str, Any]:
@@ -179,6 +177,20 @@ def show_whole_run(run: Trajectory) -> tuple[ShownRun, float]:
     limits = float(run.times[0]), float(run.times[-1])
     slow_down = select_slow_down(limits, limits, None, MAX_TRUE_TIME_DURATION)
     return show_run(run, None, limits, choose_sample_times(run, limits, slow_down), slow_down), slow_down
+
+
+def _try_run(document: Mapping[str, Any]) -> tuple[Trajectory | None, str]:
+    """Return the run of a document, or None and why there is none to be shown."""
+    try:
+        run = gm.run(gm.Scene.from_dict(document))
+    except GovernorMechanismError as error:
+        problems = error.problems if isinstance(error, MechanismError) else (str(error),)
+    else:
+        if len(run.times):
+            return run, ""
+        problems = (run.message,)
+    sentence = "; ".join(problems)
+    return None, f"{sentence[:1].upper()}{sentence[1:]}. The pictures show the last possible state."
 
 
 def _describe_outcome(run: Trajectory) -> str:
