@@ -20,7 +20,7 @@ SHORT, SHORT_FILMED = "0.1", "1"
 
 FILM_OPTIONS = {
     *("--film", "--fps", "--size", "--layout", "--labels", "--forces", "--traces", "--readings", "--theme", "--title"),
-    *("--view", "--exaggerate", "--part", "--start", "--stop", "--slow-down", "--no-footer"),
+    *("--view", "--exaggerate", "--paths", "--layers", "--part", "--start", "--stop", "--slow-down", "--no-footer"),
 }
 
 
