@@ -141,6 +141,14 @@ def test_driven_at_the_rocker_the_crank_is_the_output():
     assert_allclose(study.readings["transmission_angle.coupler"], expected, atol=1e-12)
 
 
+def test_the_curvature_of_a_cardioid_beside_its_cusp():
+    """3 / (8 a sin(t / 2)) of a wheel of radius a; only in the cusp itself, where the pen stands still, it has no value."""
+    angles = np.array([0.0, 1e-4, 1e-3, 0.1, 1.0, math.pi])
+    study = gm.kinematics("cardioid", "arm_angle", angles, readings=["curvature.pen"])
+    assert np.isnan(study.readings["curvature.pen"][0])
+    assert_allclose(study.readings["curvature.pen"][1:], 3 / (8 * 0.25 * np.sin(angles[1:] / 2)), rtol=1e-6)
+
+
 def test_the_curvature_of_a_trammels_ellipse():
     drawing = gm.load("trammel").replace({"body.bar.points.pen": ["1.6 m", 0]})
     study = gm.kinematics(drawing, "bar_angle", np.radians(np.arange(-50.0, 300.0, 10.0)), readings=["curvature.pen"])

@@ -6,6 +6,7 @@ Frozen values without mathematics. A scene names those of its runs under [run], 
 import math
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import ClassVar, Final
 
 from governor_mechanism.errors import MechanismError, did_you_mean
@@ -19,57 +20,37 @@ VECTOR_COMPONENTS: Final = ("x", "y", "magnitude")
 
 
 @dataclass(frozen=True, kw_only=True)
-class PathCoordinate(DerivedReading):
-    """Coordinate of a point whose path is requested, m, in the plane of its part.
+class PointReading(DerivedReading):
+    """A component of a vector of a point, along an axis of the plane of its part, or the magnitude of the vector.
 
     Attributes
     ----------
     point
         The point.
     component
-        'x' or 'y'.
+        'x', 'y' or 'magnitude'.
     """
+
+    point: Point
+    component: str
+
+
+class PathCoordinate(PointReading):
+    """Coordinate of a point whose path is requested, m, in the plane of its part."""
 
     unit: ClassVar[str] = "m"
 
-    point: Point
-    component: str
 
-
-@dataclass(frozen=True, kw_only=True)
-class PointVelocity(DerivedReading):
-    """Velocity of a point relative to the plane of its part, m/s: a component along an axis of that plane, or the magnitude.
-
-    Attributes
-    ----------
-    point
-        The point.
-    component
-        'x', 'y' or 'magnitude'.
-    """
+class PointVelocity(PointReading):
+    """Velocity of a point relative to the plane of its part, m/s."""
 
     unit: ClassVar[str] = "m/s"
 
-    point: Point
-    component: str
 
-
-@dataclass(frozen=True, kw_only=True)
-class PointAcceleration(DerivedReading):
-    """Acceleration of a point relative to the plane of its part, m/s2: a component along an axis of that plane, or the magnitude.
-
-    Attributes
-    ----------
-    point
-        The point.
-    component
-        'x', 'y' or 'magnitude'.
-    """
+class PointAcceleration(PointReading):
+    """Acceleration of a point relative to the plane of its part, m/s2."""
 
     unit: ClassVar[str] = "m/s2"
-
-    point: Point
-    component: str
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -165,14 +146,10 @@ def _find_reactions(mechanism: Mechanism, name: str) -> Iterator[DerivedReading]
     yield from (reading for joint in mechanism.joints if joint.name == name for reading in readings_of_reaction(joint))
 
 
-def _find_velocities(mechanism: Mechanism, name: str) -> Iterator[DerivedReading]:
-    for component in VECTOR_COMPONENTS if name in mechanism.path_points else ():
-        yield PointVelocity(name=f"velocity.{name}.{component}", point=mechanism.path_points[name], component=component)
-
-
-def _find_accelerations(mechanism: Mechanism, name: str) -> Iterator[DerivedReading]:
-    for component in VECTOR_COMPONENTS if name in mechanism.path_points else ():
-        yield PointAcceleration(name=f"acceleration.{name}.{component}", point=mechanism.path_points[name], component=component)
+def _find_components(kind: str, reading: type[PointReading], mechanism: Mechanism, name: str) -> Iterator[DerivedReading]:
+    """Yield the components of a kind of vector of a point."""
+    if point := mechanism.path_points.get(name):
+        yield from (reading(name=f"{kind}.{name}.{one}", point=point, component=one) for one in VECTOR_COMPONENTS)
 
 
 def _find_curvatures(mechanism: Mechanism, name: str) -> Iterator[DerivedReading]:
@@ -299,8 +276,8 @@ def _readings(mechanism: Mechanism) -> list[str]:
 
 RUN_KINDS: Final[Mapping[str, ReadingKind]] = {
     "reaction": ReadingKind(_find_reactions, "joint", _joints),
-    "velocity": ReadingKind(_find_velocities, "point", _points),
-    "acceleration": ReadingKind(_find_accelerations, "point", _points),
+    "velocity": ReadingKind(partial(_find_components, "velocity", PointVelocity), "point", _points),
+    "acceleration": ReadingKind(partial(_find_components, "acceleration", PointAcceleration), "point", _points),
     "transmission_angle": ReadingKind(_find_angles, "coupler", _couplers),
 }
 """Kinds of readings that a run reports: those that have a value at any time."""

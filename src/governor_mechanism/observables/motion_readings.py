@@ -120,8 +120,10 @@ def _curvature(motion: Motion, curvature: PathCurvature) -> FloatArray:
     velocity = motion.velocity(curvature.point)
     speed = np.hypot(*velocity.T)
     fastest = float(np.max(np.hypot(*motion.velocities[:, :, :2].T), initial=0.0))
-    speed = np.where(speed > REST_RATIO * fastest, speed, 0.0)
-    return _quotient(_cross(velocity, motion.acceleration(curvature.point)), speed**3)
+    moves = speed > REST_RATIO * fastest
+    turning = _cross(velocity, motion.acceleration(curvature.point))
+    values: FloatArray = np.divide(turning, speed**3, out=np.full(len(speed), np.nan), where=moves)
+    return values
 
 
 def _instantaneous_centre(motion: Motion, centre: InstantaneousCentre) -> FloatArray:

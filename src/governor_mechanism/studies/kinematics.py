@@ -34,7 +34,7 @@ DEFAULT_COUNT = 361
 """Number of positions of a study that names none: one for each degree of a turn."""
 
 MAX_DEFAULT_POINTS = 3
-"""Number of points whose velocity and acceleration the command reports if it is told none."""
+"""Number of points whose velocity and acceleration the command reports unless others are named."""
 
 
 ROUNDING_RATIO = 1e-11
@@ -287,7 +287,7 @@ def _unit_of(reading: DerivedReading, units: Mapping[str, str]) -> str:
 
 
 def default_readings(scene: Scene, over: str | None = None) -> list[str]:
-    """Return what the command reports if it is told nothing: points, transmission angles, and mechanical advantages over the drive.
+    """Return what the command reports unless readings are named: points, transmission angles, and mechanical advantages over the drive.
 
     Points are those with a name, or else the first that have paths; the output of an advantage is a link that a coupler moves.
     """

@@ -218,7 +218,9 @@ class PositionSolver:
 
     def _part_coincident_points(self, poses: FloatArray) -> FloatArray:
         """Return poses in which no points coincide that are to be apart: nothing says in which direction they would part."""
-        if np.isfinite(self.equations.jacobian(poses)).all():
+        with np.errstate(divide="ignore", invalid="ignore"):  # kernels that run as Python warn where there is no direction
+            are_apart = bool(np.isfinite(self.equations.jacobian(poses)).all())
+        if are_apart:
             return poses
         return poses + self.expand_free(self.free_coordinate_scales * np.linspace(PARTING_STEP, 2 * PARTING_STEP, self.free_mask.sum()))
 

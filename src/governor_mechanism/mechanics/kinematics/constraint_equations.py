@@ -24,7 +24,7 @@ from governor_mechanism.types import GROUND_INDEX, NO_INDEX, FloatArray, IntArra
 def make_row_table(n_rows: int) -> RecordArray:
     """Return rows without parameters and drives."""
     table = np.zeros(n_rows, dtype=constraint_kernels.CONSTRAINT_ROW_DTYPE)
-    table["first_point_weight"], table["drive_scale"], table["drive"], table["third"] = 1.0, 1.0, NO_INDEX, NO_INDEX
+    table["first_point_weight"], table["drive_scale"], table["drive"], table["third"] = 1.0, 1.0, NO_INDEX, GROUND_INDEX
     return table
 
 
@@ -78,7 +78,7 @@ def make_constraint_table(
         set_fields(table[i], attachment_fields(mechanism, joint.first, joint.second, origins or {}))
         set_fields(table[i], row.parameters)
         table[i]["kind"], table[i]["drive_scale"] = row.kind, row.drive_scale
-        table[i]["third"] = NO_INDEX if row.third is None else mechanism.body_index(row.third)
+        table[i]["third"] = GROUND_INDEX if row.third is None else mechanism.body_index(row.third)
         table[i]["drive"] = NO_INDEX if row.motion is None else len(motions)
         table[i]["first_segment"], table[i]["n_segments"] = n_segments, n_own_segments
         curve_segments += segments
@@ -99,7 +99,7 @@ def _concatenate_segments(parts: list[FloatArray]) -> FloatArray:
 
 def bodies_of_rows(table: RecordArray) -> IntArray:
     """Return the first and second body of each row, and the third one if any row has it; shape (n, 2 or 3)."""
-    sides = ("first", "second", "third") if (table["third"] != NO_INDEX).any() else ("first", "second")
+    sides = ("first", "second", "third") if (table["third"] != GROUND_INDEX).any() else ("first", "second")
     bodies = np.empty((len(table), len(sides)), dtype=table.dtype["first"])
     for side, name in enumerate(sides):
         bodies[:, side] = table[name]

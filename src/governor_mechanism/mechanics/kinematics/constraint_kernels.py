@@ -31,7 +31,7 @@ CONSTRAINT_ROW_DTYPE = record_dtype(
     ("direction_y", "f8"),
     ("first_angle_factor", "f8"),  # FIXED_DIRECTION: multiples of the angles of the bodies, m/rad
     ("second_angle_factor", "f8"),
-    ("third", "i8"),  # FIXED_DIRECTION: a third body, whose angle counts too, or NO_INDEX
+    ("third", "i8"),  # FIXED_DIRECTION: a third body, whose angle counts too, or GROUND_INDEX
     ("third_angle_factor", "f8"),
     ("first_point_weight", "f8"),  # FIXED_DIRECTION: factor on the position of the first point
     ("angle", "f8"),  # BODY_NORMAL: angle of the line; ARC_POSITION, POLAR_CURVE: direction of zero, rad
@@ -320,7 +320,7 @@ def evaluate_rows(rows: ConstraintRows, poses: FloatArray, velocities: FloatArra
         if weight != 1.0:
             first = _scale_point(first, weight)
         third_angle = 0.0
-        if row.third != NO_INDEX:
+        if row.third != GROUND_INDEX:
             third_angle = poses[row.third, 2]
             jacobian[i, 2, 0], jacobian[i, 2, 1], jacobian[i, 2, 2] = 0.0, 0.0, row.third_angle_factor
         geometry = _evaluate_row(row, rows.curve_segments, first, second, third_angle)
