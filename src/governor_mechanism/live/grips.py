@@ -58,7 +58,7 @@ class Grip:
 
 def find_grips(scene: Scene, view: PageView) -> Iterator[Grip]:
     """Yield the points that can be dragged in the first view of a scene of one part."""
-    if view.has_plane and len(scene.parts) == 1:
+    if view.has_plane and view.shows_bodies and len(scene.parts) == 1:
         yield from _find_pivots(scene.document, scene.part, view)
         yield from _find_start(scene, view)
 
