@@ -473,3 +473,16 @@ def test_a_wrong_pi_explains_sarkars_hartnell_governor():
     """Its printed force and stiffness, 557.8 N and 24.1 N/mm, are those with pi = 3.147: squares of the speed are larger by its ratio."""
     for answer in PROBLEMS["gov11_hartnell_sarkar7.8"].answers.values():
         assert answer.recomputed * (3.147 / math.pi) ** 2 == pytest.approx(float(answer.printed), abs=answer.half_digit)
+
+
+@pytest.mark.parametrize(("speed", "radius"), [("240 rpm", 0.125), ("250 rpm", 0.175)])
+def test_wilson_and_hartnells_governor_balances_at_the_radii_of_the_problem(speed, radius):
+    """Balls of 2 kg, arms of 150 and 100 mm, 0.2 kN/m between the balls: the textbook formula gives 5.58 kN/m at the sleeve."""
+    angular_speeds = [240 * math.pi / 30, 250 * math.pi / 30]
+    first, second = (
+        2 * (2.0 * w**2 * r - 200.0 * (2 * r - 0.2)) * 0.15 / 0.1 for w, r in zip(angular_speeds, (0.125, 0.175), strict=True)
+    )  # S = 2 (F_c - P) x / y
+    assert (second - first) / (0.05 * 0.1 / 0.15) == pytest.approx(5580, rel=1e-3)
+    (equilibrium,) = gm.equilibria(gm.load("wilson_hartnell").replace({"spindle.speed": speed}))
+    assert equilibrium.stable
+    assert equilibrium.readings["ball_radius"] == pytest.approx(radius, rel=1e-3)  # 5.58 is rounded
