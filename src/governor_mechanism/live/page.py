@@ -2,6 +2,7 @@
 
 from html import escape
 from string import Template
+from typing import Final
 
 from governor_mechanism.live.session import Session, show_whole_run
 from governor_mechanism.render.page.page_data import collect_data
@@ -9,8 +10,11 @@ from governor_mechanism.render.page.writer import fill_page, read_page_file
 from governor_mechanism.render.style import ROLE_STYLES, colour_rules
 from governor_mechanism.scenes.library import list_catalogue_entries, list_contents
 
-CONNECTIONS = "; connect-src 'self'"
+CONNECTIONS: Final = "; connect-src 'self'"
 """What the page may ask beside its own text: the web socket of its server."""
+
+SCRIPTS: Final = ("panel", "results", "grips", "connection")
+"""Files of the script in `render/page/script/live`, in their order; what connects the page comes last."""
 
 
 def make_live_page(session: Session) -> str:
@@ -21,7 +25,7 @@ def make_live_page(session: Session) -> str:
         collect_data(shown, slow_down),
         shown.times,
         roles=set(ROLE_STYLES),  # a change may show shapes that the first run does not have
-        last_script=read_page_file("script/live.js"),
+        last_script="\n".join(read_page_file(f"script/live/{name}.js") for name in SCRIPTS),
         connections=CONNECTIONS,
     )
 
