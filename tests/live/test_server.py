@@ -6,6 +6,7 @@ import socket
 import threading
 import time
 import tomllib
+from base64 import b64decode
 from contextlib import closing
 from http.client import HTTPConnection
 
@@ -64,6 +65,15 @@ def next_state(connection, number: int) -> dict:
             return state
 
 
+def export(connection, ending: str) -> bytes:
+    """The content of a file that the browser saves."""
+    connection.send(json.dumps({"action": "export", "ending": ending}))
+    while "file" not in (answer := json.loads(connection.recv(timeout=WAITING_TIME))):
+        pass
+    assert answer["file"]["name"] == f"scene.{ending}"
+    return b64decode(answer["file"]["content"])
+
+
 def value_of(state: dict, key: str) -> float:
     return {one["key"]: one["value"] for one in state["quantities"]}[key]
 
@@ -77,7 +87,7 @@ def test_the_page_and_the_list_are_served(port):
     assert b'href="jansen/"' in text
 
 
-@pytest.mark.parametrize("path", ["/", "/wrong/", f"/{TOKEN}/nothing/", f"/{TOKEN}/mine/saved.exe", f"/{TOKEN}/mine/../../etc/passwd"])
+@pytest.mark.parametrize("path", ["/", "/wrong/", f"/{TOKEN}/nothing/", f"/{TOKEN}/mine/../../etc/passwd"])
 def test_a_wrong_token_or_path_is_not_found(port, path):
     assert ask(port, path)[0].status == 404
 
@@ -102,11 +112,9 @@ def test_a_change_is_answered_in_all_tabs_and_saved(port):
         first.send(json.dumps({"action": "change", "values": {"dimensions.crank": 1.25}}))
         for connection in (first, second):
             assert value_of(next_state(connection, number + 1), "dimensions.crank") == 1.25
-        _, text = ask(port, f"/{TOKEN}/mine/saved.toml")
-        assert tomllib.loads(text.decode())["dimensions"]["crank"] == "1.25 m"
-        answer, table = ask(port, f"/{TOKEN}/mine/saved.csv")
-        assert b"time,crank_angle,pen_x,pen_y" in table
-        assert answer.headers["Content-Disposition"] == "attachment; filename*=UTF-8''mine.csv"
+        assert tomllib.loads(export(first, "toml").decode())["dimensions"]["crank"] == "1.25 m"
+        assert b"time,crank_angle,pen_x,pen_y" in export(first, "csv")
+        assert b"<svg" in export(first, "svg")
         first.send(json.dumps({"action": "reset"}))
         next_state(first, number + 2)
 
@@ -140,8 +148,11 @@ def test_too_large_a_message_closes_the_connection(port):
         ("[]", "has an action"),
         ('{"action": "delete"}', "has an action"),
         ('{"action": "undo", "path": "/etc"}', 'takes no "path"'),
-        ('{"action": "change"}', "numbers by key"),
         ('{"action": "change", "values": {}}', "numbers by key"),
+        ('{"action": "change", "values": {"dimensions.crank": 1}, "isLast": 1}', "true or false"),
+        ('{"action": ["change"]}', "has an action"),
+        ('{"action": "export", "ending": "exe"}', "one of toml"),
+        ('{"action": "save", "name": 3}', "a name is a text"),
         ('{"action": "change", "values": {"dimensions.crank": NaN}}', "NaN is no number"),
         ('{"action": "change", "values": {"dimensions.crank": 1e999}}', "finite number"),
         ('{"action": "change", "values": {"dimensions.crank": "1 m"}}', "finite number"),

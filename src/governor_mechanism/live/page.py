@@ -2,7 +2,7 @@
 
 from html import escape
 from string import Template
-from typing import Final
+from typing import Final, Literal
 
 from governor_mechanism.live.session import Session, show_whole_run
 from governor_mechanism.render.page.page_data import collect_data
@@ -13,20 +13,24 @@ from governor_mechanism.scenes.library import list_catalogue_entries, list_conte
 CONNECTIONS: Final = "; connect-src 'self'"
 """What the page may ask beside its own text: the web socket of its server."""
 
-SCRIPTS: Final = ("panel", "results", "grips", "connection")
+SCRIPTS: Final = ("saving", "panel", "results", "grips", "connection")
 """Files of the script in `render/page/script/live`, in their order; what connects the page comes last."""
 
+LINKS: Final = {"server": ("server", CONNECTIONS), "notebook": ("frame", "")}
+"""The file of the script that carries messages, and what the page may ask beside its own text, by where the page is shown."""
 
-def make_live_page(session: Session) -> str:
+
+def make_live_page(session: Session, place: Literal["server", "notebook"] = "server") -> str:
     """Return the page of the last run of a session."""
+    link, connections = LINKS[place]
     shown, slow_down = show_whole_run(session.run)
     return fill_page(
         session.run,
         collect_data(shown, slow_down),
         shown.times,
         roles=set(ROLE_STYLES),  # a change may show shapes that the first run does not have
-        last_script="\n".join(read_page_file(f"script/live/{name}.js") for name in SCRIPTS),
-        connections=CONNECTIONS,
+        last_script="\n".join(read_page_file(f"script/live/{name}.js") for name in (link, *SCRIPTS)),
+        connections=connections,
     )
 
 

@@ -4,7 +4,6 @@ import asyncio
 import json
 import secrets
 import socket
-import tempfile
 import webbrowser
 from collections.abc import Callable, Mapping
 from contextlib import suppress
@@ -25,18 +24,15 @@ from starlette.websockets import WebSocket, WebSocketDisconnect
 
 import governor_mechanism as gm
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.live.messages import MAX_MESSAGE_SIZE, parse_message
+from governor_mechanism.live.conversation import Later, respond
+from governor_mechanism.live.messages import MAX_MESSAGE_SIZE
 from governor_mechanism.live.page import make_list_page, make_live_page
-from governor_mechanism.live.saving import write_scene
 from governor_mechanism.live.session import Session
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.scenes.library import list_catalogue_entries, list_contents
 
 HOST: Final = "127.0.0.1"
 """Only this machine can ask."""
-
-FILE_TYPES: Final = {"toml": "application/toml", "gif": "image/gif", "html": "text/html", "csv": "text/csv"}
-"""What can be saved, by the ending of the name, with the media type."""
 
 PAGE_HEADERS: Final = {"Cache-Control": "no-store", "X-Content-Type-Options": "nosniff", "Referrer-Policy": "no-referrer"}
 """Headers of a page: it is not kept, and its address is not passed on."""
@@ -86,7 +82,6 @@ class Workbench:
         routes = [
             Route(f"/{self.token}/", self.list_scenes),
             Route(f"{scene}/", self.show_page),
-            Route(f"{scene}/saved.{{ending}}", self.save),
             WebSocketRoute(f"{scene}/live", self.talk),
         ]
         return OnlyThisMachine(Starlette(routes=routes), port)
@@ -114,15 +109,6 @@ class Workbench:
         session = await self.find_session(request)
         return HTMLResponse(await run_in_threadpool(make_live_page, session), headers=PAGE_HEADERS)
 
-    async def save(self, request: Request) -> Response:
-        """Answer with the present state as a file."""
-        session, ending = await self.find_session(request), request.path_params["ending"]
-        if ending not in FILE_TYPES:
-            raise HTTPException(404, f"a file can be {', '.join(FILE_TYPES)}")
-        content = await run_in_threadpool(make_file, session, ending)
-        headers = {"Content-Disposition": f"attachment; filename*=UTF-8''{quote(request.path_params['name'])}.{ending}"}
-        return Response(content, media_type=FILE_TYPES[ending], headers=headers)
-
     async def talk(self, socket: WebSocket) -> None:
         """Answer the changes of one page until it closes: each answer is that to the newest state."""
         session = await self.find_session(socket)
@@ -134,35 +120,21 @@ class Workbench:
 
         changed.set()
         session.listeners.add(hear)
-        answering = asyncio.create_task(_answer(socket, session, changed))
+        tasks = [asyncio.create_task(_answer(socket, session, changed))]
         try:
             while True:
-                text = await socket.receive_text()
-                try:
-                    await run_in_threadpool(_apply, session, text)
-                except MechanismError as error:
-                    await socket.send_text(json.dumps({"refused": "; ".join(error.problems)}))
+                answer = await run_in_threadpool(respond, session, await socket.receive_text())
+                if callable(answer):
+                    tasks.append(asyncio.create_task(_send_later(socket, answer)))
+                elif answer is not None:
+                    await socket.send_text(json.dumps(answer, allow_nan=False))
         except (WebSocketDisconnect, KeyError):  # closed, or a message of bytes
             pass
         finally:
             session.listeners.discard(hear)
-            answering.cancel()
-            with suppress(asyncio.CancelledError):
-                await answering
-
-
-def _apply(session: Session, text: str) -> None:
-    """Do what a message asks for."""
-    request = parse_message(text)
-    match request.action:
-        case "change":
-            session.change(request.values, is_last=request.is_last)
-        case "undo":
-            session.undo()
-        case "redo":
-            session.redo()
-        case "reset":
-            session.reset()
+            for task in tasks:
+                task.cancel()
+            await asyncio.gather(*tasks, return_exceptions=True)
 
 
 async def _answer(socket: WebSocket, session: Session, changed: asyncio.Event) -> None:
@@ -174,17 +146,11 @@ async def _answer(socket: WebSocket, session: Session, changed: asyncio.Event) -
         await socket.send_text(json.dumps(state, allow_nan=False))
 
 
-def make_file(session: Session, ending: str) -> bytes:
-    """Return the present state as a scene file, or the last run as a film, a page or a table."""
-    if ending == "toml":
-        return write_scene(session.source, session.document).encode()
-    with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder) / f"saved.{ending}"
-        if ending == "csv":
-            session.run.save(folder, name=path.stem, figures=False)
-        else:
-            session.run.film(path)
-        return path.read_bytes()
+async def _send_later(socket: WebSocket, compute: Later) -> None:
+    """Send an answer that takes long; the page may be closed before."""
+    answer = await run_in_threadpool(compute)
+    with suppress(RuntimeError, WebSocketDisconnect):
+        await socket.send_text(json.dumps(answer, allow_nan=False))
 
 
 def serve(scene: Scene | None, port: int, *, opens_browser: bool, tell: Callable[[str], None]) -> None:

@@ -11,6 +11,7 @@ from governor_mechanism.errors import GovernorMechanismError, MechanismError
 from governor_mechanism.live.equilibria import EquilibriumPlot
 from governor_mechanism.live.grips import find_grips
 from governor_mechanism.live.quantities import Quantity, find_quantities
+from governor_mechanism.live.saving import SceneFile
 from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.render.film.timing import select_slow_down
@@ -61,7 +62,7 @@ class Session:
     """The document of a scene with its changes. Its methods may be called from several threads, and all listeners hear of a change."""
 
     def __init__(self, scene: Scene) -> None:
-        self.source = scene.source
+        self.file = SceneFile(scene.source)
         self.listeners: set[Callable[[], None]] = set()
         self._document: Mapping[str, Any] = document_of(scene, "open")
         self._first_document = self._document
@@ -167,6 +168,7 @@ class Session:
             "readings": _describe_readings(run),
             "accuracy": _describe_outcome(run),
             "facts": {name: [(term, raise_exponents(text)) for term, text in rows] for name, rows in facts.items()},
+            "fileName": self.file.name,
             "canUndo": bool(self._done),
             "canRedo": bool(self._undone),
         }

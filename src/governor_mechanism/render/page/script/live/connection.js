@@ -1,14 +1,8 @@
 // The connection of the page with its server, which answers each change with the run.
 
-/** Pause (ms) before a lost connection is tried again. */
-const RETRY_PAUSE = 1000;
-
 /** Connect the page with its server. */
 function startWorkbench(page) {
-  let connection = null;
-  const send = (message) => {
-    if (connection?.readyState === WebSocket.OPEN) connection.send(JSON.stringify(message));
-  };
+  const send = (message) => link.send(message);
   // A hand moves faster than the screen: one message for each picture is enough.
   let waiting = null;
   const change = (values, isLast) => {
@@ -26,6 +20,8 @@ function startWorkbench(page) {
   };
   const panel = makePanel(change, (action) => send({ action }));
   const grips = makeGrips(page, change);
+  const saving = makeSaving(send);
+  panel.node.append(saving.node);
   document.querySelector("main").classList.add("is-live");
   find("controls").after(panel.node);
   document.addEventListener(
@@ -45,6 +41,10 @@ function startWorkbench(page) {
       panel.tell(state.refused, true);
       return;
     }
+    if (state.file || "saved" in state) {
+      saving.hear(state);
+      return;
+    }
     const focused = document.activeElement?.dataset?.grip;
     find("stage").classList.toggle("is-past", Boolean(state.problem));
     if (!state.problem) {
@@ -53,18 +53,11 @@ function startWorkbench(page) {
       grips.show(state, focused);
     }
     panel.show(state);
+    saving.show(state);
     for (const [id, facts] of Object.entries(state.facts)) showFacts(find(id), facts);
     document.documentElement.dataset.number = state.number;
   };
-  const connect = () => {
-    connection = new WebSocket(new URL("live", location.href.replace(/^http/, "ws")));
-    connection.addEventListener("message", (event) => receive(JSON.parse(event.data)));
-    connection.addEventListener("close", () => {
-      panel.tell("The connection to governor-mechanism is lost; what is shown is the last state.", true);
-      setTimeout(connect, RETRY_PAUSE);
-    });
-  };
-  connect();
+  const link = openLink(receive, (sentence) => panel.tell(sentence, true));
 }
 
 startWorkbench(startPage());

@@ -1,7 +1,6 @@
 // The panel beside the drawing: sliders and typed values of the quantities, and what can be done with the scene as a whole.
 
 const SLIDER_STEPS = 400;
-const SAVED = { toml: "scene file", gif: "film", html: "page", csv: "table" };
 
 /** A button with a text. */
 function makeButton(text, onClick, title = "") {
@@ -74,14 +73,7 @@ function makePanel(onChange, onAction) {
   status.setAttribute("role", "status");
   const groups = makeNode("div");
   const table = makeNode("table");
-  const saved = makeNode("p", "saved", "Save as ");
-  for (const [ending, words] of Object.entries(SAVED)) {
-    const link = makeNode("a", "", words);
-    link.href = `saved.${ending}`;
-    link.download = "";
-    saved.append(link, " ");
-  }
-  node.append(buttons, status, groups, table, saved);
+  node.append(buttons, status, groups, table);
   let rows = new Map();
 
   const build = (quantities) => {

@@ -1,0 +1,90 @@
+"""What a page hears back: the same answers by a web socket and by the messages of a notebook."""
+
+from base64 import b64encode
+from collections.abc import Callable, Mapping
+from typing import Any, Final
+
+from governor_mechanism.errors import MechanismError
+from governor_mechanism.live.messages import Request, parse_message
+from governor_mechanism.live.saving import export_run, write_scene
+from governor_mechanism.live.session import Session
+
+MEDIA_TYPES: Final = {
+    "toml": "application/toml",
+    "gif": "image/gif",
+    "html": "text/html",
+    "csv": "text/csv",
+    "svg": "image/svg+xml",
+    "png": "image/png",
+}
+"""Media types by the ending of a name."""
+
+Answer = dict[str, Any]
+"""Values that JSON knows."""
+
+Later = Callable[[], Answer]
+"""What computes an answer that takes so long that the page goes on meanwhile."""
+
+
+def respond(session: Session, text: str) -> Answer | Later | None:
+    """Do what a message asks for, and return what only the page that asked hears; a change is heard by all, through their listeners."""
+    try:
+        request = parse_message(text)
+        return ACTIONS[request.action](session, request)
+    except MechanismError as error:
+        return refuse(error)
+
+
+def refuse(error: MechanismError) -> Answer:
+    """Return the answer to what cannot be done."""
+    return {"refused": "; ".join(error.problems)}
+
+
+def _change(session: Session, request: Request) -> None:
+    session.change(request.values, is_last=request.is_last)
+
+
+def _undo(session: Session, request: Request) -> None:
+    session.undo()
+
+
+def _redo(session: Session, request: Request) -> None:
+    session.redo()
+
+
+def _reset(session: Session, request: Request) -> None:
+    session.reset()
+
+
+def _export(session: Session, request: Request) -> Later:
+    """Return what makes a file of the present scene, or of the last run: a film, a page, a table or a figure."""
+    ending, run, document = request.ending, session.run, session.document
+    name = f"{session.file.name.rpartition('.')[0]}.{ending}"
+
+    def export() -> Answer:
+        try:
+            is_scene = ending == "toml"
+            content = write_scene(session.file.opened_text, document).encode() if is_scene else export_run(run, ending, request.theme)
+        except MechanismError as error:
+            return refuse(error)
+        return {"file": {"name": name, "type": MEDIA_TYPES[ending], "content": b64encode(content).decode()}}
+
+    return export
+
+
+def _save(session: Session, request: Request) -> Answer:
+    """Write the present scene into the folder of the opened one, or ask."""
+    name = request.name or session.file.name
+    said, question = session.file.save(name, session.document, overwrites=request.overwrites)
+    return {"saved": said, "question": question, "name": name}
+
+
+ACTIONS: Final[Mapping[str, Callable[[Session, Request], Answer | Later | None]]] = {
+    "change": _change,
+    "undo": _undo,
+    "redo": _redo,
+    "reset": _reset,
+    "export": _export,
+    "save": _save,
+}
+"""What each action does."""
