@@ -60,7 +60,7 @@ INNER_FOLDERS = {
         {"range_bands"},
         {"figures"},
         {"frame_data"},
-        {"forces", "motion_layers", "point_paths"},
+        {"motion_layers"},
         {"page"},
         {"film"},
         {"dxf", "results_folder"},
@@ -78,7 +78,7 @@ INNER_FOLDERS = {
         {"template"},
     ],
     "studies": [
-        {"assemblies", "compared_quantities", "effect_ablation", "equilibrium_report", "plain_runs", "printed_numbers", "sweep"},
+        {"compared_quantities", "effect_ablation", "equilibrium_report", "plain_runs", "sweep"},
         {"comparison", "hard_cases", "regulation", "valve_gears", "work_precision_results"},
         {"design", "work_precision"},
     ],
@@ -138,7 +138,7 @@ DELEGATIONS = {
 DELEGATED_TYPES = {
     "model.scene": {"described_scene"},
     "model.mechanism": {"mechanism_builder"},
-    "building.mechanism_builder": {"assemblies"},
+    "building.mechanism_builder": {"kinematics"},
 }
 """Modules with what such methods return: a type checker alone imports them upwards, and otherwise who reads an annotation."""
 

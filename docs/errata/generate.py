@@ -18,7 +18,7 @@ from governor_mechanism.papers.errata.erratum import PAPER_REFERENCES, Erratum, 
 from governor_mechanism.studies.design.flywheel import PAPER_ENGINE, closed_cycle, compare_with_paper
 from governor_mechanism.studies.design.hartung import PAPER_GOVERNOR, PAPER_INPUTS
 from governor_mechanism.studies.design.hartung import compare_with_paper as compare_with_dubois
-from governor_mechanism.studies.printed_numbers import CAUSE_MEANINGS, CAUSE_NOUNS, Cause
+from governor_mechanism.studies.design.skeleton import CAUSE_MEANINGS, CAUSE_NOUNS, Cause
 from governor_mechanism.units.constants import KILOGRAM_FORCE_1853
 
 FOLDER = Path(__file__).parent

@@ -9,11 +9,11 @@ from governor_mechanism.api.kinematics import assemblies as assemblies
 from governor_mechanism.api.kinematics import kinematics as kinematics
 from governor_mechanism.api.kinematics import valve_gears as valve_gears
 from governor_mechanism.api.kinematics import valve_timing as valve_timing
-from governor_mechanism.api.live import open as open
 from governor_mechanism.api.regulation import load_change_study as load_change_study
 from governor_mechanism.api.regulation import paper_rules as paper_rules
 from governor_mechanism.api.regulation import stability_map as stability_map
 from governor_mechanism.api.runs import film as film
+from governor_mechanism.api.runs import open as open
 from governor_mechanism.api.runs import open_run as open_run
 from governor_mechanism.api.runs import run as run
 from governor_mechanism.api.scenes import list_catalogue as list_catalogue
@@ -56,7 +56,6 @@ from governor_mechanism.statics.linearisation import Linearisation as Linearisat
 from governor_mechanism.statics.linearisation import StabilityLimit as StabilityLimit
 from governor_mechanism.statics.speed_curve import InsensitivityBand as InsensitivityBand
 from governor_mechanism.statics.speed_curve import SpeedCurve as SpeedCurve
-from governor_mechanism.studies.assemblies import Assemblies as Assemblies
 from governor_mechanism.studies.comparison import Comparison as Comparison
 from governor_mechanism.studies.design.flywheel import FlywheelDesign as FlywheelDesign
 from governor_mechanism.studies.design.governed_engine import GovernedEngineDesign as GovernedEngineDesign
@@ -64,6 +63,7 @@ from governor_mechanism.studies.design.hartnell import HartnellDesign as Hartnel
 from governor_mechanism.studies.design.pendulum import PendulumDesign as PendulumDesign
 from governor_mechanism.studies.effect_ablation import EffectsStudy as EffectsStudy
 from governor_mechanism.studies.hard_cases.study import HardCasesReport as HardCasesReport
+from governor_mechanism.studies.kinematics import Assemblies as Assemblies
 from governor_mechanism.studies.kinematics import KinematicStudy as KinematicStudy
 from governor_mechanism.studies.regulation.load_change import LoadChangeStudy as LoadChangeStudy
 from governor_mechanism.studies.regulation.stability_map import StabilityMap as StabilityMap
@@ -77,6 +77,6 @@ from governor_mechanism.types import InputValues as InputValues
 from governor_mechanism.types import Progress as Progress
 from governor_mechanism.types import QuantityValues as QuantityValues
 from governor_mechanism.verification.report import CheckReport as CheckReport
-from governor_mechanism.verification.user_kernel.report import KernelReport as KernelReport
+from governor_mechanism.verification.user_kernel.comparison import KernelReport as KernelReport
 
 __version__: str

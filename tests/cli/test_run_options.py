@@ -11,8 +11,7 @@ from typer.testing import CliRunner
 
 import governor_mechanism as gm
 from governor_mechanism.cli.main import app
-from governor_mechanism.cli.options import parse_film_size
-from governor_mechanism.cli.scene_arguments import TEMPLATES, complete_machine, complete_scene, load_changed, parse_changes
+from governor_mechanism.cli.options import TEMPLATES, complete_machine, complete_scene, load_changed, parse_changes, parse_film_size
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.files.results import count_events
 from governor_mechanism.model.events import Event, EventKind

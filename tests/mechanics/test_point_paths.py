@@ -9,9 +9,9 @@ from governor_mechanism.notebook.exploring.pose_drawing import PoseDrawing
 from governor_mechanism.render.figures.point_paths import _different_curves
 from governor_mechanism.render.film.frame_canvas import FRAME_DPI
 from governor_mechanism.render.frame_data import FrameData
+from governor_mechanism.render.motion_layers import PointPaths
 from governor_mechanism.render.page.page_data import collect_data, roles_of
 from governor_mechanism.render.page.views import show_run
-from governor_mechanism.render.point_paths import PointPaths
 from governor_mechanism.render.style import ROLE_STYLES
 
 

@@ -15,7 +15,7 @@ from crank_scenes import air_engine_document
 from governor_mechanism.closed_form.flywheel_engine import AirEngine, stored_work
 from governor_mechanism.closed_form.pendulum import PendulumGovernor, spindle_inertia
 from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output
-from governor_mechanism.model.coupling.speeds import AngleRate
+from governor_mechanism.model.coupling.coupled_system import AngleRate
 from governor_mechanism.model.events import EventKind, NamedCrossing
 from governor_mechanism.observables.crossings import CrossedSpeed
 from governor_mechanism.observables.sampled_motion import SampledMotion

@@ -12,16 +12,15 @@ import governor_mechanism as gm
 from governor_mechanism.closed_form.hartung import HartungGovernor, static_sleeve_force
 from governor_mechanism.papers.rules import dashpot, dead_band, droop, dry_friction
 from governor_mechanism.papers.rules import study as paper_rules
-from governor_mechanism.papers.rules.cyclic_engine import build_cyclic_engine
 from governor_mechanism.papers.rules.dashpot import DashpotCheck
 from governor_mechanism.papers.rules.dead_band import DeadBandCheck, RegulatingForceCheck, measure_dead_band
 from governor_mechanism.papers.rules.droop import DroopCheck
 from governor_mechanism.papers.rules.dry_friction import DryFrictionCheck
+from governor_mechanism.papers.rules.engines import SteadyEngine, build_cyclic_engine, find_steady_engine
 from governor_mechanism.papers.rules.figure import paper_rules_figure
 from governor_mechanism.papers.rules.joint_clearance import ClearanceCheck
 from governor_mechanism.papers.rules.rule import Verdict
 from governor_mechanism.papers.rules.shaking import OilBrakeCheck, ShakingCheck
-from governor_mechanism.papers.rules.steady_engine import SteadyEngine, find_steady_engine
 from governor_mechanism.papers.rules.study import PaperRules, study_paper_rules
 
 ARM, BALL, SLEEVE_MASS, GRAVITY, FLYWHEEL = 0.3, 5.0, 21.0, 9.81, 800.0

@@ -18,8 +18,7 @@ from governor_mechanism.render.film.frame_painter import ForceArrows, FramePaint
 from governor_mechanism.render.film.moving_parts import CurvePanel
 from governor_mechanism.render.film.svg_animation import TOLERANCE, key_frames
 from governor_mechanism.render.film.timing import MIN_FRAMES_PER_TURN, select_timing
-from governor_mechanism.render.forces import find_forces
-from governor_mechanism.render.frame_data import FrameData
+from governor_mechanism.render.frame_data import FrameData, find_forces
 from governor_mechanism.render.geometry.attached import shapes_of
 from governor_mechanism.render.geometry.primitives import Lines
 from governor_mechanism.render.motion_layers import MotionLayers

@@ -20,8 +20,7 @@ from governor_mechanism.render.film.moving_parts import CurvePanel
 from governor_mechanism.render.film.outside_view import EYE_DISTANCE_RATIO, OutsideView, outside_box
 from governor_mechanism.render.film.timing import MIN_FRAMES_PER_SPINDLE_TURN, SPINDLE_CLOSING_TOLERANCE, find_loop_end, select_timing
 from governor_mechanism.render.frame_data import FrameData
-from governor_mechanism.render.geometry.pixel_view import fit_view
-from governor_mechanism.render.geometry.primitives import Circle, Polygon
+from governor_mechanism.render.geometry.primitives import Circle, Polygon, fit_view
 from governor_mechanism.render.part_run import magnify_motion
 from governor_mechanism.render.style import ROLE_STYLES, parse_rgb
 from governor_mechanism.scenes.parser import parse_scene_document

@@ -15,7 +15,7 @@ from governor_mechanism.render.film.painters import make_painter
 from governor_mechanism.render.film.writer import schedule_frames
 from governor_mechanism.render.geometry.outlines import shrink_convex
 from governor_mechanism.render.geometry.primitives import Circle, Polygon
-from governor_mechanism.render.machines.generic.frames import body_outline_shapes
+from governor_mechanism.render.machines.generic.bodies import body_outline_shapes
 from governor_mechanism.render.machines.registry import drawing_of
 from governor_mechanism.render.part_run import motion_at_rest
 from governor_mechanism.render.style import PAPER, ROLE_STYLES, parse_rgb

@@ -18,8 +18,7 @@ from governor_mechanism.render.film.timing import choose_slow_down
 from governor_mechanism.render.film.writer import schedule_frames
 from governor_mechanism.render.frame_data import FrameData
 from governor_mechanism.render.geometry.outlines import make_arrow, make_band, make_plate_outline
-from governor_mechanism.render.geometry.points import convex_hull, wheel_radii
-from governor_mechanism.render.geometry.primitives import Circle, Lines, Polygon, bounding_box
+from governor_mechanism.render.geometry.primitives import Circle, Lines, Polygon, bounding_box, convex_hull, wheel_radii
 from governor_mechanism.render.machines.registry import drawing_of
 from governor_mechanism.render.number_format import format_film_speed
 from stub_machines import MACHINES, fake_machine_run

@@ -9,10 +9,10 @@ from governor_mechanism.effects.dry_friction import DryFriction
 from governor_mechanism.model.time_functions import InputFunction
 from governor_mechanism.render.geometry.attached import shapes_of
 from governor_mechanism.render.geometry.primitives import Lines, Polygon, TextShape, bounding_box
-from governor_mechanism.render.machines.engine_room.elevations import GovernorElevation
+from governor_mechanism.render.machines.engine_room.drawing import GovernorElevation
+from governor_mechanism.render.machines.governor_parts import ThrottleGear
 from governor_mechanism.render.machines.pendulum import lift_magnification
 from governor_mechanism.render.machines.registry import drawing_of
-from governor_mechanism.render.machines.throttle_gear import ThrottleGear
 from stub_effects import fake_run_with_effects
 from stub_run import GOVERNOR_DIMENSIONS, fake_run
 

@@ -5,8 +5,7 @@ import pytest
 
 import governor_mechanism as gm
 from governor_mechanism.render.film.frame_painter import ForceArrows
-from governor_mechanism.render.forces import REACTION, find_forces
-from governor_mechanism.render.frame_data import FrameData
+from governor_mechanism.render.frame_data import REACTION, FrameData, find_forces
 from governor_mechanism.render.page.page_data import collect_data
 from governor_mechanism.render.page.views import show_run
 

@@ -17,7 +17,7 @@ from decoding import unpack_numbers
 from governor_mechanism.effects.clearance import Clearance
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.model.results.pictures import Film
-from governor_mechanism.render.forces import find_forces
+from governor_mechanism.render.frame_data import find_forces
 from governor_mechanism.render.geometry.attached import Attached, Flexible, axes_turned, fixed_axes
 from governor_mechanism.render.geometry.primitives import Circle, Lines, Polygon
 from governor_mechanism.render.geometry.recording import move_points, record_parts

@@ -8,7 +8,7 @@ import pytest
 import governor_mechanism as gm
 from governor_mechanism.mechanics.kinematics.point_paths import point_path
 from governor_mechanism.render.geometry.primitives import Circle, Polygon, TextShape, bounding_box
-from governor_mechanism.render.machines.generic.reading_marks import make_letters
+from governor_mechanism.render.machines.generic.drawing import make_letters
 from governor_mechanism.render.machines.registry import drawing_of
 from governor_mechanism.render.number_format import format_label, format_name
 

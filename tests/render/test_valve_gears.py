@@ -11,8 +11,7 @@ import governor_mechanism as gm
 from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output_value
 from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.observables.valve_motion import find_event_angles, valve_motion_of
-from governor_mechanism.render.geometry.points import drawn_point_paths
-from governor_mechanism.render.geometry.primitives import Circle, Lines, Polygon, TextShape, bounding_box
+from governor_mechanism.render.geometry.primitives import Circle, Lines, Polygon, TextShape, bounding_box, drawn_point_paths
 from governor_mechanism.render.machines.generic.drawing import GenericDrawing
 from governor_mechanism.render.machines.machine_drawing import MachineDrawing
 from governor_mechanism.render.machines.registry import drawing_of

@@ -8,7 +8,7 @@ from dataclasses import dataclass, fields
 import pytest
 
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.studies.design.procedures import PROCEDURES
+from governor_mechanism.studies.design.simulated import PROCEDURES
 from governor_mechanism.studies.design.skeleton import Bounds, design_input, read_file, require_valid, scene_comment
 from governor_mechanism.units import constants, text_table
 from governor_mechanism.units.quantities import QUANTITY_KINDS, parse_quantity

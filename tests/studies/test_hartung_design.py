@@ -19,7 +19,7 @@ from governor_mechanism.studies.design.hartung import (
     compare_with_paper,
     design_hartung,
 )
-from governor_mechanism.studies.printed_numbers import Cause
+from governor_mechanism.studies.design.skeleton import Cause
 from governor_mechanism.units.constants import KILOGRAM_FORCE_1853, TECHNICAL_ATMOSPHERE
 from reference import hartung
 from reference.zehnder import half_unit_of_last_digit

@@ -9,7 +9,7 @@ import pytest
 
 import governor_mechanism as gm
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.model.law import FAMILIES
+from governor_mechanism.model.part import FAMILIES
 from governor_mechanism.scenes.library import catalogue_scenes, list_catalogue_entries, shipped_scenes
 from governor_mechanism.verification.laws import BrokenLaw, check_law
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from generators.markdown import code, escape, sentence, table
-from governor_mechanism.model.law import FAMILIES
+from governor_mechanism.model.part import FAMILIES
 from governor_mechanism.scenes.library import CatalogueEntry, list_catalogue_entries
 
 HEADING = ("scene", "mechanism", "law", "dimensions", "source")

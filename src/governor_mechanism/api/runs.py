@@ -1,4 +1,4 @@
-"""Runs and films."""
+"""Runs and films, and a mechanism under the hand."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from typing import Unpack
 
 import governor_mechanism as gm
 from governor_mechanism.api.scenes import as_scene
+from governor_mechanism.errors import MechanismError
 from governor_mechanism.model.results.film_options import FilmKeywords, FilmOptions, show_film_options
 from governor_mechanism.units.problems import FLAG, PATH, check_arguments
 
@@ -146,3 +147,30 @@ def film(
     from governor_mechanism.render.film.writer import write_film
 
     return write_film(run, path, FilmOptions(**options), titles=titles, progress=progress)
+
+
+def open(scene: gm.SceneSource | None = None, *, port: int = 0, browser: bool = True) -> None:
+    """Open a scene in the browser, where its quantities are changed and its points dragged; it ends with an interrupt.
+
+    Each change is answered by a certified run. The page is served to this machine alone, under an address that no other page knows.
+
+    Parameters
+    ----------
+    scene
+        A scene, the path of a file, or the name of a shipped scene; a list to choose from if None.
+    port
+        Port of the page; 0 takes any free one.
+    browser
+        Whether the page is opened; its address is printed anyway.
+
+    Raises
+    ------
+    MechanismError
+        If the extra `live` is not installed, the scene cannot be run, or the port is taken.
+    """
+    try:
+        from governor_mechanism.live.server import serve
+    except ImportError as error:
+        text = f"the live page needs starlette, uvicorn and websockets ({error}); install the extra: pip install 'governor-mechanism[live]'"
+        raise MechanismError(text) from None
+    serve(None if scene is None else as_scene(scene), port, opens_browser=browser, tell=lambda address: print(f"{address}\nCtrl-C ends it"))

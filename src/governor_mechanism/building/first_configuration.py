@@ -27,9 +27,8 @@ from governor_mechanism.model.joints import (
     Weld,
 )
 from governor_mechanism.model.mechanism import Mechanism
-from governor_mechanism.observables.assemblies.blocks import count_undetermined
+from governor_mechanism.observables.assemblies.blocks import angle_driver, count_undetermined, hold_needed_angles
 from governor_mechanism.observables.assemblies.enumeration import ClosedConfigurations, enumerate_configurations
-from governor_mechanism.observables.assemblies.held_values import angle_driver, hold_needed_angles
 from governor_mechanism.scenes.custom.assembly import HIGHEST, NEAREST, choose_configuration
 from governor_mechanism.scenes.custom.parser import CustomMachineParser
 from governor_mechanism.scenes.parser import parse_scene_document

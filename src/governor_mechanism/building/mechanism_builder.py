@@ -14,9 +14,9 @@ from governor_mechanism.model.scene import Scene
 from governor_mechanism.units.quantities import format_value
 
 if TYPE_CHECKING:
-    from governor_mechanism.studies import assemblies
+    from governor_mechanism.studies import kinematics
 else:
-    assemblies = LaterModule("studies.assemblies")
+    kinematics = LaterModule("studies.kinematics")
 
 
 class MechanismBuilder(BodyBuilder, JointBuilder, ForceBuilder):
@@ -205,7 +205,7 @@ class MechanismBuilder(BodyBuilder, JointBuilder, ForceBuilder):
         self._checks.check_assembly(take)
         self._keys["assembly"] = take
 
-    def assemblies(self) -> assemblies.Assemblies:
+    def assemblies(self) -> kinematics.Assemblies:
         """Return all ways in which the joints close at the given angles, with numbers for `choose_assembly`.
 
         Returns
@@ -231,7 +231,7 @@ class MechanismBuilder(BodyBuilder, JointBuilder, ForceBuilder):
         >>> len(m.assemblies())
         2
         """
-        from governor_mechanism.studies.assemblies import list_builder_assemblies
+        from governor_mechanism.studies.kinematics import list_builder_assemblies
 
         return list_builder_assemblies(self)
 

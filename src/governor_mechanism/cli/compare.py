@@ -15,8 +15,7 @@ import typer
 
 import governor_mechanism as gm
 from governor_mechanism.cli import console
-from governor_mechanism.cli.options import check_film, in_command_words
-from governor_mechanism.cli.scene_arguments import complete_scene, load_changed, parse_range
+from governor_mechanism.cli.options import check_film, complete_scene, in_command_words, load_changed, parse_range
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.model.results.film_options import FilmOptions
 from governor_mechanism.render.figure_files import FigureFiles

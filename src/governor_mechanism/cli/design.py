@@ -66,7 +66,7 @@ def design(
     Every input may be given as an option of its name. Writes figures. With the inputs of the paper, the printed numbers are compared with
     the recomputed ones, and where they differ the cause is named.
     """
-    from governor_mechanism.studies.design.procedures import PROCEDURES, DesignReport
+    from governor_mechanism.studies.design.simulated import PROCEDURES, DesignReport
 
     console.prepare_folder(figures.folder)
     procedure = PROCEDURES[machine.value]

@@ -12,8 +12,7 @@ import typer
 
 import governor_mechanism as gm
 from governor_mechanism.cli import console
-from governor_mechanism.cli.options import refuse_idle_options
-from governor_mechanism.cli.scene_arguments import Changes, SceneName, load_changed, parse_range, stem_of
+from governor_mechanism.cli.options import Changes, SceneName, load_changed, parse_range, refuse_idle_options, stem_of
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.render.figure_files import FigureFiles
 from governor_mechanism.units.quantities import number_or_text, parse_quantity

@@ -16,9 +16,8 @@ from governor_mechanism.cli.compare import compare
 from governor_mechanism.cli.crosscheck import crosscheck
 from governor_mechanism.cli.design import design
 from governor_mechanism.cli.equilibria import equilibria
-from governor_mechanism.cli.open import open_scene
 from governor_mechanism.cli.regulation import regulation_app
-from governor_mechanism.cli.run import run
+from governor_mechanism.cli.run import open_scene, run
 from governor_mechanism.cli.scenes import assemblies, catalogue, describe, init, kinematics, models, schema
 from governor_mechanism.cli.studies import accuracy, effects, errata, hard_cases, sweep, valve_gears
 

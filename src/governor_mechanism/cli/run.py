@@ -1,4 +1,4 @@
-"""The command `run`: simulate a scene and write its results.
+"""The commands `run`, which simulates a scene and writes its results, and `open`, which shows it in the browser.
 
 Heavy imports are made when the command needs them.
 """
@@ -14,9 +14,18 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 import governor_mechanism as gm
+from governor_mechanism.api.runs import open as open_page
 from governor_mechanism.cli import console
-from governor_mechanism.cli.options import check_film, in_command_words, refuse_idle_options
-from governor_mechanism.cli.scene_arguments import Changes, SceneName, load_changed, stem_of
+from governor_mechanism.cli.options import (
+    Changes,
+    SceneName,
+    check_film,
+    complete_scene,
+    in_command_words,
+    load_changed,
+    refuse_idle_options,
+    stem_of,
+)
 from governor_mechanism.model.results.film_options import FilmFormat, FilmOptions
 from governor_mechanism.render.figure_files import FigureFiles
 from governor_mechanism.units.quantities import number_or_text
@@ -135,3 +144,26 @@ def _format_files(files: Sequence[Path]) -> str:
     for path in files:
         names.setdefault(path.parent, []).append(path.name)
     return "wrote " + "; ".join(f"{', '.join(names_there)} in {folder}" for folder, names_there in names.items())
+
+
+def open_scene(
+    scene: Annotated[
+        str | None,
+        typer.Argument(
+            metavar="SCENE",
+            help="A scene file (TOML), or the name of a shipped scene; without one, a list to choose from.",
+            autocompletion=complete_scene,
+        ),
+    ] = None,
+    changes: Changes = None,
+    *,
+    port: Annotated[int, typer.Option(min=0, max=65535, help="Port of the page; 0 takes any free one.")] = 0,
+    browser: Annotated[bool, typer.Option(help="Open the page in the browser; its address is printed anyway.")] = True,
+) -> console.CommandResult:
+    """Open a scene in the browser: drag its points, change its quantities, and see motion, readings and accuracy follow.
+
+    Each change is answered by a certified run. The page is served to this machine alone, until Ctrl-C. What was made can be saved as
+    a scene file, a film, a page or a table.
+    """
+    open_page(None if scene is None else load_changed(scene, changes), port=port, browser=browser)
+    return console.CommandResult(text=[])

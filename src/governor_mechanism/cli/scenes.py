@@ -11,7 +11,7 @@ import typer
 
 import governor_mechanism as gm
 from governor_mechanism.cli import console
-from governor_mechanism.cli.scene_arguments import Changes, SceneName, complete_machine, load_changed, stem_of
+from governor_mechanism.cli.options import Changes, SceneName, complete_machine, load_changed, stem_of
 from governor_mechanism.files.writing import format_json
 from governor_mechanism.render.figure_files import FigureFiles
 

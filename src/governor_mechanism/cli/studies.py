@@ -12,7 +12,7 @@ import typer
 
 import governor_mechanism as gm
 from governor_mechanism.cli import console
-from governor_mechanism.cli.scene_arguments import Changes, SceneName, load_changed, stem_of
+from governor_mechanism.cli.options import Changes, SceneName, load_changed, stem_of
 from governor_mechanism.render.figure_files import FigureFiles
 
 

@@ -12,9 +12,9 @@ from dataclasses import dataclass, replace
 from functools import partial
 from typing import ClassVar
 
-from governor_mechanism.machines import driven_crank
+from governor_mechanism.machines import slider_crank
 from governor_mechanism.machines.base import Machine, rotate_point, x_coordinate
-from governor_mechanism.machines.driven_crank import (
+from governor_mechanism.machines.slider_crank import (
     CRANK_END_TRAVEL,
     CROSSHEAD,
     STEAM_READING_MEANINGS,
@@ -23,8 +23,8 @@ from governor_mechanism.machines.driven_crank import (
     advance_problems,
     piston_readings,
     port_readings,
+    rod_length_problems,
 )
-from governor_mechanism.machines.slider_crank import rod_length_problems
 from governor_mechanism.model.joints import GROUND, Point, Slider
 from governor_mechanism.model.mechanism import Body, Mechanism
 from governor_mechanism.model.output_variables import BodyAngle, Reading
@@ -171,20 +171,20 @@ class SlideValve(Machine):
 
     def mechanism(self) -> Mechanism:
         """Build crank with eccentric, valve and crosshead from placeholder masses. An infinite rod is a crossed slide."""
-        ground, pin = Point(body=GROUND), Point(body=driven_crank.CRANK, x=-self.crank)
+        ground, pin = Point(body=GROUND), Point(body=slider_crank.CRANK, x=-self.crank)
         eccentric = replace(pin, x=self.eccentric * math.sin(self.advance), y=-self.eccentric * math.cos(self.advance))
-        sliding_bodies = [Body(name=name, mass=driven_crank.PLACEHOLDER_MASS, can_rotate=False) for name in (CROSSHEAD, VALVE)]
+        sliding_bodies = [Body(name=name, mass=slider_crank.PLACEHOLDER_MASS, can_rotate=False) for name in (CROSSHEAD, VALVE)]
         crosshead, valve = (Point(body=body.name) for body in sliding_bodies)
         angle = self.crank_start
         crosshead_x = (self.connecting_rod or 0.0) + self._piston_displacement(angle) - self.crank
         valve_x = (self.eccentric_rod or 0.0) + self._valve_displacement(angle)
         return Mechanism(
-            bodies=(driven_crank.placeholder_crank(self.crank, 2 * driven_crank.PLACEHOLDER_MASS), *sliding_bodies),
+            bodies=(slider_crank.placeholder_crank(self.crank, 2 * slider_crank.PLACEHOLDER_MASS), *sliding_bodies),
             joints=(
-                *driven_crank.crank_joints(self.crank_speed, angle),
-                driven_crank.rod_joint(driven_crank.CONNECTING_ROD, pin, crosshead, self.connecting_rod),
-                Slider(name=driven_crank.CROSSHEAD_GUIDE, first=ground, second=crosshead, angle=0.0),
-                driven_crank.rod_joint(ECCENTRIC_ROD, eccentric, valve, self.eccentric_rod),
+                *slider_crank.crank_joints(self.crank_speed, angle),
+                slider_crank.rod_joint(slider_crank.CONNECTING_ROD, pin, crosshead, self.connecting_rod),
+                Slider(name=slider_crank.CROSSHEAD_GUIDE, first=ground, second=crosshead, angle=0.0),
+                slider_crank.rod_joint(ECCENTRIC_ROD, eccentric, valve, self.eccentric_rod),
                 Slider(name=VALVE_GUIDE, first=ground, second=valve, angle=0.0),
             ),
             readings=self._readings(crosshead, valve),
@@ -204,7 +204,7 @@ class SlideValve(Machine):
     def _readings(self, crosshead: Point, valve: Point) -> tuple[Reading, ...]:
         """Return crank angle, valve displacement, piston displacements and port openings (negative: closed)."""
         return (
-            BodyAngle(name="crank_angle", quantity="angle", body=driven_crank.CRANK),
+            BodyAngle(name="crank_angle", quantity="angle", body=slider_crank.CRANK),
             x_coordinate(VALVE_DISPLACEMENT, valve, zero=self.valve_centre),
             *piston_readings(crosshead, self.crank, (self.connecting_rod or 0.0) - self.crank),
             *port_readings(valve, self.valve_centre, self.outside_lap, self.inside_lap),

@@ -16,9 +16,10 @@ from typing import ClassVar
 import numpy as np
 
 from governor_mechanism.effects.link_masses import LinkMasses
-from governor_mechanism.machines import driven_crank
+from governor_mechanism.machines import slider_crank
 from governor_mechanism.machines.base import MassElement, rotate_point, slender_rod, thin_arc, values_of, x_coordinate
-from governor_mechanism.machines.driven_crank import (
+from governor_mechanism.machines.slide_valve import VALVE_GUIDE
+from governor_mechanism.machines.slider_crank import (
     CRANK,
     CRANK_END_TRAVEL,
     CROSSHEAD,
@@ -29,7 +30,6 @@ from governor_mechanism.machines.driven_crank import (
     piston_readings,
     port_readings,
 )
-from governor_mechanism.machines.slide_valve import VALVE_GUIDE
 from governor_mechanism.machines.stephenson_links import StephensonDimensions
 from governor_mechanism.model.effect import Effect
 from governor_mechanism.model.joints import GROUND, ArcSlot, Distance, Joint, Pin, Point, Slider, TranslationalDriver
@@ -149,8 +149,8 @@ class _GearBuilder:
     def _crank_body(self) -> Body:
         """Return the crank. Without a given inertia a driven one may have any; a free one must not have more than its parts."""
         if self.masses and self.masses.shaft_inertia is not None:
-            return driven_crank.shaft_with_crank(self.masses.shaft_inertia)
-        return driven_crank.placeholder_crank(self.gear.crank, self._moved_mass if self.gear.is_driven else 2 * PLACEHOLDER_MASS)
+            return slider_crank.shaft_with_crank(self.masses.shaft_inertia)
+        return slider_crank.placeholder_crank(self.gear.crank, self._moved_mass if self.gear.is_driven else 2 * PLACEHOLDER_MASS)
 
     @property
     def _moved_mass(self) -> float:
@@ -196,9 +196,9 @@ class _GearBuilder:
         """Yield the joints of engine, link, lifting arm and valve."""
         gear, ground = self.gear, Point(body=GROUND)
         crosshead, valve = Point(body=CROSSHEAD), Point(body=VALVE)
-        yield from driven_crank.crank_joints(gear.crank_speed, gear.crank_start)
-        yield driven_crank.rod_joint(driven_crank.CONNECTING_ROD, Point(body=CRANK, x=gear.crank), crosshead, gear.connecting_rod)
-        yield Slider(name=driven_crank.CROSSHEAD_GUIDE, first=ground, second=crosshead, angle=0.0)
+        yield from slider_crank.crank_joints(gear.crank_speed, gear.crank_start)
+        yield slider_crank.rod_joint(slider_crank.CONNECTING_ROD, Point(body=CRANK, x=gear.crank), crosshead, gear.connecting_rod)
+        yield Slider(name=slider_crank.CROSSHEAD_GUIDE, first=ground, second=crosshead, angle=0.0)
         eccentrics = gear.geometry.eccentrics(np.array([0.0]))[0].tolist()
         for name, (x, y), pin in zip(self._rod_names, eccentrics, gear.geometry.pins, strict=True):
             yield from self._rod_joints(name, Point(body=CRANK, x=-x, y=y), self._on_link(*pin))

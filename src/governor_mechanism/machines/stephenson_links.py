@@ -12,9 +12,8 @@ from functools import cached_property
 import numpy as np
 
 from governor_mechanism.machines.base import Machine, values_of
-from governor_mechanism.machines.driven_crank import advance_problems
 from governor_mechanism.machines.slide_valve import rod_field
-from governor_mechanism.machines.slider_crank import rod_length_problems
+from governor_mechanism.machines.slider_crank import advance_problems, rod_length_problems
 from governor_mechanism.model.time_functions import PrescribedMotion
 from governor_mechanism.numerics.roots import find_root
 from governor_mechanism.types import FloatArray, Vector2

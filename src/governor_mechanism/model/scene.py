@@ -9,9 +9,8 @@ from typing import TYPE_CHECKING, Any, Final
 
 from governor_mechanism.errors import MechanismError, require_positive
 from governor_mechanism.later_module import LaterModule
-from governor_mechanism.model.coupling.coupled_system import CoupledSystem, couple_parts
+from governor_mechanism.model.coupling.coupled_system import CoupledSystem, check_crossings, couple_parts
 from governor_mechanism.model.coupling.couplings import Coupling
-from governor_mechanism.model.coupling.speeds import check_crossings
 from governor_mechanism.model.effect import Effect, OutputEffect
 from governor_mechanism.model.events import NamedCrossing
 from governor_mechanism.model.mechanism import Mechanism

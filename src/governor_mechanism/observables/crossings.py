@@ -11,8 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output, wrap_difference
-from governor_mechanism.model.coupling.coupled_system import CoupledSystem
-from governor_mechanism.model.coupling.speeds import AngleRate, find_speeds
+from governor_mechanism.model.coupling.coupled_system import AngleRate, CoupledSystem, find_speeds
 from governor_mechanism.model.events import Event, EventKind, NamedCrossing
 from governor_mechanism.model.mechanism import Mechanism
 from governor_mechanism.numerics.roots import find_root

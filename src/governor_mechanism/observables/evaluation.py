@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from governor_mechanism.errors import MechanismError
 from governor_mechanism.mechanics.dynamics.characteristic_scales import time_scale
 from governor_mechanism.mechanics.dynamics.equations.inverse_dynamics import InverseDynamics, compute_inverse_dynamics
 from governor_mechanism.mechanics.dynamics.forces.contact_modes import ContactMode, forced_output_names
@@ -28,21 +29,50 @@ from governor_mechanism.mechanics.kinematics.output_variables import (
 from governor_mechanism.mechanics.kinematics.time_functions import CubicTimeFunction, SpindleSpeedFunction
 from governor_mechanism.model.coupling.coupled_system import SPINDLE_ANGLE, SPINDLE_SPEED, SPINDLE_TORQUE, TurningPlane
 from governor_mechanism.model.mechanism import Mechanism
-from governor_mechanism.model.output_variables import CylinderPressure, StallLimit
+from governor_mechanism.model.output_variables import CylinderPressure, DerivedReading, JointForce, JointMoment, StallLimit
 from governor_mechanism.model.part import FreeSpindle
 from governor_mechanism.model.results.cost import Cost
 from governor_mechanism.model.results.energy import Energy
 from governor_mechanism.model.results.outcome import Outcome
+from governor_mechanism.model.results.reaction import Reaction
 from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.numerics.hermite import cubic_hermite, cubic_hermite_derivative, quintic_hermite
 from governor_mechanism.numerics.once_per_object import once_per_object
 from governor_mechanism.observables.derived_readings import evaluate_derived_readings
 from governor_mechanism.observables.error_scales import JOINT_GAP, MotionScales, name_of_rate
-from governor_mechanism.observables.joint_forces import evaluate_joint_forces
 from governor_mechanism.observables.motion_readings import evaluate_run_readings
-from governor_mechanism.observables.run_result import DeferredMotionAnalysis, Observables, RunResult, StateHistory
+from governor_mechanism.observables.run_result import DeferredMotionAnalysis, Observables, RunResult, StateHistory, compute_reactions
 from governor_mechanism.types import FloatArray
+
+
+def evaluate_joint_forces(scene: Scene, history: StateHistory, modes: Sequence[ContactMode]) -> dict[str, FloatArray]:
+    """Return the forces and moments of joints that the run reports, by name, in SI; shape (n,) each.
+
+    Raises MechanismError if rigid-body mechanics determines one of them at none of the times.
+    """
+    outputs = [one for one in scene.mechanism.derived_readings if isinstance(one, JointForce | JointMoment)]
+    if not outputs:
+        return {}
+    reactions = compute_reactions(scene, history, modes)
+    joints = dict.fromkeys(output.joint for output in outputs)
+    undetermined = [name for name in joints if len(history.times) and not reactions[name].determined.any()]
+    if undetermined:
+        raise MechanismError(*map(_undetermined_message, undetermined))
+    return {output.name: _value(reactions[output.joint], output) for output in outputs}
+
+
+def _undetermined_message(joint: str) -> str:
+    return (
+        f"run.readings names 'reaction.{joint}', a joint whose force rigid-body mechanics does not determine: joints hold the bodies "
+        "more often than their motion needs; leave the joint out, or remove a joint that is redundant"
+    )
+
+
+def _value(reaction: Reaction, output: DerivedReading) -> FloatArray:
+    """Return the component (n,) of a reaction that a reading is."""
+    components = {"x": reaction.force[:, 0], "y": reaction.force[:, 1], "magnitude": reaction.magnitude}
+    return components[output.component] if isinstance(output, JointForce) else reaction.moment
 
 
 class PlaneRotation:

@@ -15,7 +15,7 @@ from governor_mechanism.render.film.options import require_points
 from governor_mechanism.render.frame_data import FrameData, find_parts, shows_bodies
 from governor_mechanism.render.geometry.attached import shapes_of
 from governor_mechanism.render.geometry.primitives import Circle, DrawnShape, Lines, Polygon, Vec2
-from governor_mechanism.render.point_paths import PointPaths
+from governor_mechanism.render.motion_layers import PointPaths
 from governor_mechanism.types import FloatArray
 from governor_mechanism.units.problems import PATH, QUANTITY, TEXT, check_arguments
 from governor_mechanism.units.quantities import convert_texts

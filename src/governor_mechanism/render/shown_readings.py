@@ -8,8 +8,8 @@ from typing import NamedTuple
 import numpy as np
 
 from governor_mechanism.errors import MechanismError, did_you_mean
-from governor_mechanism.machines.driven_crank import PORT_OPENINGS, VALVE_DISPLACEMENT
 from governor_mechanism.machines.registry import MACHINES
+from governor_mechanism.machines.slider_crank import PORT_OPENINGS, VALVE_DISPLACEMENT
 from governor_mechanism.model.coupling.coupled_system import SPINDLE_ANGLE
 from governor_mechanism.model.motion_readings import PathCoordinate
 from governor_mechanism.model.results.trajectory import Trajectory

@@ -11,7 +11,7 @@ from typing import Any, Final, TypeVar
 
 from governor_mechanism.effects.registry import EFFECTS
 from governor_mechanism.errors import MechanismError, did_you_mean
-from governor_mechanism.model.coupling.speeds import GIVEN_SPEED_CLAUSE
+from governor_mechanism.model.coupling.coupled_system import GIVEN_SPEED_CLAUSE
 from governor_mechanism.model.effect import Effect, OutputEffect
 from governor_mechanism.model.events import NamedCrossing
 from governor_mechanism.scenes.loads import LOAD_TYPES

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from governor_mechanism.errors import MechanismError, did_you_mean
-from governor_mechanism.model.law import FAMILIES
+from governor_mechanism.model.part import FAMILIES
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.numerics.kernel_library import PACKAGE_ROOT
 from governor_mechanism.scenes.parser import read_scene_file, suggest_name

@@ -9,7 +9,7 @@ from typing import Any, ParamSpec, TypeVar
 
 from governor_mechanism.engines.rotating_part import rotating_part_alone
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.files.result_tables import json_value, record_rows
+from governor_mechanism.files.results import json_value, record_rows
 from governor_mechanism.model.results.result import Column, Result
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.statics.controlling_force import DEFAULT_SPEED_CHANGE, ControllingForce, compute_controlling_force

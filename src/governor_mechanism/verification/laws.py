@@ -12,7 +12,7 @@ from governor_mechanism.engines.initial_state import initial_state
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.mechanics.kinematics.kinematic_analysis import TIME_VARIABLE, solve_kinematics
 from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output_value
-from governor_mechanism.model.law import Law, LawEquation
+from governor_mechanism.model.part import Law, LawEquation
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.numerics.hermite import MultipointHermite
 from governor_mechanism.numerics.roots import find_roots

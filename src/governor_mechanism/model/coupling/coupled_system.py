@@ -15,10 +15,11 @@ from governor_mechanism.model.coupling.couplings import (
     find_load_sources,
 )
 from governor_mechanism.model.effect import OutputEffect
+from governor_mechanism.model.events import NamedCrossing
 from governor_mechanism.model.force_elements import Torque
 from governor_mechanism.model.joints import GROUND, Gear, Point
 from governor_mechanism.model.mechanism import Mechanism, SecondMoments, Shaft
-from governor_mechanism.model.output_variables import AppliedTorque, BodyAngle
+from governor_mechanism.model.output_variables import AppliedTorque, BodyAngle, ShaftSpeed
 from governor_mechanism.model.part import FreeSpindle, Part, Spindle, Start
 
 SHAFT_NAME: Final = "spindle"
@@ -291,3 +292,52 @@ def _plane(prefix: str, follows: Mapping[str, FollowCoupling], mechanism: Mechan
         has_reaction=bool(shaft) and coupling is None,
         is_loaded=part.has_centrifugal,
     )
+
+
+GIVEN_SPEED_CLAUSE: Final = (
+    "a speed that is given: when it passes a value is known before the run; watch the speed of a free or geared spindle, or another reading"
+)
+"""End of the sentence about a crossing of a given speed."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class AngleRate:
+    """A speed as a multiple of the rate of an angle.
+
+    Attributes
+    ----------
+    angle
+        Reading of the angle.
+    ratio
+        Ratio of the speed to the rate of the angle; not 1 for a spindle that follows another shaft.
+    """
+
+    angle: str
+    ratio: float = 1.0
+
+
+def find_speeds(system: CoupledSystem) -> dict[str, AngleRate]:
+    """Return of what the speeds of shafts and spindles are the rates, by name, but for speeds that are given."""
+    mechanism = system.mechanism
+    speeds = {one.name: AngleRate(angle=one.reading) for one in mechanism.derived_readings if isinstance(one, ShaftSpeed)}
+    angles = {one.body: one.name for one in mechanism.readings if isinstance(one, BodyAngle) and one.reference_body == GROUND}
+    spindles = {plane.prefix: plane for plane in system.planes if plane.shaft in angles}
+    return speeds | {
+        f"{prefix}{SPINDLE_SPEED}": AngleRate(angle=angles[plane.shaft], ratio=plane.ratio) for prefix, plane in spindles.items()
+    }
+
+
+def check_crossings(system: CoupledSystem, crossings: Sequence[NamedCrossing]) -> None:
+    """Raise MechanismError for a crossing of what is no reading, or of a speed that is given."""
+    speeds, readings = find_speeds(system), [reading.name for reading in system.mechanism.readings]
+    outputs = [*readings, *(output.name for output in system.mechanism.internal_outputs), *speeds]
+    given_speeds = {f"{plane.prefix}{SPINDLE_SPEED}" for plane in system.planes} - set(speeds)
+    problems = []
+    for crossing in crossings:
+        what, name, known = f"crossing {crossing.name!r}", crossing.reading, [*readings, *speeds]
+        if name in given_speeds:
+            problems.append(f"{what} watches {name!r}, {GIVEN_SPEED_CLAUSE}")
+        elif name not in outputs:
+            problems.append(f"{what}: no reading {name!r}; readings are {known}.{did_you_mean(name, known)}")
+    if problems:
+        raise MechanismError(*problems)

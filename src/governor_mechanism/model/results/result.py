@@ -99,7 +99,7 @@ class Recorded:
 
         Result: numbers by name; complex numbers as pairs of real and imaginary part.
         """
-        from governor_mechanism.files.result_tables import record_result
+        from governor_mechanism.files.results import record_result
 
         return record_result(self)
 
@@ -157,19 +157,19 @@ class Result(Recorded):
         MechanismError
             If pandas is not installed.
         """
-        from governor_mechanism.files.result_tables import tabulate_result
+        from governor_mechanism.files.results import tabulate_result
 
         return tabulate_result(self)
 
     def save_json(self, path: str | os.PathLike[str]) -> Path:
         """Write all numbers as a JSON file."""
-        from governor_mechanism.files.result_tables import save_record
+        from governor_mechanism.files.results import save_record
 
         return save_record(self, path)
 
     def save_csv(self, path: str | os.PathLike[str]) -> Path:
         """Write the columns of `to_dataframe` as a CSV file, with the units that are stated."""
-        from governor_mechanism.files.result_tables import save_columns
+        from governor_mechanism.files.results import save_columns
 
         return save_columns(self, path)
 

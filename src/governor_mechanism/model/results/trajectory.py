@@ -207,7 +207,7 @@ class Trajectory(Result):
         MechanismError
             If xarray is not installed.
         """
-        from governor_mechanism.files.result_tables import make_xarray_dataset
+        from governor_mechanism.files.results import make_xarray_dataset
 
         return make_xarray_dataset(self)
 
@@ -231,7 +231,7 @@ class Trajectory(Result):
         MechanismError
             If pandas is not installed, or there is no such point.
         """
-        from governor_mechanism.files.result_tables import tabulate_result
+        from governor_mechanism.files.results import tabulate_result
 
         return tabulate_result(self, self._further_columns(rates, paths))
 
@@ -325,7 +325,7 @@ class Trajectory(Result):
         MechanismError
             If there is no such joint, a rigid model does not determine its force, or the run has no reported time.
         """
-        from governor_mechanism.render.figures.joint_forces import joint_force_figure
+        from governor_mechanism.render.figures.time_series import joint_force_figure
 
         return joint_force_figure(self, joints, axes)
 

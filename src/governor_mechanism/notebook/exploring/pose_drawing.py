@@ -9,24 +9,26 @@ import numpy as np
 
 from governor_mechanism.mechanics.kinematics.point_paths import point_path
 from governor_mechanism.model.scene import Scene
-from governor_mechanism.render.geometry.pixel_view import PixelRect, PixelView, fit_view
 from governor_mechanism.render.geometry.primitives import (
     BoundingBox,
     Circle,
     DrawnShape,
     Lines,
+    PixelRect,
+    PixelView,
     Polygon,
     TextShape,
     Vec2,
     bounding_box,
     enclose_boxes,
+    fit_view,
     round_step,
 )
 from governor_mechanism.render.machines.generic.drawing import GenericDrawing
 from governor_mechanism.render.machines.machine_drawing import MachineDrawing
 from governor_mechanism.render.machines.registry import drawing_of
+from governor_mechanism.render.motion_layers import curve_shape, requested_points
 from governor_mechanism.render.part_run import motion_at_rest
-from governor_mechanism.render.point_paths import curve_shape, requested_points
 from governor_mechanism.render.style import MUTED, PAPER, ROLE_STYLES, SANS_FONT
 from governor_mechanism.types import FloatArray
 

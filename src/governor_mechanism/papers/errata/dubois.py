@@ -11,7 +11,7 @@ from functools import partial
 
 from governor_mechanism.papers.errata.erratum import Erratum, Paper, make_number_erratum
 from governor_mechanism.studies.design.hartung import PAPER_INPUTS, build_hartung_layout, compare_with_paper
-from governor_mechanism.studies.printed_numbers import Cause, PrintedNumber
+from governor_mechanism.studies.design.skeleton import Cause, PrintedNumber
 
 COMMAND = "governor-mechanism design hartung"
 """Prints every number of the paper beside the recomputed one."""

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from enum import StrEnum
 
 from governor_mechanism.errors import MechanismError, did_you_mean
-from governor_mechanism.studies.printed_numbers import Cause, PrintedNumber
+from governor_mechanism.studies.design.skeleton import Cause, PrintedNumber
 from governor_mechanism.units.quantities import format_value
 
 N_MORE_DIGITS = 2

@@ -12,7 +12,7 @@ from functools import partial
 
 from governor_mechanism.closed_form.slide_valve import Eccentric, event_angle
 from governor_mechanism.papers.errata.erratum import Erratum, Paper
-from governor_mechanism.studies.printed_numbers import Cause
+from governor_mechanism.studies.design.skeleton import Cause
 
 ECCENTRIC = Eccentric(radius=0.060, rod=0.240, advance=math.radians(30.0))
 """The eccentric of the shipped scene slide_valve_marks: l = 4 r, as on the plate of the paper."""

@@ -18,7 +18,7 @@ from governor_mechanism.studies.design.flywheel import (
     PaperComparison,
     compare_with_paper,
 )
-from governor_mechanism.studies.printed_numbers import Cause, PrintedNumber
+from governor_mechanism.studies.design.skeleton import Cause, PrintedNumber
 
 COMMAND = "governor-mechanism design flywheel"
 """Prints every number of the paper beside the recomputed one, and simulates the flywheels."""

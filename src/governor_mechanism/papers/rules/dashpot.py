@@ -7,8 +7,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from governor_mechanism.model.scene import Scene
-from governor_mechanism.papers.rules.rule import RuleCheck, Verdict
-from governor_mechanism.papers.rules.steady_engine import (
+from governor_mechanism.papers.rules.engines import (
     DURATION,
     HALF_LOAD,
     SLEEVE,
@@ -19,6 +18,7 @@ from governor_mechanism.papers.rules.steady_engine import (
     load_step,
     with_values,
 )
+from governor_mechanism.papers.rules.rule import RuleCheck, Verdict
 from governor_mechanism.statics.linearisation import Linearisation, StabilityLimit, find_stability_limit
 from governor_mechanism.studies.plain_runs import run_uncertified
 from governor_mechanism.types import FloatArray

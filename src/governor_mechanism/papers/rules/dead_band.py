@@ -8,8 +8,7 @@ import numpy as np
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.model.events import EventKind
 from governor_mechanism.model.scene import Scene
-from governor_mechanism.papers.rules.rule import RuleCheck, Verdict
-from governor_mechanism.papers.rules.steady_engine import (
+from governor_mechanism.papers.rules.engines import (
     DURATION,
     ENGINE_SPEED,
     GOVERNOR_SPEED,
@@ -21,6 +20,7 @@ from governor_mechanism.papers.rules.steady_engine import (
     load_step,
     with_values,
 )
+from governor_mechanism.papers.rules.rule import RuleCheck, Verdict
 from governor_mechanism.scenes.parser import parse_scene_document
 from governor_mechanism.studies.plain_runs import run_uncertified
 from governor_mechanism.types import FloatArray

@@ -9,9 +9,7 @@ import numpy as np
 from governor_mechanism.model.coupling.couplings import ControlCoupling
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.model.time_functions import TableFunction
-from governor_mechanism.papers.rules.cyclic_engine import gear_to_speed
-from governor_mechanism.papers.rules.rule import RuleCheck, Verdict
-from governor_mechanism.papers.rules.steady_engine import (
+from governor_mechanism.papers.rules.engines import (
     DURATION,
     ENGINE_SPEED,
     HALF_LOAD,
@@ -19,10 +17,12 @@ from governor_mechanism.papers.rules.steady_engine import (
     SteadyEngine,
     dashpot_on_sleeve,
     find_steady_engine,
+    gear_to_speed,
     linearise_scene_from_start,
     load_step,
     with_values,
 )
+from governor_mechanism.papers.rules.rule import RuleCheck, Verdict
 from governor_mechanism.studies.plain_runs import run_uncertified
 from governor_mechanism.types import FloatArray
 

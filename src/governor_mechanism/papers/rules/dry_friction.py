@@ -8,8 +8,7 @@ import numpy as np
 
 from governor_mechanism.papers.rules.dashpot import find_damping_limit
 from governor_mechanism.papers.rules.droop import find_growth_rate
-from governor_mechanism.papers.rules.rule import RuleCheck, Verdict
-from governor_mechanism.papers.rules.steady_engine import (
+from governor_mechanism.papers.rules.engines import (
     DURATION,
     INTERVAL,
     SLEEVE,
@@ -20,6 +19,7 @@ from governor_mechanism.papers.rules.steady_engine import (
     start_at_rest,
     with_values,
 )
+from governor_mechanism.papers.rules.rule import RuleCheck, Verdict
 from governor_mechanism.studies.plain_runs import run_uncertified
 from governor_mechanism.types import FloatArray
 

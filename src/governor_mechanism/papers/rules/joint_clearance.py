@@ -9,16 +9,18 @@ import numpy as np
 
 from governor_mechanism.effects.clearance import CLEARANCE_READING
 from governor_mechanism.model.scene import Scene
-from governor_mechanism.papers.rules.cyclic_engine import CyclicEngine, build_cyclic_engine, gear_to_speed
-from governor_mechanism.papers.rules.rule import RuleCheck, Verdict
-from governor_mechanism.papers.rules.shaking import SHAKING_RATIO
-from governor_mechanism.papers.rules.steady_engine import (
+from governor_mechanism.papers.rules.engines import (
     INERTIA,
+    CyclicEngine,
+    build_cyclic_engine,
     dashpot_on_sleeve,
     find_coordinate_at,
     find_steady_engine,
     friction_on_sleeve,
+    gear_to_speed,
 )
+from governor_mechanism.papers.rules.rule import RuleCheck, Verdict
+from governor_mechanism.papers.rules.shaking import SHAKING_RATIO
 from governor_mechanism.types import FloatArray
 
 CLEARANCES = (0.0, 1e-3, 1e-2, 4e-2)

@@ -7,16 +7,17 @@ from typing import Any, ClassVar
 import numpy as np
 
 from governor_mechanism.model.scene import Scene
-from governor_mechanism.papers.rules.cyclic_engine import CyclicEngine, build_cyclic_engine
-from governor_mechanism.papers.rules.rule import RuleCheck, Verdict
-from governor_mechanism.papers.rules.steady_engine import (
+from governor_mechanism.papers.rules.engines import (
     INERTIA,
+    CyclicEngine,
     SteadyEngine,
+    build_cyclic_engine,
     dashpot_on_sleeve,
     friction_on_sleeve,
     linearise_scene_from_start,
     with_values,
 )
+from governor_mechanism.papers.rules.rule import RuleCheck, Verdict
 from governor_mechanism.types import FloatArray
 
 RATIOS = (0.2, 0.35, 0.5, 0.65, 0.8, 0.95, 1.05, 1.4)

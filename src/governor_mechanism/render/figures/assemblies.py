@@ -8,7 +8,7 @@ from governor_mechanism.render.geometry.primitives import enclose_boxes
 from governor_mechanism.render.machines.generic.drawing import GenericDrawing
 from governor_mechanism.render.part_run import motion_at_rest
 from governor_mechanism.render.style import MUTED, VERMILLION, Brush
-from governor_mechanism.studies.assemblies import Assemblies
+from governor_mechanism.studies.kinematics import Assemblies
 
 MAX_SHOWN: Final = 36
 """Number of assemblies on a sheet; of more the first ones are drawn, and the sheet says so."""

@@ -23,8 +23,7 @@ from governor_mechanism.render.film.gif_encoder import RgbaPixels
 from governor_mechanism.render.film.moving_parts import CachedNumber, MovingArtist, Panel, ShapePanel, SortedPanel
 from governor_mechanism.render.frame_data import FrameData
 from governor_mechanism.render.geometry.attached import DrawnPart, Flexible, shapes_of
-from governor_mechanism.render.geometry.pixel_view import PixelRect, PixelView
-from governor_mechanism.render.geometry.primitives import DrawnShape, Vec2
+from governor_mechanism.render.geometry.primitives import DrawnShape, PixelRect, PixelView, Vec2
 from governor_mechanism.render.number_format import format_closing_lines
 from governor_mechanism.render.style import INK, MUTED, RULE, SANS_FONT, SERIF_FONT, VERMILLION, Brush, artist_paths, group_shapes, recolour
 from governor_mechanism.types import BoolArray, FloatArray

@@ -18,24 +18,37 @@ from governor_mechanism.render.film.labels import LABEL_HEIGHT, LETTER_WIDTH, An
 from governor_mechanism.render.film.layout import frame_layout, shift_rect
 from governor_mechanism.render.film.moving_parts import Curve, Panel, plot_curves
 from governor_mechanism.render.film.outside_view import OutsideView, outside_box
-from governor_mechanism.render.forces import REACTION, DrawnForce, find_forces
 from governor_mechanism.render.frame_data import (
+    REACTION,
+    DrawnForce,
     FrameData,
     ShownParts,
     common_axis_limits,
     enclosing_box,
+    find_forces,
     on_one_scale,
     shows_bodies,
     turns_with_spindle,
 )
 from governor_mechanism.render.geometry.attached import DrawnPart, Flexible, axes_shifted, axes_turned
 from governor_mechanism.render.geometry.outlines import make_arrow
-from governor_mechanism.render.geometry.pixel_view import PixelRect, PixelView, fit_view, share_scale
-from governor_mechanism.render.geometry.points import arc_points
-from governor_mechanism.render.geometry.primitives import BoundingBox, Circle, DrawnShape, Lines, TextShape, Vec2, enclose_boxes, round_step
-from governor_mechanism.render.motion_layers import MotionLayers
+from governor_mechanism.render.geometry.primitives import (
+    BoundingBox,
+    Circle,
+    DrawnShape,
+    Lines,
+    PixelRect,
+    PixelView,
+    TextShape,
+    Vec2,
+    arc_points,
+    enclose_boxes,
+    fit_view,
+    round_step,
+    share_scale,
+)
+from governor_mechanism.render.motion_layers import MotionLayers, PointPaths, last_second
 from governor_mechanism.render.number_format import display_unit_of, format_film_speed, format_name, format_numbers
-from governor_mechanism.render.point_paths import PointPaths, last_second
 from governor_mechanism.render.style import GREEN, INK, MUTED, ROLE_STYLES, SERIES_COLOURS, SERIF_FONT, VERMILLION
 from governor_mechanism.types import FloatArray
 

@@ -13,9 +13,18 @@ import numpy as np
 from governor_mechanism.mechanics.kinematics.point_paths import point_path
 from governor_mechanism.model.output_variables import LineAngle
 from governor_mechanism.render.frame_data import FrameData
-from governor_mechanism.render.geometry.pixel_view import PixelView
-from governor_mechanism.render.geometry.points import arc_points
-from governor_mechanism.render.geometry.primitives import BoundingBox, Circle, DrawnShape, Lines, Polygon, TextShape, Vec2, bounding_box
+from governor_mechanism.render.geometry.primitives import (
+    BoundingBox,
+    Circle,
+    DrawnShape,
+    Lines,
+    PixelView,
+    Polygon,
+    TextShape,
+    Vec2,
+    arc_points,
+    bounding_box,
+)
 from governor_mechanism.render.machines.generic.drawing import GenericDrawing
 from governor_mechanism.render.number_format import format_name
 from governor_mechanism.render.page.part_names import name_part

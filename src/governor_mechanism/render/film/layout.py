@@ -4,7 +4,7 @@ import math
 from dataclasses import dataclass, replace
 
 from governor_mechanism.model.results.film_options import FilmLayout, FilmOptions
-from governor_mechanism.render.geometry.pixel_view import ELEVATION_RECT, PixelRect
+from governor_mechanism.render.geometry.primitives import ELEVATION_RECT, PixelRect
 
 REFERENCE_SIZE = 480.0
 """Side (pixels) to which all rectangles refer; a frame of another size is scaled as a whole."""

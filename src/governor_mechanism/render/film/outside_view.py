@@ -12,8 +12,17 @@ from itertools import accumulate
 import numpy as np
 
 from governor_mechanism.render.frame_data import FrameData
-from governor_mechanism.render.geometry.points import arc_points, convex_hull
-from governor_mechanism.render.geometry.primitives import BoundingBox, Circle, DrawnShape, Lines, Polygon, TextShape, Vec2
+from governor_mechanism.render.geometry.primitives import (
+    BoundingBox,
+    Circle,
+    DrawnShape,
+    Lines,
+    Polygon,
+    TextShape,
+    Vec2,
+    arc_points,
+    convex_hull,
+)
 from governor_mechanism.render.geometry.recording import SEEN_AS, SPHERE_ROLE, RecordedShape, find_half_thickness, record_parts
 from governor_mechanism.types import BoolArray, FloatArray
 

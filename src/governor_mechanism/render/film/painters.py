@@ -24,8 +24,7 @@ from governor_mechanism.render.film.moving_parts import Curve, CurvePanel, Panel
 from governor_mechanism.render.film.options import find_engine_room
 from governor_mechanism.render.frame_data import FrameData, ShownParts, find_parts
 from governor_mechanism.render.geometry.attached import at_own_moments
-from governor_mechanism.render.geometry.pixel_view import ELEVATION_RECT, PixelRect, PixelView
-from governor_mechanism.render.geometry.primitives import Vec2, round_step
+from governor_mechanism.render.geometry.primitives import ELEVATION_RECT, PixelRect, PixelView, Vec2, round_step
 from governor_mechanism.render.machines.engine_room import proportions as room
 from governor_mechanism.render.machines.engine_room.arrangement import CUT_OFF, EngineRoomParts, engine_torque, load_steps, mean_speed
 from governor_mechanism.render.machines.engine_room.drawing import EngineRoomDrawing

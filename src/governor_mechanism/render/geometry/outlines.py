@@ -6,8 +6,18 @@ from itertools import pairwise
 
 import numpy as np
 
-from governor_mechanism.render.geometry.points import arc_points, convex_hull, place_points
-from governor_mechanism.render.geometry.primitives import BoundingBox, Circle, DrawnShape, Lines, Polygon, PoseTuple, Vec2
+from governor_mechanism.render.geometry.primitives import (
+    BoundingBox,
+    Circle,
+    DrawnShape,
+    Lines,
+    Polygon,
+    PoseTuple,
+    Vec2,
+    arc_points,
+    convex_hull,
+    place_points,
+)
 from governor_mechanism.types import FloatArray
 
 _HALF_CIRCLE = [(y, -x) for x, y in arc_points((0.0, 0.0), 0.0, math.pi, 1.0)]

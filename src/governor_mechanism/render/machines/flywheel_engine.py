@@ -18,8 +18,18 @@ from governor_mechanism.machines.flywheel_engine import FLYWHEEL, expansion_gas
 from governor_mechanism.model.force_elements import CylinderGas
 from governor_mechanism.render.geometry.attached import Attached, DrawnPart, Flexible, Moment, axes_shifted, axes_turned, bar_between, fixed
 from governor_mechanism.render.geometry.outlines import make_bar, make_hatching, make_rectangle
-from governor_mechanism.render.geometry.points import arc_points, axes_to_plane
-from governor_mechanism.render.geometry.primitives import BoundingBox, Circle, DrawnShape, Lines, Polygon, TextShape, Vec2, round_step
+from governor_mechanism.render.geometry.primitives import (
+    BoundingBox,
+    Circle,
+    DrawnShape,
+    Lines,
+    Polygon,
+    TextShape,
+    Vec2,
+    arc_points,
+    axes_to_plane,
+    round_step,
+)
 from governor_mechanism.render.machines.machine_drawing import Dimension, MachineDrawing
 from governor_mechanism.types import FloatArray
 

@@ -30,10 +30,10 @@ from governor_mechanism.render.machines.governor_parts import (
     CylinderSizes,
     GovernorDrawing,
     PistonSizes,
+    ThrottleGear,
     spindle_drive_shapes,
 )
 from governor_mechanism.render.machines.machine_drawing import Dimension
-from governor_mechanism.render.machines.throttle_gear import ThrottleGear
 from governor_mechanism.types import FloatArray
 
 ROLLER_RADIUS, FLANGE_HEIGHT = 0.075, 0.10

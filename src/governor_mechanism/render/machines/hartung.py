@@ -18,12 +18,25 @@ from governor_mechanism.effects.stops import Stops
 from governor_mechanism.machines.hartung import LEFT_WEIGHT, RIGHT_WEIGHT, SLEEVE
 from governor_mechanism.render.geometry.attached import Attached, DrawnPart, Flexible, Frame, Moment, axes_along, fixed, once_per_moment
 from governor_mechanism.render.geometry.outlines import make_bar, make_box, make_burst, make_hatched_block, make_hatching, make_rectangle
-from governor_mechanism.render.geometry.points import axes_to_plane
-from governor_mechanism.render.geometry.primitives import CAST_IRON_DENSITY, Circle, DrawnShape, Lines, Polygon, PoseTuple, Vec2
+from governor_mechanism.render.geometry.primitives import (
+    CAST_IRON_DENSITY,
+    Circle,
+    DrawnShape,
+    Lines,
+    Polygon,
+    PoseTuple,
+    Vec2,
+    axes_to_plane,
+)
 from governor_mechanism.render.machines import governor_parts as parts
-from governor_mechanism.render.machines.governor_parts import CylinderSizes, GovernorDrawing, PistonSizes, spindle_drive_shapes
+from governor_mechanism.render.machines.governor_parts import (
+    CylinderSizes,
+    GovernorDrawing,
+    PistonSizes,
+    ThrottleGear,
+    spindle_drive_shapes,
+)
 from governor_mechanism.render.machines.machine_drawing import Dimension
-from governor_mechanism.render.machines.throttle_gear import ThrottleGear
 from governor_mechanism.types import FloatArray
 
 _NOMINAL_LEVER_SINE = 0.26

@@ -8,14 +8,15 @@ from typing import ClassVar
 
 from governor_mechanism.render.geometry.attached import Attached, BodyAxes, DrawnPart, Frame, Moment, fixed_axes, into_axes, shapes_of
 from governor_mechanism.render.geometry.outlines import make_bar, select_extreme_rows
-from governor_mechanism.render.geometry.points import arc_points, drawn_point_paths
 from governor_mechanism.render.geometry.primitives import (
     BoundingBox,
     Circle,
     DrawnShape,
     Lines,
+    arc_points,
     bounding_box,
     drawn_ball_radius,
+    drawn_point_paths,
     enclose_boxes,
 )
 from governor_mechanism.render.part_run import PartRun

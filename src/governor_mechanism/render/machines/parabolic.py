@@ -29,9 +29,14 @@ from governor_mechanism.render.geometry.primitives import CAST_IRON_DENSITY, Cir
 from governor_mechanism.render.machines import governor_parts as parts
 from governor_mechanism.render.machines.generic.force_elements import output_effect_parts
 from governor_mechanism.render.machines.generic.placed_mechanism import MechanismExtents
-from governor_mechanism.render.machines.governor_parts import CylinderSizes, GovernorDrawing, PistonSizes, spindle_drive_shapes
+from governor_mechanism.render.machines.governor_parts import (
+    CylinderSizes,
+    GovernorDrawing,
+    PistonSizes,
+    ThrottleGear,
+    spindle_drive_shapes,
+)
 from governor_mechanism.render.machines.machine_drawing import Dimension
-from governor_mechanism.render.machines.throttle_gear import ThrottleGear
 from governor_mechanism.types import FloatArray
 
 N_CELLS = 4

@@ -21,9 +21,14 @@ from governor_mechanism.render.geometry.outlines import (
 from governor_mechanism.render.geometry.primitives import Circle, DrawnShape, Lines, Polygon, TextShape, Vec2, round_step
 from governor_mechanism.render.machines import governor_parts as parts
 from governor_mechanism.render.machines import pendulum_parts
-from governor_mechanism.render.machines.governor_parts import LIFT_READING, mirror_outline, spindle_drive_shapes, throttle_pivot_distance
+from governor_mechanism.render.machines.governor_parts import (
+    LIFT_READING,
+    ThrottleGear,
+    mirror_outline,
+    spindle_drive_shapes,
+    throttle_pivot_distance,
+)
 from governor_mechanism.render.machines.pendulum_parts import ARM_WIDTH, GROOVE_RATIO, LINK_WIDTH, PendulumProportions, spindle_foot_height
-from governor_mechanism.render.machines.throttle_gear import ThrottleGear
 from governor_mechanism.types import FloatArray
 
 # Lengths as fractions of the arm.

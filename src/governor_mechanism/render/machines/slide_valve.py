@@ -8,7 +8,7 @@ from abc import ABC
 from collections.abc import Iterator
 from functools import cached_property, partial
 
-from governor_mechanism.machines.driven_crank import CRANK, CROSSHEAD, VALVE
+from governor_mechanism.machines.slider_crank import CRANK, CROSSHEAD, VALVE
 from governor_mechanism.render.geometry.attached import (
     Attached,
     DrawnPart,
@@ -21,8 +21,7 @@ from governor_mechanism.render.geometry.attached import (
     once_per_moment,
 )
 from governor_mechanism.render.geometry.outlines import make_bar, make_hatching, make_rectangle
-from governor_mechanism.render.geometry.points import arc_points, axes_to_plane
-from governor_mechanism.render.geometry.primitives import Circle, DrawnShape, Lines, Polygon, Vec2
+from governor_mechanism.render.geometry.primitives import Circle, DrawnShape, Lines, Polygon, Vec2, arc_points, axes_to_plane
 from governor_mechanism.render.machines import steam_cylinder, steam_distribution
 from governor_mechanism.render.machines.machine_drawing import Dimension, MachineDrawing
 from governor_mechanism.render.machines.steam_cylinder import PositionAt

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
 
-from governor_mechanism.machines.driven_crank import CRANK, CROSSHEAD, VALVE
+from governor_mechanism.machines.slider_crank import CRANK, CROSSHEAD, VALVE
 from governor_mechanism.machines.stephenson import HANGER, LINK, LINK_SLOT, ROD_NAMES
 from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output_value
 from governor_mechanism.model.joints import Joint, Point
@@ -23,8 +23,17 @@ from governor_mechanism.render.geometry.attached import (
     once_per_moment,
 )
 from governor_mechanism.render.geometry.outlines import make_band, make_bar, make_rectangle
-from governor_mechanism.render.geometry.points import arc_points, axes_to_plane
-from governor_mechanism.render.geometry.primitives import BoundingBox, Circle, DrawnShape, Lines, PoseTuple, TextShape, Vec2
+from governor_mechanism.render.geometry.primitives import (
+    BoundingBox,
+    Circle,
+    DrawnShape,
+    Lines,
+    PoseTuple,
+    TextShape,
+    Vec2,
+    arc_points,
+    axes_to_plane,
+)
 from governor_mechanism.render.machines import steam_cylinder, steam_distribution
 from governor_mechanism.render.machines.machine_drawing import Dimension
 from governor_mechanism.render.machines.slide_valve import ValveGearProportions

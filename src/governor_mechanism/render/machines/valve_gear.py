@@ -12,8 +12,7 @@ import numpy as np
 
 from governor_mechanism.render.geometry.attached import Attached, DrawnPart, Flexible, Moment, Placement, axes_shifted, fixed, shapes_of
 from governor_mechanism.render.geometry.outlines import find_free_corner, make_band, make_hatching, make_rectangle
-from governor_mechanism.render.geometry.points import drawn_point_paths
-from governor_mechanism.render.geometry.primitives import BoundingBox, DrawnShape, Vec2, bounding_box
+from governor_mechanism.render.geometry.primitives import BoundingBox, DrawnShape, Vec2, bounding_box, drawn_point_paths
 from governor_mechanism.render.machines import steam_cylinder, steam_distribution
 from governor_mechanism.render.machines.generic.drawing import GenericDrawing
 from governor_mechanism.render.machines.steam_cylinder import SteamChest

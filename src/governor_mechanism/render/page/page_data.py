@@ -16,8 +16,7 @@ from numpy.typing import NDArray
 from governor_mechanism.model.coupling.coupled_system import SPINDLE_ANGLE
 from governor_mechanism.model.joints import Point
 from governor_mechanism.render.figures.page import READING_NOISE_RATIO, axis_limits_for
-from governor_mechanism.render.forces import DrawnForce, find_forces
-from governor_mechanism.render.frame_data import FrameData
+from governor_mechanism.render.frame_data import DrawnForce, FrameData, find_forces
 from governor_mechanism.render.geometry.primitives import Vec2, round_step
 from governor_mechanism.render.geometry.recording import SEEN_AS, RecordedShape, find_half_thickness, record_parts
 from governor_mechanism.render.machines.engine_room.arrangement import CUT_OFF, EngineRoomParts, engine_torque, mean_speed

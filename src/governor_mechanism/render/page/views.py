@@ -10,16 +10,14 @@ from governor_mechanism.model.results.film_options import FilmLayer
 from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.render.frame_data import FrameData, find_parts, shows_bodies
 from governor_mechanism.render.geometry.attached import DrawnPart, at_own_moments, fixed, shapes_of
-from governor_mechanism.render.geometry.pixel_view import ELEVATION_RECT, fit_view
-from governor_mechanism.render.geometry.primitives import BoundingBox, DrawnShape, Vec2
+from governor_mechanism.render.geometry.primitives import ELEVATION_RECT, BoundingBox, DrawnShape, Vec2, fit_view
 from governor_mechanism.render.machines.engine_room import proportions as room
 from governor_mechanism.render.machines.engine_room.arrangement import EngineRoomParts, find_governed_engine
 from governor_mechanism.render.machines.engine_room.drawing import EngineRoomDrawing
 from governor_mechanism.render.machines.generic.drawing import GenericDrawing
-from governor_mechanism.render.motion_layers import MotionLayers
+from governor_mechanism.render.motion_layers import MotionLayers, PointPaths
 from governor_mechanism.render.number_format import format_name
 from governor_mechanism.render.page.part_names import ENGINE_ROOM
-from governor_mechanism.render.point_paths import PointPaths
 from governor_mechanism.types import FloatArray
 
 PICTURE_SIZE = 10_000

@@ -10,8 +10,8 @@ from governor_mechanism.errors import MechanismError, did_you_mean
 from governor_mechanism.mechanics.kinematics.assembly import PositionSolver
 from governor_mechanism.model.mechanism import Mechanism
 from governor_mechanism.model.part import Part, Start
+from governor_mechanism.observables.assemblies.blocks import hold_needed_angles, hold_values
 from governor_mechanism.observables.assemblies.enumeration import ClosedConfigurations, enumerate_configurations
-from governor_mechanism.observables.assemblies.held_values import hold_needed_angles, hold_values
 from governor_mechanism.scenes.quantities import VALUE_TYPES, ValueType, without_context
 from governor_mechanism.scenes.table import Table
 from governor_mechanism.units.fields import entry

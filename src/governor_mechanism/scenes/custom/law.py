@@ -6,8 +6,8 @@ from typing import Any, Final
 
 from governor_mechanism.errors import MechanismError, did_you_mean
 from governor_mechanism.mechanics.kinematics.kinematic_analysis import TIME_VARIABLE
-from governor_mechanism.model.law import Law, LawEquation
 from governor_mechanism.model.output_variables import Reading
+from governor_mechanism.model.part import Law, LawEquation
 from governor_mechanism.scenes.custom.dimensions import EXPRESSION_MARK, Dimension, DimensionTable, is_expression
 from governor_mechanism.scenes.effect_tables import resolve_reading_name
 from governor_mechanism.scenes.quantities import (

@@ -8,10 +8,9 @@ from typing import Any, Final
 
 from governor_mechanism.machines.custom import CUSTOM_MACHINE, MechanismSketch, SketchedBody
 from governor_mechanism.model.joints import GROUND, Joint
-from governor_mechanism.model.law import Law
 from governor_mechanism.model.motion_readings import RUN_KINDS
 from governor_mechanism.model.output_variables import Reading
-from governor_mechanism.model.part import FIXED_PLANE, TURNING_PLANE, Part, Start
+from governor_mechanism.model.part import FIXED_PLANE, TURNING_PLANE, Law, Part, Start
 from governor_mechanism.model.valve import Valve
 from governor_mechanism.scenes.custom.assembly import ASSEMBLY_TYPE, take_assembly, written_angles
 from governor_mechanism.scenes.custom.dimensions import Dimension, DimensionTable

@@ -33,8 +33,16 @@ from governor_mechanism.closed_form.flywheel_engine import (
 from governor_mechanism.closed_form.flywheel_equilibrium import Equilibrium, Fluctuation, bracket_terms, energy_fluctuation, find_equilibria
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.model.results.result import Column, Recorded, format_columns
-from governor_mechanism.studies.design.skeleton import Bounds, Design, design_input, require_valid
-from governor_mechanism.studies.printed_numbers import PRINTED_COLUMNS, Cause, PrintedNumber, select_deviations
+from governor_mechanism.studies.design.skeleton import (
+    PRINTED_COLUMNS,
+    Bounds,
+    Cause,
+    Design,
+    PrintedNumber,
+    design_input,
+    require_valid,
+    select_deviations,
+)
 from governor_mechanism.units.constants import HORSEPOWER_1853, KILOGRAM_FORCE_1853
 from governor_mechanism.units.text_table import fill_places, format_table
 

@@ -25,8 +25,17 @@ from governor_mechanism.closed_form import hartung as closed
 from governor_mechanism.closed_form import hartung_design as formulas
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.model.results.result import Recorded, format_columns
-from governor_mechanism.studies.design.skeleton import Design, design_input, require_valid, run_up_steps, sleeve_damping
-from governor_mechanism.studies.printed_numbers import PRINTED_COLUMNS, Cause, PrintedNumber, select_deviations
+from governor_mechanism.studies.design.skeleton import (
+    PRINTED_COLUMNS,
+    Cause,
+    Design,
+    PrintedNumber,
+    design_input,
+    require_valid,
+    run_up_steps,
+    select_deviations,
+    sleeve_damping,
+)
 from governor_mechanism.types import FloatArray
 from governor_mechanism.units.constants import KILOGRAM_FORCE_1853, RPM, TECHNICAL_ATMOSPHERE
 from governor_mechanism.units.text_table import fill_places, in_unit

@@ -1,7 +1,7 @@
-"""Designed engines put to the test: a change of the load under the governor, and the engine with each of some flywheels."""
+"""The designs by name, and designed engines put to the test: a change of the load, and the engine with each of some flywheels."""
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -12,7 +12,7 @@ from governor_mechanism.engines import select_engine
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.mechanics.kinematics.time_functions import SpindleSpeedFunction
 from governor_mechanism.model.events import EventKind
-from governor_mechanism.model.results.result import Column, Recorded, format_columns
+from governor_mechanism.model.results.result import Column, Recorded, Result, format_columns
 from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.scenes.parser import parse_scene_document
@@ -20,11 +20,13 @@ from governor_mechanism.statics.controlling_force import ControllingForce, compu
 from governor_mechanism.statics.equilibria import find_equilibria
 from governor_mechanism.statics.equilibrium_speed import WorkingRange
 from governor_mechanism.statics.speed_curve import compute_insensitivity_band, equilibrium_speed_at
+from governor_mechanism.studies.design import flywheel, governed_engine, hartnell, hartung, pendulum
+from governor_mechanism.studies.design.engine_governor import DEFAULT_INPUTS as ENGINE_INPUTS
 from governor_mechanism.studies.design.flywheel import FlywheelDesign, PaperComparison
 from governor_mechanism.studies.design.governed_engine import LOAD_CHANGE, GovernedEngineDesign, change_times
 from governor_mechanism.studies.design.hartnell import HartnellDesign
 from governor_mechanism.studies.design.pendulum import START_FRACTION, TARGET_FRACTION, PendulumDesign
-from governor_mechanism.studies.design.skeleton import SPEED_CHANGE, relative_range
+from governor_mechanism.studies.design.skeleton import SPEED_CHANGE, Design, relative_range
 from governor_mechanism.studies.plain_runs import run_uncertified
 from governor_mechanism.studies.regulation.governed_engine import GovernedEngine
 from governor_mechanism.studies.regulation.load_change import LoadChangeStudy, study_load_change
@@ -388,3 +390,54 @@ def _simulate_wheel(design: FlywheelDesign, sized_by: str, inertia: float) -> Si
         crank_angles=np.asarray(run.readings["crank_angle"]),
         speeds=np.asarray(run.readings["shaft_speed"]),
     )
+
+
+@dataclass(frozen=True)
+class Procedure:
+    """How a machine is designed."""
+
+    inputs: Any  # its default inputs
+    design: Callable[[Any], Design]  # function of the inputs that returns the design
+    # function of the design and of the paper's numbers, or None, that returns how the machine runs; None:
+    # it is not simulated
+    simulate: Callable[[Any, Any], Any] | None = None
+    # function that returns the paper's numbers beside the recomputed ones, if the default inputs are those
+    # of a paper
+    compare: Callable[[], Any] | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class DesignReport(Result):
+    """A design with what was simulated of it, and with the numbers of a paper."""
+
+    machine: str  # name of the procedure
+    design: Design
+    simulated: Any = None  # how it runs; None if it is not simulated
+    paper: Any = None  # the numbers of the paper, if the inputs are those of a paper, or None
+
+    figure_set = "render.figures.designs.design_figures"
+
+    @property
+    def ok(self) -> bool:
+        """Whether the simulated machine does what was wanted."""
+        return self.simulated.ok if self.simulated else True
+
+    def as_json(self) -> Mapping[str, Any]:
+        """Return what there is as plain values in SI."""
+        return {name: value for name, value in super().as_json().items() if value is not None}
+
+    def __str__(self) -> str:
+        """Return the numbers of the paper, the design, and how it runs."""
+        paper = [f"{self.paper}\n"] if self.paper else []
+        simulated = [f"\n{self.simulated}"] if self.simulated else []
+        return "\n".join([*paper, f"{self.design}", *simulated])
+
+
+PROCEDURES: Mapping[str, Procedure] = {
+    "hartung": Procedure(hartung.PAPER_INPUTS, hartung.design_hartung, compare=hartung.compare_with_paper),
+    "flywheel": Procedure(flywheel.PAPER_INPUTS, flywheel.design_flywheel, simulate_wheels, flywheel.compare_with_paper),
+    "governed-engine": Procedure(ENGINE_INPUTS, governed_engine.design_governed_engine, lambda design, _: simulate_governed_engine(design)),
+    "pendulum": Procedure(pendulum.DEFAULT_INPUTS, pendulum.design_pendulum, lambda design, _: simulate_pendulum(design)),
+    "hartnell": Procedure(hartnell.DEFAULT_INPUTS, hartnell.design_hartnell, lambda design, _: simulate_hartnell(design)),
+}
+"""The procedures by the names of the command line."""

@@ -4,13 +4,14 @@ import tomllib
 from abc import abstractmethod
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
+from enum import StrEnum
 from functools import cache, cached_property
 from importlib import resources
 from typing import Any, ClassVar, Literal, TypeVar
 
 from governor_mechanism.effects.gravity import DEFAULT_GRAVITY
 from governor_mechanism.errors import MechanismError, did_you_mean
-from governor_mechanism.model.results.result import Recorded, Result
+from governor_mechanism.model.results.result import Column, Recorded, Result
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.scenes.changed_document import format_toml_value
 from governor_mechanism.scenes.parser import parse_scene_document
@@ -347,3 +348,67 @@ def mass_ratio_limits(speed: float) -> tuple[float, float]:
     """Return Zehnder's smallest and largest mass ratio at a speed of the spindle (rad/s)."""
     low, high = (speed**2 / constant - 1 for constant in MASS_RATIO_CONSTANTS)
     return low, high
+
+
+class Cause(StrEnum):
+    """Why something printed is not right; `CAUSE_MEANINGS` defines each cause."""
+
+    ERROR = "error"
+    CONSEQUENCE = "consequence"
+    MISPRINT = "misprint"
+    SLIP = "slip"
+    ROUNDING = "rounding"
+    UNDECIDED = "undecided"
+
+
+CAUSE_MEANINGS = {
+    Cause.ERROR: "a wrong argument or calculation of the author that leads to another machine or to a false conclusion",
+    Cause.CONSEQUENCE: "a number computed from an error, or a statement by the same wrong argument",
+    Cause.MISPRINT: "a wrong digit or sign in the text as it was read; the lines around it show the right one",
+    Cause.SLIP: "a small mistake of the author that changes no conclusion",
+    Cause.ROUNDING: "a number that was cut off, or computed from rounded steps",
+    Cause.UNDECIDED: "a typeface, index, exponent, factor or bracket that may be lost in the copy only",
+}
+"""What each cause is."""
+
+CAUSE_NOUNS = {
+    Cause.ERROR: "error",
+    Cause.CONSEQUENCE: "consequence",
+    Cause.MISPRINT: "misprint",
+    Cause.SLIP: "small slip",
+    Cause.ROUNDING: "rounding",
+    Cause.UNDECIDED: "undecided place",
+}
+"""What an erratum of each cause is called; several have an s."""
+
+
+@dataclass(frozen=True)
+class PrintedNumber:
+    """One number of a paper in `unit`, printed and recomputed; if it is not right, the cause, and a remark on it."""
+
+    quantity: str
+    unit: str
+    printed: float
+    recomputed: float
+    cause: Cause | None = None
+    remark: str = ""
+
+    @property
+    def mark(self) -> str:
+        """Cause and remark; empty if the number is right."""
+        return f"{self.cause.upper()}: {self.remark}" if self.cause else ""
+
+
+PRINTED_COLUMNS = (
+    Column("quantity", "quantity"),
+    Column("unit", "unit"),
+    Column("printed", "printed", ".6g"),
+    Column("recomputed", "recomputed", ".7g"),
+    Column("mark", ""),
+)
+"""Columns of a table of printed numbers."""
+
+
+def select_deviations(numbers: Iterable[PrintedNumber]) -> tuple[PrintedNumber, ...]:
+    """Return the numbers that do not agree with the recomputed ones, in their order."""
+    return tuple(number for number in numbers if number.cause)

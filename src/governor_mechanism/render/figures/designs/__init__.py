@@ -11,8 +11,7 @@ from governor_mechanism.render.figures.page import Page
 from governor_mechanism.render.figures.plates.isochronous import has_isochronous_parabolas, isochronous_figure
 from governor_mechanism.studies.design.hartung import HartungDesign, design_hartung
 from governor_mechanism.studies.design.pendulum import PendulumDesign
-from governor_mechanism.studies.design.procedures import DesignReport
-from governor_mechanism.studies.design.simulated import SimulatedPendulum
+from governor_mechanism.studies.design.simulated import DesignReport, SimulatedPendulum
 
 
 def _hartung_figures(design: HartungDesign, _: object, paper: object) -> dict[str, Page]:

@@ -26,7 +26,7 @@ from governor_mechanism.studies.design.hartnell import HartnellDesign, SleeveSpr
 from governor_mechanism.studies.design.hartung import HartungDesign, build_hartung_layout
 from governor_mechanism.studies.design.pendulum import TARGET_FRACTION, PendulumDesign
 from governor_mechanism.studies.design.simulated import SimulatedPendulum
-from governor_mechanism.studies.printed_numbers import select_deviations
+from governor_mechanism.studies.design.skeleton import select_deviations
 from governor_mechanism.types import FloatArray
 from governor_mechanism.units.constants import KILOGRAM_FORCE_1853, RPM
 from governor_mechanism.units.text_table import fill_places

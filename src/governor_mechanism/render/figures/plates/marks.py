@@ -9,7 +9,7 @@ from matplotlib.patches import Circle
 from governor_mechanism.closed_form import slide_valve as closed
 from governor_mechanism.closed_form.slider_crank import CrankTrain, travel_from_outer_dead_centre
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.machines.driven_crank import CRANK_END_TRAVEL
+from governor_mechanism.machines.slider_crank import CRANK_END_TRAVEL
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.render.figures.page import CHAIN_DOTTED, DASHED, MM_PER_M, Panel, Plate, polar_points
 from governor_mechanism.render.figures.plates.zeuner import CYLINDER_ENDS, END_MARKERS, EventLabelStyle, ValveCircle, ValveDiagram

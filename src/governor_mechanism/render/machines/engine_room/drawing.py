@@ -1,17 +1,28 @@
 """Elevation of an engine room: engine, load, belt drive, governor, bell crank, and throttle or cut-off gear, as in a run."""
 
 import math
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass, replace
 from functools import cached_property
 from operator import attrgetter
+from typing import Any
 
 import numpy as np
 
 from governor_mechanism.model.results.trajectory import Trajectory
-from governor_mechanism.render.geometry.attached import DrawnPart, Flexible, Moment, fixed, shapes_of
-from governor_mechanism.render.geometry.outlines import make_rectangle, make_wall
-from governor_mechanism.render.geometry.primitives import DrawnShape, Polygon
+from governor_mechanism.render.geometry.attached import (
+    Attached,
+    DrawnPart,
+    Flexible,
+    Moment,
+    Placement,
+    at_own_moments,
+    axes_shifted,
+    fixed,
+    shapes_of,
+)
+from governor_mechanism.render.geometry.outlines import make_rectangle, make_wall, select_extreme_rows
+from governor_mechanism.render.geometry.primitives import BoundingBox, DrawnShape, Polygon, TextShape, Vec2, bounding_box, enclose_boxes
 from governor_mechanism.render.machines.engine_room import proportions as room
 from governor_mechanism.render.machines.engine_room.arrangement import CUT_OFF, THROTTLE, EngineRoomParts, engine_torque, load_torque
 from governor_mechanism.render.machines.engine_room.controls import (
@@ -24,10 +35,217 @@ from governor_mechanism.render.machines.engine_room.controls import (
     make_governor_belt,
     pulley_part,
 )
-from governor_mechanism.render.machines.engine_room.elevations import EngineElevation, GovernorElevation, WheelElevation
-from governor_mechanism.render.machines.flywheel_engine import FlywheelEngineDrawing
+from governor_mechanism.render.machines.flywheel_engine import GAS_ROLES, MAX_DRAWN_ROD, EngineView, FlywheelEngineDrawing, relative_travel
+from governor_mechanism.render.machines.governor_parts import GovernorDrawing
 from governor_mechanism.render.machines.machine_drawing import MachineDrawing
 from governor_mechanism.types import FloatArray
+
+# In drawn crank radii.
+_WALL, _PISTON_HALF_LENGTH, _FIRST_PISTON_POSITION, _PISTON_ROD = 0.08, 0.15, 0.25, 0.035
+_GUIDE_DISTANCE = 0.33
+_POSTS = room.GOVERNOR_AXIS - 60.0, room.GOVERNOR_AXIS + 48.0
+"""Left edges of the posts under the guides of the crosshead, or under the rod of a yoke, in pixels."""
+_LENGTH = EngineView(crank=1.0, rod=MAX_DRAWN_ROD, left=0.0, right=1.0, base=0.0).needed_length
+
+
+def make_view(crank: float, rod: float) -> EngineView:
+    """Return the view of an engine in the room; lengths of crank and connecting rod in m."""
+    right = room.ENGINE_LEFT + _LENGTH * room.CRANK_RADIUS
+    return EngineView(crank=crank, rod=rod, left=room.ENGINE_LEFT, right=right, base=room.FLOOR, length=_LENGTH)
+
+
+class EngineElevation:
+    """Horizontal engine with its cylinder in section; `scaled` is what of it is drawn to scale."""
+
+    scaled = "stroke"
+
+    def __init__(self, drawing: FlywheelEngineDrawing) -> None:
+        self._drawing = drawing
+        self.view = make_view(0.5 * drawing.stroke, drawing.connecting_rod)
+        left, right, low, high = self.view.cylinder_box
+        wall = _WALL * self.view.scale
+        self._bore = left + wall, right - wall, low + wall, high - wall
+
+    @property
+    def pixels_per_metre(self) -> float:
+        """Scale of crank and stroke."""
+        return 2 * room.CRANK_RADIUS / self._drawing.stroke
+
+    def background_shapes(self) -> Iterator[DrawnShape]:
+        """Yield bed, guides and cylinder."""
+        left, right, low, _ = self.view.cylinder_box
+        shaft_y = self.view.shaft[1]
+        yield make_rectangle("frame plate", self.view.shaft[0] + 30.0, right + 6.0, room.FLOOR, room.FLOOR + 16.0)
+        yield make_rectangle("frame plate", left + 4.0, right - 4.0, room.FLOOR + 16.0, low)
+        post_top = shaft_y - (3.0 if math.isinf(self.view.rod) else _GUIDE_DISTANCE * self.view.scale)
+        for x in _POSTS:
+            yield make_rectangle("frame plate", x, x + 12.0, room.FLOOR + 16.0, post_top)
+        yield from self.view.background_shapes()
+        yield make_rectangle("bore", *self._bore)
+
+    def wheel_parts(self, angle_at: Callable[[Any], float]) -> Iterator[DrawnPart]:
+        """Yield the wheel; `angle_at` is the drawn crank angle at a moment, rad."""
+        yield from self.view.wheel_parts(angle_at)
+
+    def crank_parts(self, angle_at: Callable[[Any], float], time_at: Callable[[Any], float]) -> Iterator[DrawnPart]:
+        """Yield gas, piston, rods and crank; at a moment, the drawn crank angle (rad) and the time (s) of the gas."""
+        half, (_, _, low, high) = _PISTON_HALF_LENGTH * self.view.scale, self._bore
+
+        def piston_at(moment: Any) -> Vec2:
+            return self._piston_at(angle_at(moment)), 0.0
+
+        yield Flexible(shapes_at=lambda moment: self._gas_shapes(angle_at(moment), time_at(moment)))
+        yield Attached(frame=axes_shifted(piston_at), shapes=(make_rectangle("piston", -half, half, low, high),))
+        yield from self.view.crank_parts(angle_at)
+
+    def _travel(self, crank_angle: float) -> float:
+        """Return the travel of the piston relative to its stroke."""
+        return relative_travel(crank_angle, self.view.crank / self.view.rod)
+
+    def _piston_at(self, crank_angle: float) -> float:
+        return self.piston_position(self._travel(crank_angle))
+
+    def _gas_shapes(self, crank_angle: float, time: float) -> Iterator[DrawnShape]:
+        """Yield the gas at a drawn crank angle (rad) and a time (s), and the piston rod."""
+        (left, right, low, high), travel, u = self._bore, self._travel(crank_angle), self.view.scale
+        x, half = self.piston_position(travel), _PISTON_HALF_LENGTH * u
+        is_return = bool(math.floor(crank_angle / math.pi) % 2)
+        for cylinder in self._drawing.expansion_cylinders(time):
+            pressures = cylinder.shaft_side_pressure(travel, is_return), cylinder.far_side_pressure(travel, is_return)
+            for (start, end), pressure in zip(((left, x - half), (x + half, right)), pressures, strict=True):
+                outline = make_rectangle("bore", start, end, low, high).points
+                yield from (Polygon(role, outline if role == cylinder.gas_role(pressure) else ()) for role in GAS_ROLES)
+        axis, rod = self.view.shaft[1], _PISTON_ROD * u
+        yield make_rectangle("piston rod", self.view.cylinder_box[0], x, axis - rod, axis + rod)
+
+    def piston_position(self, relative_travel: float) -> float:
+        """Return the drawn position (x) of the piston at a travel relative to the stroke."""
+        return self.view.cylinder_box[0] + (_FIRST_PISTON_POSITION + 2 * relative_travel) * self.view.scale
+
+
+class WheelElevation:
+    """Flywheel of a scene that describes no more of its engine; the marked spoke is at the crank angle."""
+
+    scaled = "wheel"
+
+    def __init__(self, radius: float) -> None:
+        self._radius = radius
+        self.view = make_view(1.0, math.inf)
+
+    @property
+    def pixels_per_metre(self) -> float:
+        """Scale of the wheel, if it is a rim."""
+        return 0.5 * self.view.height / self._radius
+
+    def background_shapes(self) -> Iterator[DrawnShape]:
+        """Yield the bed."""
+        yield make_rectangle("frame plate", self.view.shaft[0] + 30.0, room.CYLINDER_END + 6.0, room.FLOOR, room.FLOOR + 16.0)
+
+    def wheel_parts(self, angle_at: Callable[[Any], float]) -> Iterator[DrawnPart]:
+        """Yield the wheel; `angle_at` is the drawn crank angle at a moment, rad."""
+        yield from self.view.wheel_parts(angle_at)
+
+    def crank_parts(self, angle_at: Callable[[Any], float], time_at: Callable[[Any], float]) -> Iterator[DrawnPart]:
+        """Yield nothing: the engine has no other parts."""
+        yield from ()
+
+
+_LEFT_OUT = ("scale", "leader", "pointer", "axis")
+"""Roles of a lift scale, which the plots replace, and of the line of the axis, which the stand below the spindle continues."""
+_ROLES_OF_ROOM = ("throttle ", "gearing ")
+"""Beginnings of the roles of what the governor drives and what drives it: the room shows both in their places."""
+_FORK_HEIGHT_RATIO, _FORK_RADIUS_RATIO = 0.33, 0.9
+"""Place of the fork on a sleeve: height over its base and radius, relative to its size."""
+
+
+class GovernorElevation:
+    """A governor that stands in the room with its spindle at the governor's axis."""
+
+    def __init__(
+        self,
+        drawing: MachineDrawing,  # drawing of the governor
+        control_reading: str,  # reading of the governor, by plain name, that moves the control
+    ) -> None:
+        self._drawing, self._control_reading = drawing, control_reading
+        left, right, bottom, top = self._bounds
+        half_width = max(-left, right, 1e-9)
+        scale = min(room.GOVERNOR_HALF_WIDTH / half_width, (room.GOVERNOR_TOP - room.GOVERNOR_BASE) / (top - bottom))
+        self.placement = Placement(
+            origin=(room.GOVERNOR_AXIS, room.GOVERNOR_BASE - scale * bottom), x_axis=(scale, 0.0), y_axis=(0.0, scale)
+        )
+
+    @property
+    def pixels_per_metre(self) -> float:
+        """Scale of the governor."""
+        return self.placement.scale
+
+    @property
+    def fork_x(self) -> float:
+        """Position of the fork on the sleeve."""
+        half_width = self._drawing.sleeve_size[0] if isinstance(self._drawing, GovernorDrawing) else 0.05 * self._length
+        return room.GOVERNOR_AXIS + self.placement.scale * _FORK_RADIUS_RATIO * half_width
+
+    def fork_heights(self, poses: FloatArray, readings: FloatArray) -> FloatArray:
+        """Return the heights (n,) of the fork at poses (n, bodies, 3) and values (n,) of the reading that moves the control.
+
+        On a governor without a drawing of its own, the fork rises with that reading.
+        """
+        drawing, placement = self._drawing, self.placement
+        if isinstance(drawing, GovernorDrawing):
+            heights: FloatArray = drawing.sleeve_height(poses) - (1.0 - _FORK_HEIGHT_RATIO) * drawing.sleeve_size[1]
+            return placement.origin[1] + placement.scale * heights
+        low, high = drawing.reading_range(self._control_reading)
+        return np.asarray(room.GOVERNOR_BASE + 16.0 + 30.0 * (readings - low) / max(high - low, 1e-12))
+
+    def fixed_parts(self) -> Iterator[DrawnPart]:
+        """Yield the spindle in its bearings and what else does not move."""
+        yield from self.placement.place_parts(_parts_of_room(self._drawing.fixed))
+
+    def moving_parts(self, governor_at: Callable[[Any], Moment]) -> Iterator[DrawnPart]:
+        """Yield the governor; `governor_at` is its own moment at a moment of the room."""
+        yield from self.placement.place_parts(at_own_moments(part, governor_at) for part in _parts_of_room(self._drawing.moving))
+
+    @cached_property
+    def _bounds(self) -> BoundingBox:
+        """Box (m) around the governor at all poses of the run."""
+        drawing, poses = self._drawing, self._drawing.poses
+        rows = select_extreme_rows(poses)
+        boxes = [bounding_box(_without_scale(drawing.moving_shapes(poses[k], float(drawing.run.times[k])))) for k in rows]
+        return enclose_boxes([bounding_box(_without_scale(drawing.static_shapes)), *boxes])
+
+    @property
+    def _length(self) -> float:
+        return self._drawing.part.mechanism.length_scale
+
+
+def _parts_of_room(parts: Iterable[DrawnPart]) -> Iterator[DrawnPart]:
+    """Yield parts without what `_without_scale` leaves out."""
+    for part in parts:
+        if isinstance(part, Flexible):
+            yield replace(part, shapes_at=_ShapesOfRoom(part))
+        else:
+            yield replace(part, shapes=tuple(_without_scale(part.shapes)))
+
+
+@dataclass(frozen=True, eq=False)
+class _ShapesOfRoom:
+    """Shapes of a flexible part without what the room leaves out."""
+
+    part: Flexible
+
+    def __call__(self, moment: Any) -> list[DrawnShape]:
+        """Return them at a moment."""
+        return _without_scale(self.part.shapes_at(moment))
+
+
+def _without_scale(shapes: Iterable[DrawnShape]) -> list[DrawnShape]:
+    """Return the shapes without texts, axis and lift scale, throttle gear and spindle drive."""
+    return [
+        shape
+        for shape in shapes
+        if not isinstance(shape, TextShape) and shape.role not in _LEFT_OUT and not shape.role.startswith(_ROLES_OF_ROOM)
+    ]
+
 
 _ROTATION_SLOWING_LIMIT = math.radians(24)
 """Largest turn of the crank between frames that shows its sense of rotation: less than half the pitch of six spokes."""

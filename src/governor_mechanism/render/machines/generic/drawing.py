@@ -1,16 +1,186 @@
-"""Generic drawing of any mechanism from its bodies, joints, force elements and poses."""
+"""Generic drawing of any mechanism from its bodies, joints, force elements and poses, with marks of its readings as in a textbook."""
 
-from collections.abc import Iterator
+import math
+from collections import defaultdict
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
+from functools import partial
+from typing import NamedTuple
 
-from governor_mechanism.model.joints import GROUND, Glyph, Joint
+from governor_mechanism.model.force_elements import Torque
+from governor_mechanism.model.joints import GROUND, Glyph, Joint, Point
+from governor_mechanism.model.output_variables import BodyAngle, PointCoordinate
+from governor_mechanism.numerics.once_per_object import once_per_object
 from governor_mechanism.render.geometry.attached import Attached, DrawnPart, Moment, axes_along, fixed, shapes_of
 from governor_mechanism.render.geometry.outlines import make_bar
-from governor_mechanism.render.geometry.primitives import DrawnShape, Lines, Vec2, bounding_box
-from governor_mechanism.render.machines.generic import bodies, force_elements, joints, reading_marks
-from governor_mechanism.render.machines.generic.frames import RIM_ROLES, WEB_ROLE
-from governor_mechanism.render.machines.generic.placed_mechanism import MechanismExtents
+from governor_mechanism.render.geometry.primitives import (
+    Circle,
+    DrawnShape,
+    Lines,
+    PoseTuple,
+    Vec2,
+    arc_points,
+    axes_to_plane,
+    bounding_box,
+)
+from governor_mechanism.render.machines.generic import bodies, force_elements, joints
+from governor_mechanism.render.machines.generic.bodies import RIM_ROLES, WEB_ROLE
+from governor_mechanism.render.machines.generic.placed_mechanism import MechanismExtents, PlacedMechanism
 from governor_mechanism.types import FloatArray
+
+Stroke = tuple[Vec2, ...]
+
+
+def _arc(centre: Vec2, radii: Vec2, first: float, last: float) -> Stroke:
+    """Return an arc of an ellipse from one angle to another (degrees)."""
+    angles = [math.radians(first + (last - first) * k / 16) for k in range(17)]
+    return tuple((centre[0] + radii[0] * math.cos(angle), centre[1] + radii[1] * math.sin(angle)) for angle in angles)
+
+
+_STROKES: Mapping[str, Sequence[Stroke]] = {
+    "alpha": [((0.52, 0.62), (0.42, 0.28), (0.30, 0.04), (0.16, 0.0), (0.03, 0.16), (0.03, 0.44), (0.18, 0.62), (0.32, 0.5), (0.54, 0.0))],
+    "beta": [((0.05, -0.3), *_arc((0.25, 0.75), (0.20, 0.20), 180, -90)), (*_arc((0.24, 0.27), (0.24, 0.28), 90, -140),)],
+    "gamma": [
+        ((0.0, 0.52), (0.10, 0.62), (0.20, 0.48), (0.28, 0.08), (0.28, -0.2), (0.22, -0.3), (0.18, -0.16), (0.28, 0.12), (0.50, 0.62))
+    ],
+    "delta": [_arc((0.24, 0.27), (0.23, 0.27), 0, 360), ((0.40, 0.46), (0.16, 0.74), (0.16, 0.88), (0.28, 0.95), (0.42, 0.88))],
+    "epsilon": [_arc((0.26, 0.47), (0.22, 0.15), 40, 270), _arc((0.26, 0.16), (0.25, 0.16), 90, 320)],
+    "theta": [_arc((0.22, 0.47), (0.20, 0.47), 0, 360), ((0.02, 0.47), (0.42, 0.47))],
+    "phi": [_arc((0.27, 0.3), (0.27, 0.28), 0, 360), ((0.27, 0.9), (0.27, -0.3))],
+    "psi": [((0.3, 0.9), (0.3, -0.3)), ((0.0, 0.6), (0.04, 0.25), (0.3, 0.06), (0.56, 0.25), (0.6, 0.6))],
+    "omega": [((0.12, 0.6), *_arc((0.16, 0.26), (0.15, 0.26), 160, 350), *_arc((0.46, 0.26), (0.15, 0.26), 190, 380), (0.5, 0.6))],
+    "Theta": [_arc((0.33, 0.475), (0.33, 0.475), 0, 360), ((0.18, 0.475), (0.48, 0.475))],
+    "Phi": [_arc((0.33, 0.475), (0.33, 0.28), 0, 360), ((0.33, 0.0), (0.33, 0.95))],
+    "Omega": [((0.0, 0.0), (0.22, 0.0), *_arc((0.36, 0.54), (0.32, 0.41), 242, -62), (0.5, 0.0), (0.72, 0.0))],
+    "x": [((0.0, 0.6), (0.45, 0.0)), ((0.0, 0.0), (0.45, 0.6))],
+    "y": [((0.0, 0.6), (0.24, 0.02)), ((0.48, 0.6), (0.1, -0.3))],
+}
+
+_SIGNS: Mapping[str, Sequence[Stroke]] = {
+    "P": [((0.0, 0.0), (0.0, 0.95), (0.28, 0.95), *_arc((0.28, 0.7), (0.25, 0.25), 90, -90), (0.0, 0.45))],
+    "(": [_arc((0.34, 0.35), (0.28, 0.62), 120, 240)],
+    ")": [_arc((0.0, 0.35), (0.28, 0.62), 60, -60)],
+    ",": [((0.06, 0.04), (0.0, -0.16))],
+}
+"""What stands beside the letters of coordinates; no name of a reading."""
+
+
+def is_drawn_letter(name: str) -> bool:
+    """Return whether there are strokes for a letter."""
+    return name in _STROKES
+
+
+def make_letters(role: str, names: Sequence[str], middle: Vec2, height: float) -> Lines:
+    """Return letters beside one another around a position (m), with capitals of a height (m)."""
+    strokes: list[Stroke] = []
+    left = 0.0
+    for name in names:
+        drawn = _STROKES.get(name) or _SIGNS[name]
+        width = max(x for stroke in drawn for x, _ in stroke)
+        strokes += [tuple((left + x, y) for x, y in stroke) for stroke in drawn]
+        left += width + 0.28
+    offset = (0.5 * (left - 0.28), 0.38)
+    x0, y0 = middle
+    return Lines(role, tuple(tuple((x0 + height * (x - offset[0]), y0 + height * (y - offset[1])) for x, y in one) for one in strokes))
+
+
+_ARC_RADIUS, _RADIUS_STEP, _RAY_EXTENSION, _LETTER_DISTANCE, _LETTER_HEIGHT = 0.085, 0.075, 0.03, 0.042, 0.055
+"""Radius of the first arc at a hinge and its increase to the next, lengths beyond it, and height of a letter, as fractions of the scale."""
+_LETTERS_ASIDE, _LETTERS_ABOVE = 0.15, 0.10
+"""Distance of the middle of the letters of coordinates from their point, beside it and above it, as fractions of the length scale."""
+_NEAR = 0.12
+"""Distance between hinges below which their arcs get different radii, as a fraction of the length scale."""
+
+
+class _Arc(NamedTuple):
+    """Arc of an angle: the hinge (m), the radius (m), and the directions of both axes (rad)."""
+
+    hinge: Vec2
+    radius: float
+    start: float
+    end: float
+
+
+def reading_mark_parts(extents: MechanismExtents) -> Iterator[DrawnPart]:
+    """Yield an arc with its letter between the axes of two bodies at their hinge, and the letters of the coordinates of a point."""
+    for number, reading in enumerate(_marked_angles(extents)):
+        yield extents.flex(partial(_angle_shapes, number), section_only=True)
+        letter = make_letters("letter", (reading.name,), (0.0, 0.0), _LETTER_HEIGHT * extents.length_scale)
+        yield Attached(frame=partial(_letter_axes, extents, number), shapes=(letter,), section_only=True)
+    yield from _coordinate_parts(extents)
+
+
+def _marked_angles(extents: MechanismExtents) -> list[BodyAngle]:
+    """Return the angles that are named by a letter."""
+    readings = extents.part.mechanism.readings
+    return [reading for reading in readings if isinstance(reading, BodyAngle) and is_drawn_letter(reading.name)]
+
+
+@once_per_object
+def _marked_arcs(placed: PlacedMechanism) -> Sequence[_Arc]:
+    """Return the arcs of all marked angles. An angle of several turns shows as the rest of the last one."""
+    u, arcs = placed.unit, list[_Arc]()
+    # Clear of the arrows of torques.
+    torques = (load for load in placed.mechanism.force_elements if isinstance(load, Torque))
+    earlier: list[Vec2] = [placed.hinge_position(load.first, load.second) for load in torques]
+    for reading in _marked_angles(placed.extents):
+        hinge = placed.hinge_position(reading.reference_body, reading.body)
+        n_near = sum(math.dist(hinge, other) < _NEAR * u for other in earlier)
+        earlier.append(hinge)
+        start, end = placed.pose(reading.reference_body)[2], placed.pose(reading.body)[2]
+        arcs.append(_Arc(hinge, (_ARC_RADIUS + n_near * _RADIUS_STEP) * u, start, end))
+    return arcs
+
+
+def _angle_shapes(number: int, placed: PlacedMechanism) -> list[DrawnShape]:
+    """Return the two axes of an angle, and its arc."""
+    hinge, radius, start, end = _marked_arcs(placed)[number]
+    rays = (axes_to_plane((*hinge, one), radius + _RAY_EXTENSION * placed.unit, 0.0) for one in (start, end))
+    arc = arc_points(hinge, start, math.remainder(end - start, 2 * math.pi), radius, 24)
+    return [Lines("angle ray", tuple((hinge, ray) for ray in rays)), Lines("angle arc", (arc,))]
+
+
+def _letter_axes(extents: MechanismExtents, number: int, moment: Moment) -> PoseTuple:
+    """Return the axes of the letter of an angle, beside the middle of its arc."""
+    hinge, radius, start, end = _marked_arcs(extents.placed_at(moment))[number]
+    heading = start + 0.5 * math.remainder(end - start, 2 * math.pi)
+    return *axes_to_plane((*hinge, heading), radius + _LETTER_DISTANCE * extents.length_scale, 0.0), 0.0
+
+
+def _coordinate_parts(extents: MechanismExtents) -> Iterator[Attached]:
+    """Yield a dot and P (x, y), or the coordinate it has, at each point with a coordinate, on the side away from its body's mass centre.
+
+    That of a mass centre is on the side away from the origin.
+    """
+    u = extents.length_scale
+    letters: defaultdict[Point, list[str]] = defaultdict(list)
+    for reading in extents.part.mechanism.readings:
+        if isinstance(reading, PointCoordinate) and is_drawn_letter(reading.name) and reading.point.body != GROUND:
+            letters[reading.point].append(reading.name)
+    for point, names in letters.items():
+        dot = Circle("tracer", point.x, point.y, 0.013 * u)
+        yield Attached(frame=extents.body_axes(point.body), shapes=(dot,), section_only=True)
+        listed = [one for name in names for one in (",", name)][1:]
+        letter = make_letters("letter", ["P", "(", *listed, ")"], (0.0, 0.0), _LETTER_HEIGHT * u)
+        yield Attached(frame=partial(_coordinate_axes, extents, point), shapes=(letter,), section_only=True)
+
+
+def _coordinate_axes(extents: MechanismExtents, point: Point, moment: Moment) -> PoseTuple:
+    """Return the axes of the letters of coordinates, in their middle."""
+    placed, u = extents.placed_at(moment), extents.length_scale
+    x, y = placed.position(point)
+    across, up = _direction_away((x, y), (placed.pose(point.body)[:2], (0.0, 0.0)), 0.01 * u)
+    return x + _LETTERS_ASIDE * u * across, y + _LETTERS_ABOVE * u * up, 0.0
+
+
+def _direction_away(point: Vec2, centres: Iterable[Vec2], near: float) -> Vec2:
+    """Return the direction to a point from the first of some centres that is not near it (m), or up."""
+    for x, y in centres:
+        distance = math.dist(point, (x, y))
+        if distance > near:
+            return (point[0] - x) / distance, (point[1] - y) / distance
+    return 0.0, 1.0
+
 
 _LINK_WIDTH, _PIN_RADIUS = 0.030, 0.016
 """Width of a massless link and radius of a pin, as fractions of the length scale."""
@@ -73,7 +243,7 @@ class GenericDrawing(MechanismExtents):
         yield from bodies.tracer_parts(placed)
         yield from force_elements.force_arrow_parts(self)
         yield self.flex(joints.drag_arrow_shapes, section_only=True)
-        yield from reading_marks.reading_mark_parts(self)
+        yield from reading_mark_parts(self)
 
     def _link_part(self, joint: Joint) -> Attached:
         """Return a massless link between its points."""

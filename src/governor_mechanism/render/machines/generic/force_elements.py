@@ -17,8 +17,16 @@ from governor_mechanism.model.joints import GROUND, Distance, Pin, Point, Rotati
 from governor_mechanism.model.output_variables import PointCoordinate
 from governor_mechanism.render.geometry.attached import Attached, DrawnPart, Frame, Moment
 from governor_mechanism.render.geometry.outlines import make_arrow, make_burst, make_rectangle, make_wall
-from governor_mechanism.render.geometry.points import arc_points, axes_to_plane, place_points
-from governor_mechanism.render.geometry.primitives import Circle, DrawnShape, Lines, PoseTuple, Vec2
+from governor_mechanism.render.geometry.primitives import (
+    Circle,
+    DrawnShape,
+    Lines,
+    PoseTuple,
+    Vec2,
+    arc_points,
+    axes_to_plane,
+    place_points,
+)
 from governor_mechanism.render.machines.generic.joints import ram_drags
 from governor_mechanism.render.machines.generic.placed_mechanism import MechanismExtents, PlacedMechanism
 from governor_mechanism.render.machines.governor_parts import friction_shoe_parts

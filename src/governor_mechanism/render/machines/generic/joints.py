@@ -28,7 +28,14 @@ from governor_mechanism.render.geometry.outlines import (
     make_rectangle,
     make_wall,
 )
-from governor_mechanism.render.geometry.points import (
+from governor_mechanism.render.geometry.primitives import (
+    Circle,
+    DrawnShape,
+    Lines,
+    Polygon,
+    PoseTuple,
+    TextShape,
+    Vec2,
     arc_points,
     axes_to_plane,
     closed_curve_points,
@@ -37,7 +44,6 @@ from governor_mechanism.render.geometry.points import (
     wheel_centres,
     wheel_radii,
 )
-from governor_mechanism.render.geometry.primitives import Circle, DrawnShape, Lines, Polygon, PoseTuple, TextShape, Vec2
 from governor_mechanism.render.machines.generic.placed_mechanism import LoadFunction, MechanismExtents, PlacedMechanism
 from governor_mechanism.render.number_format import format_name
 from governor_mechanism.types import FloatArray

@@ -17,9 +17,7 @@ from governor_mechanism.model.joints import GROUND, ArcSlot, Glyph, Joint, Pin, 
 from governor_mechanism.model.mechanism import Mechanism
 from governor_mechanism.model.time_functions import InputFunction
 from governor_mechanism.render.geometry.attached import Flexible, Moment, fixed_axes, once_per_moment
-from governor_mechanism.render.geometry.pixel_view import ELEVATION_RECT
-from governor_mechanism.render.geometry.points import axes_to_plane, drawn_point_paths
-from governor_mechanism.render.geometry.primitives import DrawnShape, PoseTuple, Vec2
+from governor_mechanism.render.geometry.primitives import ELEVATION_RECT, DrawnShape, PoseTuple, Vec2, axes_to_plane, drawn_point_paths
 from governor_mechanism.render.machines.machine_drawing import MachineDrawing
 from governor_mechanism.render.part_run import sample_input
 from governor_mechanism.types import FloatArray

@@ -1,22 +1,30 @@
-"""The whole travel of a drive: the dead centres of readings, the toggles where the drive cannot go on, and time ratios."""
+"""What holds of a whole linkage: the travel of its drive with dead centres, toggles and time ratios, its four-bars, and its mobility."""
 
 import math
+from collections import Counter
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from enum import StrEnum
 from functools import cached_property
+from itertools import permutations
 
 import numpy as np
 from numpy.polynomial import Polynomial
 
+from governor_mechanism.mechanics.kinematics.assembly import PositionSolver
 from governor_mechanism.mechanics.kinematics.coordinate_assembly import CoordinateSolver
 from governor_mechanism.mechanics.kinematics.kinematic_analysis import release_drivers
 from governor_mechanism.mechanics.kinematics.output_variables import evaluate_reading_motions
 from governor_mechanism.mechanics.kinematics.range_of_motion import RangeOfMotion, find_range_of_motion
+from governor_mechanism.model.joints import Distance, Joint, Point, RotationalDriver, TranslationalDriver
+from governor_mechanism.model.links import GROUND_LINK, Hinge, Link, LinkGraph
 from governor_mechanism.model.mechanism import Mechanism
 from governor_mechanism.model.motion_readings import find_transmissions
 from governor_mechanism.model.results.result import Recorded
 from governor_mechanism.numerics.roots import find_roots
 from governor_mechanism.observables.motion_readings import Motion, transmission_sine
 from governor_mechanism.types import FloatArray
+from governor_mechanism.units.fields import class_words
 
 N_SAMPLES = 721
 """Number of positions between which dead centres are sought: half a degree of a turn."""
@@ -204,3 +212,191 @@ class DriveTravel:
                 stroke = abs(drives[1] - drives[0])
                 ratios[name] = max(stroke, math.tau - stroke) / min(stroke, math.tau - stroke)
         return ratios
+
+
+CHANGE_POINT_TOLERANCE = 1e-9
+"""Difference of the sums of two lengths, relative to the sum of all, below which they are equal; that of given lengths is rounding."""
+
+
+class GrashofClass(StrEnum):
+    """Classes of four-bars; s and l are the shortest and the longest length, p and q the others."""
+
+    CRANK_ROCKER = "crank-rocker"
+    DOUBLE_CRANK = "double crank"
+    DOUBLE_ROCKER = "double rocker"
+    TRIPLE_ROCKER = "triple rocker"
+    CHANGE_POINT = "change point"
+
+
+_REASONS = {
+    GrashofClass.CRANK_ROCKER: "s + l < p + q, and {shortest}, the shortest, turns fully beside the ground",
+    GrashofClass.DOUBLE_CRANK: "s + l < p + q, and the ground is the shortest: both links on it turn fully",
+    GrashofClass.DOUBLE_ROCKER: "s + l < p + q, and {shortest}, the coupler, is the shortest: it alone turns fully",
+    GrashofClass.TRIPLE_ROCKER: "s + l > p + q: no link turns fully",
+    GrashofClass.CHANGE_POINT: "s + l = p + q: all links can lie on one line, where the motion branches",
+}
+
+
+@dataclass(frozen=True, kw_only=True)
+class FourBar(Recorded):
+    """A four-bar loop on the ground.
+
+    Attributes
+    ----------
+    links
+        Names of the input, the coupler and the output.
+    lengths
+        Lengths of ground, input, coupler and output, m.
+    """
+
+    links: tuple[str, str, str]
+    lengths: tuple[float, float, float, float]
+
+    derived = ("grashof",)
+
+    @property
+    def grashof(self) -> GrashofClass:
+        """Class by Grashof's rule."""
+        shortest, *_, longest = sorted(self.lengths)
+        excess = 2 * (shortest + longest) - sum(self.lengths)
+        if abs(excess) <= CHANGE_POINT_TOLERANCE * sum(self.lengths):
+            return GrashofClass.CHANGE_POINT
+        if excess > 0:
+            return GrashofClass.TRIPLE_ROCKER
+        classes = (GrashofClass.DOUBLE_CRANK, GrashofClass.CRANK_ROCKER, GrashofClass.DOUBLE_ROCKER, GrashofClass.CRANK_ROCKER)
+        return classes[self.lengths.index(shortest)]
+
+    def __str__(self) -> str:
+        """Return links, lengths and class in a sentence."""
+        names = ("ground", *self.links)
+        lengths = ", ".join(f"{name} {1e3 * length:.6g}" for name, length in zip(names, self.lengths, strict=True))
+        reason = _REASONS[self.grashof].format(shortest=names[self.lengths.index(min(self.lengths))])
+        return f"four-bar {lengths} mm: {self.grashof}; {reason}"
+
+
+def find_four_bars(mechanism: Mechanism, drive: str = "") -> tuple[FourBar, ...]:
+    """Return all loops of four links with the ground; the input is the one that a reading, or else a driver, moves."""
+    graph = LinkGraph(mechanism)
+    distances = graph.distances_from(graph.inputs(drive))
+    pivots = [(hinge, link) for hinge in graph.hinges_of(GROUND_LINK) for link in hinge.links if link != GROUND_LINK]
+    found: dict[frozenset[Link], FourBar] = {}
+    for (start, first), (end, last) in permutations(pivots, 2):
+        if start is end or first == last or distances.get(first, math.inf) > distances.get(last, math.inf):
+            continue
+        for left, coupler, right in _couplers_between(graph, (start, first), (end, last)):
+            loop = ((GROUND_LINK, start, end), (first, start, left), (coupler, left, right), (last, right, end))
+            lengths = tuple(_length(mechanism, link, one, other) for link, one, other in loop)
+            if all(lengths):
+                four_bar = FourBar(links=(first.name, coupler.name, last.name), lengths=lengths)  # type: ignore[arg-type]  # four
+                found.setdefault(frozenset((first, coupler, last)), four_bar)
+    return tuple(found.values())
+
+
+def _couplers_between(graph: LinkGraph, start: tuple[Hinge, Link], end: tuple[Hinge, Link]) -> Iterator[tuple[Hinge, Link, Hinge]]:
+    """Yield each link that joins two links on pivots, with its hinges on both."""
+    (start_pivot, first), (end_pivot, last) = start, end
+    for left in graph.hinges_of(first):
+        for right in graph.hinges_of(last):
+            if left is not start_pivot and right is not end_pivot and left is not right:
+                shared = set(left.links).intersection(right.links) - {first, last, GROUND_LINK}
+                yield from ((left, coupler, right) for coupler in sorted(shared, key=lambda link: link.name))
+
+
+def _length(mechanism: Mechanism, link: Link, first: Hinge, second: Hinge) -> float:
+    """Return the distance of two hinges on a link, m."""
+    if link.is_bar:
+        return next(joint.length for joint in mechanism.joints if isinstance(joint, Distance) and joint.name == link.name)
+    points: list[Point] = [hinge.points[link.name] for hinge in (first, second)]
+    return math.dist(*((point.x, point.y) for point in points))
+
+
+MAX_EXAMINED_POSES = 7
+"""Number of poses at which the rank is examined: at single ones, as in a change point, it is smaller than in general."""
+
+
+@dataclass(frozen=True)
+class CountedJoints(Recorded):
+    """Joints of one kind.
+
+    Attributes
+    ----------
+    kind
+        Word for the joint, as "pin".
+    count
+        Number of them.
+    constraints
+        Number of constraints of each.
+    """
+
+    kind: str
+    count: int
+    constraints: int
+
+    def __str__(self) -> str:
+        """Return the term of the count, as "2 x 4 pins"."""
+        return f"{self.constraints} x {self.count} {self.kind}{'s' if self.count > 1 else ''}"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Mobility(Recorded):
+    """Mobility of a mechanism without its drives.
+
+    Attributes
+    ----------
+    bodies
+        Number of moving bodies.
+    guided
+        Number of coordinates that are given because bodies are described as ones that do not turn, or only turn.
+    joints
+        Joints by their kind.
+    true
+        Degrees of freedom: coordinates minus the rank of the joint equations, where it is largest in the motion.
+    """
+
+    bodies: int
+    guided: int
+    joints: tuple[CountedJoints, ...]
+    true: int
+
+    derived = ("gruebler", "redundant")
+
+    @property
+    def gruebler(self) -> int:
+        """Grübler's count: 3 for each moving body, less the constraints."""
+        return 3 * self.bodies - self.guided - sum(one.count * one.constraints for one in self.joints)
+
+    @property
+    def redundant(self) -> int:
+        """Number of constraints that follow from the others."""
+        return self.true - self.gruebler
+
+    def __str__(self) -> str:
+        """Return both numbers, with the count behind Grübler's."""
+        terms = [f"3 x {self.bodies} {'bodies' if self.bodies > 1 else 'body'}"]
+        terms += [f"{self.guided} for bodies that do not turn"] if self.guided else []
+        count = f"{' - '.join([*terms, *map(str, self.joints)])} = {self.gruebler}"
+        if not self.redundant:
+            return f"mobility {self.true}: by Grübler's count {count}"
+        noun = "constraint is" if self.redundant == 1 else "constraints are"
+        return f"mobility {self.true}; Grübler's count is {count}, but {self.redundant} {noun} redundant"
+
+
+def find_mobility(
+    mechanism: Mechanism,
+    poses: FloatArray,  # poses of its motion, in which the joints close; shape (n, bodies, 3)
+) -> Mobility:
+    """Return the mobility of a mechanism without its drives."""
+    undriven = tuple(joint for joint in mechanism.joints if not isinstance(joint, RotationalDriver | TranslationalDriver))
+    solver = PositionSolver(replace(mechanism, joints=undriven))
+    examined = np.unique(np.linspace(0, len(poses) - 1, MAX_EXAMINED_POSES).astype(int))
+    kinds = Counter((joint.noun or class_words(joint), _count_constraints(joint)) for joint in undriven)
+    return Mobility(
+        bodies=len(mechanism.bodies),
+        guided=sum(3 - sum(body.moves) for body in mechanism.bodies),
+        joints=tuple(CountedJoints(kind, count, constraints) for (kind, constraints), count in kinds.items()),
+        true=min(solver.count_degrees_of_freedom(poses[k]) for k in examined),
+    )
+
+
+def _count_constraints(joint: Joint) -> int:
+    return len(joint.constraint_rows(1.0))
