@@ -28,8 +28,7 @@ unexport PYTHONDONTWRITEBYTECODE # tests start many processes, each of which wou
 INSTALL = $(BIN)/python -m pip install --quiet --disable-pip-version-check --constraint constraints.txt --editable
 PLATFORMS := linux-x86_64 linux-aarch64 darwin-x86_64 darwin-arm64 win32-amd64
 LIBRARY := src/governor_mechanism/_kernels/index.json
-KERNEL_SOURCES := $(shell find src/governor_mechanism/effects src/governor_mechanism/engines src/governor_mechanism/integrators \
-  src/governor_mechanism/mechanics src/governor_mechanism/numerics -name '*.py') $(wildcard kernel_build/*.[pch]*)
+KERNEL_SOURCES := $(shell find src/governor_mechanism -name '*.py') $(wildcard kernel_build/*.[pch]*)
 
 ANNOUNCE = test -f $(LIBRARY) || echo "installing; the compiled kernels are built once, which takes a minute or two"
 EXPLAIN = echo "the installation failed; it needs the package index once, also for the packages that build the compiled kernels" \
@@ -138,7 +137,7 @@ $(VENV)/installed-docs: $(VENV)/python pyproject.toml constraints.txt
 	@$(INSTALL) '.[docs]' || { $(EXPLAIN); exit 1; }
 	@touch $@ $(VENV)/installed
 
-# after a change of kernels; to install the package builds it too
+# after a change of sources: builds it if they change a kernel; to install the package builds it too
 $(LIBRARY): $(KERNEL_SOURCES) | $(VENV)/installed
 	@if $(BIN)/python -c 'import numba' 2>/dev/null; then $(BIN)/python kernel_build/build.py; else $(INSTALL) . --no-deps; fi
 	@touch $@

@@ -1,6 +1,6 @@
 """Build one shared library with all kernels that Python calls.
 
-Usage: python kernel_build/build.py [PLATFORM ...]. Without names: for machines like this one, into the package. With names: for
+Usage: python kernel_build/build.py [--again] [PLATFORM ...]. Without names: for machines like this one, into the package. With names: for
 every machine of these platforms, into kernel_build/built/, for wheels of the package index. It does nothing if the library of the
 present kernels exists, and only links if their machine code does. It ends with status 1 and one sentence if it cannot.
 """
@@ -18,6 +18,8 @@ from typing import Any
 sys.path.insert(0, str(Path(__file__).parents[1] / "src"))  # the package may not be installed
 
 from compiler import compile_sources, find_compiler, link
+from governor_mechanism.numerics import kernel_library
+from governor_mechanism.numerics.kernel_sources import KernelSources, read_texts
 from platforms import PLATFORMS
 from recipe import Target
 
@@ -27,13 +29,15 @@ def main() -> None:
     if os.environ.get("PYTHONHASHSEED") != "0":  # numba's code follows the order of sets of names: equal kernels give equal libraries
         sys.exit(subprocess.call([sys.executable, *sys.argv], env={**os.environ, "PYTHONHASHSEED": "0"}))
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--again", action="store_true", help="also where no kernel has changed, but the types with which Python calls one")
     parser.add_argument("platforms", nargs="*", metavar="PLATFORM", help=", ".join(PLATFORMS))
-    names = parser.parse_args().platforms
+    options = parser.parse_args()
+    names = options.platforms
     if unknown := set(names) - set(PLATFORMS):
         parser.error(f"no platform {', '.join(sorted(unknown))}; there are {', '.join(PLATFORMS)}")
     wanted = [Target(name, for_index=True) for name in names] or [Target.of_this_machine()]
     try:
-        build([target for target in wanted if not target.is_current])
+        build([target for target in wanted if options.again or not target.is_current], options.again)
     except Exception as error:
         reason = next(iter(str(error).splitlines()), type(error).__name__)
         tell(f"the library could not be built: {reason}")
@@ -45,10 +49,10 @@ def tell(text: str) -> None:
     print(f"kernels: {text}", file=sys.stderr, flush=True)
 
 
-def build(targets: list[Target]) -> None:
-    """Build libraries and their indices; the types are found once for all."""
+def build(targets: list[Target], is_again: bool) -> None:
+    """Build libraries and their indices, from machine code that exists unless it is made again; the types are found once for all."""
     commands = [find_compiler(target) for target in targets]  # first: there may be none
-    translate_all([target for target in targets if not target.has_objects])
+    translate_all([target for target in targets if is_again or not target.has_objects])
     for target, command in zip(targets, commands, strict=True):
         target.library_folder.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryDirectory(dir=target.library_folder) as temporary:
@@ -103,6 +107,9 @@ def translate() -> tuple[dict[str, dict[str, Any]], str]:
 
     tell(f"2 of 3: types of {len(signatures)} kernels and all that they call ...")
     kernels = list(type_kernels(signatures))
+    if missed := recording.definitions_in_use() - KernelSources(read_texts(kernel_library.PACKAGE_ROOT)).definitions:
+        names = ", ".join(f"{module}:{name}" for module, name in sorted(missed))
+        raise ValueError(f"numerics/kernel_sources.py does not find what a kernel is made from: {names}")
     return {kernel.name: describe(kernel) for kernel in kernels}, as_text(link_kernels(kernels))
 
 

@@ -5,7 +5,7 @@
      a1Cd         an array: number of axes; order C or F of its entries, or A for any; kind of the entries: d, q, b, c for a complex
                   number, or r with the bytes of a record and a semicolon
      r96;         a record, with its bytes
-     n, f         None, a function: nothing that the kernel reads
+     n            None: nothing that the kernel reads
      ( ... )      a tuple
 
    The result is described in the same way, with E before an integer that becomes an enum and T before the fields of a named tuple; their
@@ -147,8 +147,7 @@ static int pack(Packing *packing, PyObject *value) {
         *packing->slot++ = 0;
         return value == &_Py_NoneStruct;
     default:
-        *packing->slot++ = 0;
-        return 1;
+        return 0;
     }
 }
 

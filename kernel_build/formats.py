@@ -24,8 +24,6 @@ def argument_format(kind: Any) -> tuple[str, int]:
     if isinstance(kind, types.BaseTuple):
         parts = [argument_format(entry) for entry in kind]
         return f"({''.join(text for text, _ in parts)})", sum(n for _, n in parts)
-    if isinstance(kind, types.Dispatcher):
-        return "f", 1
     raise UnknownTypeError(f"an argument of type {kind}")
 
 

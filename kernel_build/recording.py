@@ -4,7 +4,7 @@ Import it before every other module of the package but `numerics.jit`: kernels t
 """
 
 import os
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from functools import cached_property
 from typing import Any
 
@@ -23,11 +23,13 @@ class ObservedKernel(jit.Kernel):
     """A kernel that runs as Python and records the types of its arguments when no kernel calls it."""
 
     signatures: dict["ObservedKernel", set[Signature]] = {}  # noqa: RUF012 -- shared by all kernels on purpose
+    typed: list["ObservedKernel"] = []  # noqa: RUF012
     is_inside_kernel = False
 
     @cached_property
     def _dispatcher(self) -> Any:
         """What types the function; nothing calls it."""
+        self.typed.append(self)
         return numba.njit(no_cpython_wrapper=True, **self._options)(self.__wrapped__)
 
     def __call__(self, *arguments: Any) -> Any:
@@ -70,3 +72,20 @@ def record_signatures(calculations: Mapping[str, Callable[[], object]]) -> dict[
             found = "\n".join(map(str, signatures))
             raise SystemExit(f"kernel {kernel.__name__} is called with {len(signatures)} sets of types, but may have one only:\n{found}")
     return {kernel: next(iter(signatures)) for kernel, signatures in ObservedKernel.signatures.items()}
+
+
+def definitions_in_use() -> set[tuple[str, str]]:
+    """Return modules and names of all that was typed: functions of kernels, and the named tuples and enums of their arguments."""
+    functions = {(one.__wrapped__.__module__, one.__wrapped__.__qualname__) for one in ObservedKernel.typed}
+    signatures = [signature for kernel in ObservedKernel.typed for signature in kernel._dispatcher.signatures]
+    classes = {(one.__module__, one.__qualname__) for signature in signatures for kind in signature for one in classes_in(kind)}
+    return {(module, name.partition(".")[0]) for module, name in functions | classes}
+
+
+def classes_in(kind: Any) -> Iterator[type]:
+    """Yield the classes of named tuples and enums in a type of numba."""
+    if hasattr(kind, "instance_class"):
+        yield kind.instance_class
+    if isinstance(kind, numba.types.BaseTuple):
+        for entry in kind:
+            yield from classes_in(entry)

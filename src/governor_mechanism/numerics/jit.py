@@ -49,7 +49,8 @@ class Kernel:
         """Let numba compile the function for arguments of types that the library does not know."""
         if "_dispatcher" not in self.__dict__:
             text = f"kernels: {self.__wrapped__.__name__} is called with other types than in the library; numba compiles it"
-            print(text, file=sys.stderr, flush=True)
+            cure = "where they are right, `python kernel_build/build.py --again` builds the library for them"
+            print(f"{text}; {cure}", file=sys.stderr, flush=True)
         return self._dispatcher(*args)
 
     @cached_property

@@ -6,6 +6,7 @@ import os
 import sys
 import sysconfig
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from dataclasses import dataclass, field
 from functools import cache
 from importlib import import_module
@@ -21,20 +22,38 @@ LIBRARY_FOLDER = PACKAGE_ROOT / "_kernels"
 SUFFIXES = {"win32": ".dll", "darwin": ".dylib"}
 """Ending of a library by system; `.so` on others."""
 
-KERNEL_FOLDERS = ("effects", "engines", "integrators", "mechanics", "numerics")
-"""Folders of kernels and of the constants and functions that they use: all files there enter the digest."""
-
 
 @cache
 def digest_sources() -> str:
-    """Return a digest of the text of all kernels."""
+    """Return a digest of the definitions that kernels come from; it is kept beside the library until a file of the package changes."""
+    note, stamp = LIBRARY_FOLDER / "sources.json", _stamp_files()
+    kept = _read_json(note) or {}
+    if kept.get("stamp") == stamp:
+        return str(kept["digest"])
+    from governor_mechanism.numerics.kernel_sources import KernelSources, read_texts
+
+    digest = KernelSources(read_texts(PACKAGE_ROOT)).digest()
+    with suppress(OSError):  # there is no folder before the first build, and it may be one that cannot be written
+        temporary = note.with_suffix(f".{os.getpid()}")
+        temporary.write_text(json.dumps({"stamp": stamp, "digest": digest}), encoding="utf-8")
+        os.replace(temporary, note)
+    return digest
+
+
+def _stamp_files() -> str:
+    """Return a text that changes when a file of the package does."""
     import hashlib  # not before: a wheel needs no digest
 
-    digest = hashlib.sha256()
-    for folder in KERNEL_FOLDERS:
-        for path in sorted((PACKAGE_ROOT / folder).rglob("*.py")):
-            digest.update(path.read_bytes())
-    return digest.hexdigest()
+    stamps = []
+    waiting = [str(PACKAGE_ROOT)]
+    while waiting:
+        for entry in os.scandir(waiting.pop()):
+            if entry.name.endswith(".py"):
+                status = entry.stat()
+                stamps.append((entry.path, status.st_size, status.st_mtime_ns, status.st_ctime_ns))
+            elif entry.is_dir() and not entry.name.startswith("_"):
+                waiting.append(entry.path)
+    return hashlib.sha256(repr(sorted(stamps)).encode()).hexdigest()
 
 
 def platform_name() -> str:
@@ -45,12 +64,16 @@ def platform_name() -> str:
 
 def read_index(folder: Path | None = None) -> dict[str, Any] | None:
     """Return the index of the library in a folder, or of this package; None if there is none."""
+    return _read_json((folder or LIBRARY_FOLDER) / "index.json")
+
+
+def _read_json(path: Path) -> dict[str, Any] | None:
+    """Return the table in a file; None if there is none."""
     try:
-        text = ((folder or LIBRARY_FOLDER) / "index.json").read_text(encoding="utf-8")
-        index: dict[str, Any] = json.loads(text)
+        table: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
     except (OSError, ValueError):
         return None
-    return index
+    return table
 
 
 def find_obstacle(index: Mapping[str, Any], wanted_platform: str) -> str:

@@ -1,5 +1,6 @@
 """Where the rows of a sweep are computed: in this process, or in several ones; Ctrl-C ends them cleanly."""
 
+import hashlib
 import signal
 import threading
 import time
@@ -11,7 +12,8 @@ from typing import Any, Protocol, TypeVar
 
 from governor_mechanism.errors import MechanismError, RunFailed
 from governor_mechanism.files.results import package_versions
-from governor_mechanism.numerics.kernel_library import digest_sources
+from governor_mechanism.numerics.kernel_library import PACKAGE_ROOT
+from governor_mechanism.numerics.kernel_sources import read_texts
 from governor_mechanism.studies.sweep.rows import SweepRow
 from governor_mechanism.units.quantities import format_value
 
@@ -209,7 +211,8 @@ def row_computer(
 
 def find_versions() -> dict[str, str]:
     """Return the versions of everything that the digits of a table depend on."""
-    return {**package_versions(), "kernels": digest_sources()[:16]}
+    texts = sorted(read_texts(PACKAGE_ROOT).items())
+    return {**package_versions(), "source files": hashlib.sha256(repr(texts).encode()).hexdigest()[:16]}
 
 
 def require_same_versions(client: Any) -> None:
