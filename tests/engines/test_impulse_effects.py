@@ -136,22 +136,8 @@ def test_the_order_is_two_after_impacts():
     assert np.all(ratios > 10.0), ratios  # 16, scattered by the position of the impact within a step
 
 
-@pytest.mark.parametrize(("ends", "sign", "expected"), [((12.5, 14.5), 1, 13.1665111187), ((11.8, 10.2), -1, 11.1686187598)])
-def test_friction_holds_up_to_the_speeds_of_the_formula(ends, sign, expected):
-    # Zehnder's insensitivity band of the Porter governor at 30 degrees under W = 40 N at the sleeve.
-    ramp = Spindle(times=(0.0, 1.0), speeds=ends)
-    scene = porter(dry_friction(40.0), speed=ramp, angle=math.radians(30.0), rate=0.0)
-    run = ImpulseEngine(step=1e-3, runs=1).run(scene, certify=False)
-    lift = run.readings["sleeve_lift"]
-    slips = [event for event in run.events if event.kind == "slips"]
-    assert ends[0] + (ends[1] - ends[0]) * slips[0].time == pytest.approx(expected, abs=1e-6)
-    before = run.times < slips[0].time
-    assert np.max(np.abs(lift[before] - lift[0])) < 1e-13  # rounding
-    assert sign * (lift[-1] - lift[0]) > 1e-3
-
-
 def test_a_sticking_contact_does_not_creep():
-    scene = porter(dry_friction(40.0), angle=math.radians(30.0), rate=0.0, duration=100.0, output_interval=1.0)
+    scene = porter(dry_friction(40.0), angle=math.radians(30.0), rate=0.0, duration=20.0, output_interval=1.0)
     run = ImpulseEngine(step=0.02, runs=1).run(scene, certify=False)
     assert run.readings["sleeve_lift"][-1] == pytest.approx(run.readings["sleeve_lift"][0], abs=2e-13)  # rounding
     assert run.energy.dissipated_energy[-1] < 2e-11

@@ -8,7 +8,6 @@ import pytest
 from scipy.special import ellipk
 
 from governor_mechanism.engines import ImpulseEngine, MultibodyEngine, ReducedEngine
-from governor_mechanism.errors import UnsupportedEffect
 from governor_mechanism.mechanics.kinematics.assembly import PositionSolver
 from governor_mechanism.model.results.outcome import Outcome
 from governor_mechanism.model.results.trajectory import Trajectory
@@ -26,7 +25,6 @@ from joint_mechanisms import (
     bead_on_a_table_of_the_parabola,
     crank_motion,
     driven_slider_crank,
-    falling_rack,
     slider_crank_driven_by_a_formula,
     slider_crank_driven_by_a_table,
     wobbling_crank_motion,
@@ -136,25 +134,11 @@ def test_the_period_of_a_bead_in_an_arc_slot_is_the_elliptic_integral():
     np.testing.assert_allclose(run.rates["x"], 0.0, atol=1e-10 * math.sqrt(GRAVITY * radius))
 
 
-def test_a_turning_point_of_the_coordinate_ends_a_reduced_run_by_name():
-    one = bead_in_a_round_slot()
-    run = ReducedEngine().run(one.scene, accuracy=1e-10)
-    assert run.outcome is Outcome.DEAD_CENTRE
-    assert "'x' is at a turning point" in run.message
-    assert 0 < run.times[-1] < one.scene.run.duration
-    assert max(max_errors(run, one.exact(run.times))) <= 1e-10  # the requested accuracy, up to there
-
-
 @BOTH
 def test_a_table_of_a_parabola_gives_the_same_motion_as_the_parabola(engine):
     runs = [engine.run(one().scene, accuracy=1e-10) for one in (bead_on_a_parabola, bead_on_a_table_of_the_parabola)]
     # The curves are equal except for rounding in the coefficients of the spline, divided by (0.05 m)^2 in its second derivative.
     np.testing.assert_allclose(runs[0].readings["x"], runs[1].readings["x"], atol=1e-12)
-
-
-def test_the_impulse_engine_refuses_a_rack_by_name():
-    with pytest.raises(UnsupportedEffect, match=r"engine 'impulse' cannot model \['RackAndPinion'\]"):
-        ImpulseEngine().run(falling_rack().scene)
 
 
 @pytest.mark.parametrize(

@@ -3,7 +3,6 @@
 from dataclasses import replace
 from functools import cache
 from itertools import pairwise
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -12,30 +11,21 @@ import governor_mechanism as gm
 from governor_mechanism.closed_form import pendulum as closed
 from governor_mechanism.engines import ImpulseEngine, MultibodyEngine, ReducedEngine
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.model.joints import GROUND, Distance, Pin, Point, Slider
 from governor_mechanism.model.mechanism import Body
-from governor_mechanism.model.part import Spindle, Start
+from governor_mechanism.model.part import Spindle
 from governor_mechanism.model.results.outcome import Outcome
 from governor_mechanism.scenes.library import shipped_scenes
-from governor_scenes import CROSSED, EXTENDED, PORTER, UNCROSSED_LINKS, WATT, governor_scene, random_governor
+from governor_scenes import CROSSED, EXTENDED, PORTER, WATT, governor_scene, random_governor
 from one_coordinate_reference import integrate_one_coordinate
 from reference.zehnder import PORTER_OPEN_MOTION as MOTION
 from rigid_link_governor import porter_with_rods
-from scene_parts import body_point, ground_point, make_mechanism, point_mass, rod_body, y_reading
 
-SOURCE = Path(gm.__file__).parent
 FINE = pytest.mark.parametrize("engine", [MultibodyEngine, ReducedEngine], ids=["multibody", "reduced"])
 
 
 def porter_open(**options):
     start = {"speed": MOTION["spindle_speed"], "angle": MOTION["arm_angle"], "rate": MOTION["arm_rate"]}
     return governor_scene(PORTER, **start, **options)
-
-
-def with_joints(scene, *joints):
-    mechanism = scene.part.mechanism
-    mechanism = replace(mechanism, joints=(*mechanism.joints, *joints))
-    return scene.with_changes(mechanism=mechanism)
 
 
 @FINE
@@ -129,35 +119,27 @@ def test_engines_agree_on_every_shipped_scene(name):
         assert difference <= allowed * fine.scales[reading], reading
 
 
-SMOOTH = Spindle(times=(0.0, 0.3, 0.7, 1.5), speeds=(1.0, 1.03, 0.99, 1.05))
-STEP = Spindle(times=(0.0, 0.237, 0.237, 1.0), speeds=(1.0, 1.0, 1.05, 1.05))
-RAMP = Spindle(times=(0.2, 0.9), speeds=(0.99, 1.06))
+STEP = Spindle(times=(0.0, 0.237, 0.237), speeds=(1.0, 1.0, 1.05))
 RAMP_BEGUN_BEFORE = Spindle(times=(-1.0, 0.5), speeds=(0.97, 1.03))
+SMOOTH = Spindle(times=(0.0, 0.3, 0.7, 1.5), speeds=(1.0, 1.03, 0.99, 1.05))
 
 
-@FINE
 @pytest.mark.parametrize(
-    ("dimensions", "program"),
-    [
-        (PORTER, SMOOTH),
-        (PORTER, RAMP),
-        (WATT, STEP),
-        (WATT, RAMP_BEGUN_BEFORE),
-        (CROSSED, RAMP),
-        (EXTENDED, STEP),
-        (EXTENDED, SMOOTH),
-        (UNCROSSED_LINKS, RAMP_BEGUN_BEFORE),
-    ],
+    ("engine", "accuracy"),
+    [(MultibodyEngine, 1e-10), (ReducedEngine, 1e-10), (ImpulseEngine, 1e-7)],
+    ids=["multibody", "reduced", "impulse"],
 )
-def test_variable_spindle_speed(engine, dimensions, program):
+@pytest.mark.parametrize(("dimensions", "program"), [(WATT, STEP), (CROSSED, RAMP_BEGUN_BEFORE), (EXTENDED, SMOOTH)])
+def test_variable_spindle_speed(engine, accuracy, dimensions, program):
     factor = float(closed.equilibrium_speed(closed.PendulumGovernor(**dimensions), arm_angle=0.75))
     spindle = Spindle(times=program.times, speeds=tuple(factor * speed for speed in program.speeds))
-    scene = governor_scene(dimensions, speed=spindle, angle=0.75, output_interval=0.05, accuracy=1e-10)
+    scene = governor_scene(dimensions, speed=spindle, angle=0.75, output_interval=0.05, accuracy=accuracy)
     run = engine().run(scene)
-    angles, _ = integrate_one_coordinate(scene, run.times)
+    angles, rates = integrate_one_coordinate(scene, run.times)
     assert run.outcome is Outcome.DONE
-    assert np.max(np.abs(run.readings["arm_angle"] - angles)) < 1e-10
-    assert run.energy.drift < 1e-10
+    assert np.max(np.abs(run.readings["arm_angle"] - angles)) < accuracy
+    assert np.max(np.abs(run.rates["arm_angle"] - rates)) < accuracy * run.scales["spindle_speed"]
+    assert run.energy.drift < accuracy  # the energy balance contains the work of the speed changes
 
 
 @FINE
@@ -180,42 +162,6 @@ def test_the_error_falls_with_the_tolerance(engine):
         for tolerance in (1e-7, 1e-9, 1e-11)  # larger tolerances are limited by the largest step
     ]
     assert all(finer < coarser / 10 for coarser, finer in pairwise(errors))
-
-
-@FINE
-def test_redundant_joints_do_not_change_the_motion(engine):
-    scene = porter_open(accuracy=1e-10)
-    again = Distance(
-        name="right arm again", first=Point(body=GROUND, x=PORTER["offset"]), second=Point(body="right ball"), length=PORTER["arm"]
-    )
-    plain, redundant = (engine().run(one) for one in (scene, with_joints(scene, again)))
-    np.testing.assert_allclose(redundant.poses, plain.poses, atol=1e-10)
-
-
-def test_slider_on_a_rotating_body():
-    # A bead on a rod that rotates about its end, without loads: r'' = r w^2, and the total angular momentum is constant.
-    joints = [
-        Pin(name="hinge", first=ground_point(), second=body_point("rod", -0.5)),
-        Slider(name="bore", first=body_point("rod"), second=body_point("bead"), angle=0.0),
-    ]
-    bodies, sketch = [rod_body("rod", 2.0, 1.0), point_mass("bead", 0.5)], [(0.5, 0.0, 0.0), (0.4, 0.0, 0.0)]
-    mechanism = make_mechanism(bodies, joints, [y_reading("bead", "height")], sketch)
-    scene = porter_open(duration=1.0)
-    scene = scene.with_changes(effects=(), mechanism=mechanism, start=Start(values={"height": 0.0}, rates={"height": 0.4}))
-    run = MultibodyEngine().run(scene, accuracy=1e-10)
-    x, y = run.poses[:, 1, 0], run.poses[:, 1, 1]
-    momentum = 2.0 / 3 * run.velocities[:, 0, 2] + 0.5 * (x * run.velocities[:, 1, 1] - y * run.velocities[:, 1, 0])
-    np.testing.assert_allclose(momentum, momentum[0], rtol=1e-9)
-    np.testing.assert_allclose(run.energy.kinetic, run.energy.kinetic[0], rtol=1e-9)
-    np.testing.assert_allclose(np.arctan2(y, x), run.poses[:, 0, 2], atol=1e-10)
-
-
-@FINE
-def test_leaving_the_range_ends_the_run_with_a_named_outcome(engine):
-    run = engine().run(governor_scene(CROSSED, speed=13.0, angle=0.6, duration=5.0))
-    assert run.outcome is Outcome.LEFT_RANGE
-    assert "the balls meet on the spindle axis" in run.message
-    assert 0.1 < run.times[-1] < 5.0
 
 
 @FINE
@@ -242,9 +188,9 @@ def test_rotating_body_without_inertia_is_refused():
 
 
 @FINE
-@pytest.mark.parametrize("settings", [{"tolerance": 0.0}, {"tolerance": 2.0}, {"max_steps": 0}])
+@pytest.mark.parametrize("settings", [{"tolerance": 0.0}, {"tolerance": 1e-16}, {"tolerance": 2.0}, {"max_steps": 0}])
 def test_invalid_settings_are_refused(engine, settings):
-    with pytest.raises(MechanismError, match=next(iter(settings))):
+    with pytest.raises(MechanismError, match=rf"Engine\.{next(iter(settings))} must"):
         engine(**settings)
 
 
@@ -255,16 +201,6 @@ def test_cost_counts_evaluations():
     assert run.cost.runs == 2
     # Twelve stages and one derivative after each step, three more where the step has dense output.
     assert 13 * run.cost.steps <= evaluations <= 16 * (run.cost.steps + run.cost.rejected) + 2 * 2
-
-
-@pytest.mark.long
-def test_impulse_agrees_on_the_governor_with_rigid_links():
-    scene, _ = porter_with_rods(speed=13.0, angle=0.9, rate=1.5)
-    coarse = ImpulseEngine().run(scene, accuracy=1e-7)
-    for engine in (MultibodyEngine, ReducedEngine):
-        fine = engine().run(scene, accuracy=1e-8)
-        assert fine.outcome is coarse.outcome is Outcome.DONE
-        np.testing.assert_allclose(fine.readings["arm_angle"], coarse.readings["arm_angle"], atol=1e-7)
 
 
 @FINE
@@ -283,14 +219,3 @@ def test_unreachable_time_ends_with_a_named_outcome(engine):
     run = gm.run("pendulum_iftomm", engine=engine(max_steps=5000), times=[1e9])
     assert run.outcome is Outcome.STEP_LIMIT
     assert len(run.times) == 0
-
-
-@FINE
-def test_time_of_leaving_the_range_is_located(engine):
-    # A ball on a massless arm without gravity and with the spindle at rest keeps its speed.
-    scene = governor_scene(WATT, speed=0.0, angle=0.5, rate=4.0, duration=2.0)
-    scene = scene.with_changes(effects=scene.effects[1:])  # no gravity and a spindle at rest: the arm rotates uniformly
-    run = engine().run(scene, accuracy=1e-8)
-    assert run.outcome is Outcome.LEFT_RANGE
-    time = float(run.detail.split("t = ")[1].split(" s")[0])
-    assert time == pytest.approx((np.pi / 2 - 0.5) / 4.0, abs=1e-8)

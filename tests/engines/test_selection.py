@@ -121,15 +121,6 @@ def test_estimated_run_time_increases_with_accuracy_and_duration(name):
     assert estimate_run_time(engine, scene, 1e-6) < estimate_run_time(engine, longer, 1e-6)
 
 
-def test_refusal_names_a_suitable_engine():
-    with pytest.raises(gm.UnsupportedEffect, match=r"choose.*multibody"):
-        gm.run("quick_return", engine="reduced")
-    with pytest.raises(gm.UnsupportedEffect, match="Clearance"):
-        gm.run("porter_clearance", engine="reduced")
-    with pytest.raises(gm.MechanismError, match="Did you mean 'reduced'"):
-        gm.run("porter", engine="reducd")
-
-
 def test_plain_pymunk_refuses_drivers():
     with pytest.raises(gm.UnsupportedEffect, match="plain"):
         ImpulseEngine(step=1e-3, runs=1, plain=True).run(gm.load("quick_return"))

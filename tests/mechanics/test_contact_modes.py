@@ -81,6 +81,7 @@ def event_values(scene: Scene, mode: ContactMode, angle: float, rate: float) -> 
     return values.tolist()
 
 
+@pytest.mark.long  # in the daily tests runs have their events at these thresholds, tests/engines/test_effects.py
 def test_event_functions_are_what_is_beyond_their_thresholds():
     torque = Torque(name="load", second="wheel", moment=InputFunction(values=(2.0,)))
     scene = coupled_scene(discs_part("disc", {"wheel": 0.5}, torque)).with_changes(effects=(FRICTION, STOPS))

@@ -243,6 +243,7 @@ def test_a_table_that_starts_at_a_limit_ends_there():
     assert table.end_message(1) == (True, "slider_x: too far in")
 
 
+@pytest.mark.long  # in the daily tests a run counts the turns of a spring, tests/engines/test_reduced.py
 def test_a_spring_that_is_wound_up_has_another_torque_after_each_turn():
     scene = slider_crank().with_changes(effects=(OutputSpring(reading="crank_angle", rate=70.0, zero=0.0),))
     table = extend_to(start_table(scene), 0.4, 8.0)

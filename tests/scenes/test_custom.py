@@ -34,7 +34,7 @@ from governor_mechanism.model.time_functions import Harmonic, InputFunction, Pre
 from governor_mechanism.scenes import library
 from governor_mechanism.scenes.parser import parse_scene_document
 from governor_mechanism.units.problems import Problem
-from invalid_scenes.custom_scenes import BODY, BROKEN_CUSTOM, SPINDLE, WORDING_CUSTOM, body_with, custom_scene, force_table, joint_table
+from invalid_scenes.cases import BODY, SPINDLE, Case, body_with, custom_scene, each_case, force_table, joint_table, read_cases
 
 # The rod is 100 mm long: its mass centre lies 50 mm from its start.
 START, END = Point(body="crank", x=-0.05), Point(body="crank", x=0.05)
@@ -386,21 +386,16 @@ def test_a_spindle_may_be_left_to_itself() -> None:
     assert driven.torque == InputFunction(times=(0.0, 2.0), values=(1.0, 3.0))
 
 
-@pytest.mark.parametrize(("text", "expected"), [case[1:] for case in BROKEN_CUSTOM], ids=[case[0] for case in BROKEN_CUSTOM])
-def test_every_mistake_of_a_scene_is_found_at_its_key(text: str, expected: list[tuple[str, str]]) -> None:
+@each_case("custom")
+def test_every_mistake_of_a_scene_is_found_at_its_key_and_told_with_its_cure(case: Case) -> None:
     with pytest.raises(MechanismError) as caught:
-        parse_scene_document(tomllib.loads(text))
-    assert [(problem.code, problem.key) for problem in map(Problem, caught.value.problems)] == expected
-
-
-@pytest.mark.parametrize(("case", "message"), WORDING_CUSTOM)
-def test_each_message_says_what_is_wrong_and_how_to_correct_it(case: str, message: str) -> None:
-    assert message in problems_of(next(text for name, text, _ in BROKEN_CUSTOM if name == case))
+        parse_scene_document(tomllib.loads(case.text))
+    assert [(problem.code, problem.key) for problem in map(Problem, caught.value.problems)] == case.mistakes
+    assert set(case.messages) <= set(caught.value.problems)
 
 
 def test_each_of_several_mistakes_is_told_once() -> None:
-    text = next(text for name, text, _ in BROKEN_CUSTOM if name == "several mistakes at once")
-    assert len(problems_of(text)) == 5
+    assert len(problems_of(read_cases("custom")["several mistakes at once"].text)) == 5
 
 
 @pytest.mark.parametrize("key", ["body", "joint", "link", "force", "ground", "readings", "start", "size", "plane"])

@@ -23,8 +23,7 @@ from governor_mechanism.model.time_functions import InputFunction
 from governor_mechanism.scenes.parser import parse_scene_document
 from governor_mechanism.units.problems import Problem
 from governor_scenes import PORTER
-from invalid_scenes.custom_scenes import custom_scene
-from invalid_scenes.effect_scenes import BROKEN_EFFECTS, WORDING_EFFECTS, with_effects
+from invalid_scenes.cases import Case, custom_scene, each_case, with_effects
 from scene_documents import governor_document
 
 ALL = ("gravity", "centrifugal", "rods", "spring", "dry_friction", "dashpot", "stops", "clearance")
@@ -147,18 +146,12 @@ def test_a_start_on_a_stop_is_allowed() -> None:
     assert scene.start.values == {"arm_angle": near(math.radians(40))}
 
 
-@pytest.mark.parametrize(("text", "expected"), [case[1:] for case in BROKEN_EFFECTS], ids=[case[0] for case in BROKEN_EFFECTS])
-def test_every_mistake_of_a_scene_is_found_at_its_key(text: str, expected: list[tuple[str, str]]) -> None:
+@each_case("effects")
+def test_every_mistake_of_a_scene_is_found_at_its_key_and_told_with_its_cure(case: Case) -> None:
     with pytest.raises(gm.MechanismError) as caught:
-        scene_of(text)
-    assert [(problem.code, problem.key) for problem in map(Problem, caught.value.problems)] == expected
-
-
-@pytest.mark.parametrize(("case", "message"), WORDING_EFFECTS)
-def test_each_message_says_what_is_wrong_and_how_to_correct_it(case: str, message: str) -> None:
-    with pytest.raises(gm.MechanismError) as caught:
-        scene_of(next(text for name, text, _ in BROKEN_EFFECTS if name == case))
-    assert message in caught.value.problems
+        scene_of(case.text)
+    assert [(problem.code, problem.key) for problem in map(Problem, caught.value.problems)] == case.mistakes
+    assert set(case.messages) <= set(caught.value.problems)
 
 
 def run_of(effects: dict[str, bool], engine: str) -> gm.Trajectory:

@@ -22,10 +22,10 @@ from governor_mechanism.machines.pendulum import PendulumGovernor
 from governor_mechanism.model.events import NamedCrossing
 from governor_mechanism.model.part import EQUILIBRIUM, Spindle
 from governor_mechanism.model.scene import RunSettings
-from governor_mechanism.scenes.parser import parse_scene_document, read_scene_file
+from governor_mechanism.scenes.parser import MAX_SCENE_FILE_SIZE, parse_scene_document, read_scene_file
 from governor_mechanism.scenes.schema import rate_key, start_table
 from governor_mechanism.units.problems import Problem
-from invalid_scenes.scenes import BROKEN_SCENES, SCENE_HEADER, WORDING_SCENES, format_dimensions, scene_text
+from invalid_scenes.cases import SCENE_HEADER, Case, each_case, format_dimensions, read_cases, scene_text
 from scene_documents import governor_document
 
 
@@ -189,15 +189,24 @@ def test_a_file_with_a_byte_order_mark_and_windows_line_ends_is_read(tmp_path: P
     assert read_scene_file(file).title == "A Porter governor"
 
 
-@pytest.mark.parametrize(("text", "expected"), [case[1:] for case in BROKEN_SCENES], ids=[case[0] for case in BROKEN_SCENES])
-def test_every_mistake_of_a_file_is_found_at_its_key(text: str, expected: list[tuple[str, str]], tmp_path: Path) -> None:
-    assert [(problem.code, problem.key) for problem in errors_of(text, tmp_path)] == expected
+@each_case("scenes")
+def test_every_mistake_of_a_file_is_found_at_its_key_and_told_with_its_cure(case: Case, tmp_path: Path) -> None:
+    assert [(problem.code, problem.key) for problem in errors_of(case.text, tmp_path)] == case.mistakes
+    assert set(case.messages) <= set(problems_of(case.text, tmp_path))
 
 
-@pytest.mark.parametrize(("case", "message"), WORDING_SCENES)
-def test_each_message_says_what_is_wrong_and_how_to_correct_it(case: str, message: str, tmp_path: Path) -> None:
-    text = next(text for name, text, _ in BROKEN_SCENES if name == case)
-    assert message in problems_of(text, tmp_path)
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        (SCENE_HEADER + "title2 = " + "1" * 5000, "not valid TOML"),
+        ("a = " + "[" * 100_000, "tables or lists are nested too deeply for a scene"),
+        ("#" * MAX_SCENE_FILE_SIZE + "\n", "this file is larger than 1,000,000 bytes; a scene is a page of text"),
+    ],
+    ids=["a number of 5000 digits", "nested too deeply", "too large"],
+)
+def test_what_is_too_long_to_be_a_scene_is_refused(text: str, message: str, tmp_path: Path) -> None:
+    assert [(problem.code, problem.key) for problem in errors_of(text, tmp_path)] == [("unreadable", "")]
+    assert problems_of(text, tmp_path)[0].startswith(message)
 
 
 @pytest.mark.parametrize(
@@ -207,8 +216,7 @@ def test_each_message_says_what_is_wrong_and_how_to_correct_it(case: str, messag
     + [("unrecognisable machine, the rest wrong too", 5), ("unknown machine", 1), ("bare millimetres", 2)],
 )
 def test_each_mistake_is_told_once(case: str, count: int, tmp_path: Path) -> None:
-    text = next(text for name, text, _ in BROKEN_SCENES if name == case)
-    assert len(problems_of(text, tmp_path)) == count
+    assert len(problems_of(read_cases("scenes")[case].text, tmp_path)) == count
 
 
 @pytest.mark.parametrize("machine", ['"pendulum_govenor"', '"xyzzy"', "3"])
