@@ -17,7 +17,7 @@ from governor_mechanism.effects.stops import Stops
 from governor_mechanism.engines import MultibodyEngine, ReducedEngine
 from governor_mechanism.engines.initial_state import initial_state
 from governor_mechanism.mechanics.dynamics.characteristic_scales import time_scale
-from governor_mechanism.mechanics.kinematics.constraint_kernels import evaluate_gamma, evaluate_jacobian
+from governor_mechanism.mechanics.kinematics.constraint_kernels import RowEvaluation
 from governor_mechanism.mechanics.kinematics.output_rows import make_output_rows
 from governor_mechanism.mechanics.reduction.lagrangian import SingleDofReduction
 from governor_mechanism.mechanics.reduction.motion_table import MotionTable
@@ -463,12 +463,11 @@ def test_gamma_of_a_line_angle_agrees_with_second_differences():
     reference = angle(0.0)
     f = [angle(k * step) for k in range(-2, 3)]
     second = (16 * (f[3] + f[1]) - (f[4] + f[0]) - 30 * f[2]) / (12 * step**2)
-    asked = np.zeros((1, 1, 3))
-    bend = evaluate_gamma(output_rows, poses[np.newaxis], velocities[np.newaxis], asked)[0, 0]
-    gradient = evaluate_jacobian(output_rows, poses[np.newaxis])[0, 0]
+    row = RowEvaluation(output_rows, poses, velocities)
+    gamma, gradient = row.gamma[0], row.jacobian[0]
     # Differences of fourth order: 1e-12 times derivatives of several thousand, and rounding of 1e-16 / step^2.
-    assert np.sum(gradient * accelerations) - bend == pytest.approx(second, abs=1e-6)
-    assert abs(bend) > 0.1
+    assert np.sum(gradient * accelerations) - gamma == pytest.approx(second, abs=1e-6)
+    assert abs(gamma) > 0.1
 
 
 def test_quintic_hermite_interpolation_reproduces_quintics():

@@ -6,7 +6,7 @@ import math
 import time
 from abc import abstractmethod
 from collections.abc import Callable, Iterator
-from dataclasses import asdict, dataclass, field, replace
+from dataclasses import dataclass, field, replace
 from itertools import pairwise
 
 import numpy as np
@@ -278,7 +278,8 @@ class CertifiedRunner(Runner):
     """Violation of the constraints near singular configurations, relative to the length scale."""
 
     def __init__(self, engine: ErrorControlledEngine, request: RunRequest, evaluator: ReadingEvaluator) -> None:
-        super().__init__(engine.name, asdict(engine), request, evaluator)
+        settings = vars(engine) | {"settings": dict(vars(engine.settings))}  # numbers and words, which `asdict` would copy one by one
+        super().__init__(engine.name, settings, request, evaluator)
         self.engine, self.max_steps = engine, engine.step_limit(evaluator.scene)
 
     @abstractmethod

@@ -303,10 +303,22 @@ class Mechanism:
 
     def reading(self, name: str) -> Reading:
         """Return the reading of a name. Raise MechanismError if there is none."""
-        found = next((reading for reading in (*self.readings, *self.internal_outputs) if reading.name == name), None)
-        if found is None:
-            raise _unknown_name("reading", name, [reading.name for reading in self.readings], "readings")
-        return found
+        return self.all_readings[self.reading_index(name)]
+
+    def reading_index(self, name: str) -> int:
+        """Return the position of a reading in `all_readings`. Raise MechanismError if there is none of this name."""
+        if isinstance(name, str) and name in self._reading_indices:
+            return self._reading_indices[name]
+        raise _unknown_name("reading", name, [reading.name for reading in self.readings], "readings")
+
+    @cached_property
+    def all_readings(self) -> tuple[Reading, ...]:
+        """The readings, and then the internal outputs."""
+        return *self.readings, *self.internal_outputs
+
+    @cached_property
+    def _reading_indices(self) -> dict[str, int]:
+        return {reading.name: index for index, reading in reversed([*enumerate(self.all_readings)])}  # of equal names the first counts
 
     def output_scale(self, name: str) -> float:
         """Return the scale of a reading: 1 rad, 1 for a ratio, or the length scale in m."""

@@ -56,6 +56,18 @@ def numerical_rank(
     return int(np.sum(singular_values > RANK_TOLERANCE * singular_values[0]))
 
 
+def find_single_free_direction(
+    rows: FloatArray,  # coefficients of scaled equations; shape (equations, unknowns)
+) -> FloatArray | None:
+    """Return the unit vector (unknowns,) along which rows * x = 0 if there is only one such direction, else None."""
+    n_unknowns = rows.shape[1]
+    if n_unknowns - len(rows) > 1 or (len(rows) >= MIN_SPARSE_ROWS and n_unknowns - numerical_rank(rows) != 1):
+        return None
+    _, singular_values, directions = np.linalg.svd(rows)
+    rank = int(np.sum(singular_values > RANK_TOLERANCE * np.max(singular_values, initial=0.0)))
+    return directions[-1] if n_unknowns - rank == 1 else None
+
+
 def _factorise_normal_matrix(rows: FloatArray) -> tuple[Any, Any] | None:
     """Return rows as a sparse matrix, and a solver for rows * rows^T; None if they are not certainly independent."""
     from scipy.sparse import csr_array

@@ -360,6 +360,8 @@ def _build_placeholder_mechanism(machine_class: type[Machine]) -> Mechanism | No
 
 def _copy_document(value: Any) -> Any:
     """Return a copy that does not change with the caller's document."""
+    if isinstance(value, str | float | int):  # most values; other checks take longer
+        return value
     if isinstance(value, Mapping):
         return {key: _copy_document(item) for key, item in value.items()}
     return [_copy_document(item) for item in value] if isinstance(value, list | tuple) else value

@@ -64,7 +64,7 @@ def parse_si(
     if bounded and number and not min_value <= abs(number) <= max_value:
         raise wrong_value(value, f"must lie between {min_value:g} and {max_value:g} in SI", code=ProblemCode.OUT_OF_RANGE, path=key)
     try:
-        require_plausible(number, kind, key, format_value(value))
+        require_plausible(number, kind, key, value)
     except MechanismError as error:
         raise mistake(ProblemCode.OUT_OF_RANGE, *error.problems) from error
     if not isinstance(value, str) and abs(number) > UNITLESS_LIMITS.get(kind, math.inf):

@@ -4,6 +4,7 @@ import dataclasses
 import difflib
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import count
 from typing import Any, Final
 
@@ -53,7 +54,7 @@ class Table:
         """Return the table that describes an instance of a dataclass; the arguments are other attributes of the table."""
         return cls(**{"make": owner, "fields": fields_of(owner), **properties})
 
-    @property
+    @cached_property
     def fields_by_key(self) -> dict[str, Declaration]:
         """What the keys of the file hold."""
         return {one.key or name: one for name, one in self.fields.items()}

@@ -20,7 +20,7 @@ from governor_mechanism.mechanics.dynamics.system.arrays import N_ENERGY_STATES,
 from governor_mechanism.mechanics.dynamics.system.lowering import make_system
 from governor_mechanism.mechanics.dynamics.system.reference_points import from_mass_centres, to_mass_centres
 from governor_mechanism.mechanics.kinematics.constraint_equations import make_constraint_table
-from governor_mechanism.mechanics.kinematics.constraint_kernels import evaluate_jacobian
+from governor_mechanism.mechanics.kinematics.constraint_kernels import RowEvaluation
 from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output, evaluate_output_value
 from governor_mechanism.mechanics.kinematics.time_functions import N_CUBIC_COLUMNS, stack_local_cubics
 from governor_mechanism.model.coupling.coupled_system import SPINDLE_ANGLE, SPINDLE_SPEED
@@ -123,7 +123,7 @@ class SceneDynamics:
 
     def _constraint_jacobian(self, poses: FloatArray) -> FloatArray:
         """Return the dimensionless constraint Jacobian (rows, 3 bodies)."""
-        jacobian = evaluate_jacobian(self._system.constraint_rows, poses[np.newaxis])[0].reshape(-1, poses.size)
+        jacobian = RowEvaluation(self._system.constraint_rows, poses).jacobian.reshape(-1, poses.size)
         # Angles count half: a shaft is described by its angle, which turns steadily, rather than by the path of its mass centre.
         scaled: FloatArray = jacobian * np.tile([1.0, 1.0, 0.5 / self._mechanism.length_scale], len(poses))
         return scaled

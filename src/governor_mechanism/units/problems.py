@@ -7,11 +7,12 @@ import inspect
 import os
 import re
 import sys
-from collections.abc import Callable, Iterable, Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Callable, Iterable, Mapping
+from contextlib import AbstractContextManager
 from enum import StrEnum
 from itertools import repeat
 from numbers import Integral, Real
+from types import TracebackType
 from typing import Any, Final, ParamSpec, TypeVar
 
 from governor_mechanism.errors import MechanismError, did_you_mean, make_legible
@@ -101,19 +102,21 @@ class ProblemCollector:
         self.problems += [Problem(message, code, key) for message in messages]
         self.has_failed |= bool(messages)
 
-    @contextmanager
-    def at(self, path: str = KEY) -> Iterator[None]:
+    def at(self, path: str = KEY) -> AbstractContextManager[None]:
         """Collect the problems of a MechanismError at a key path and continue after the context."""
-        try:
-            yield
-        except MechanismError as error:
-            self.has_failed = True
-            self.problems += [Problem(problem).at(path) for problem in error.problems]
+        return _Collection(self, path)
+
+    def collect(self, error: MechanismError, path: str) -> None:
+        """Add the problems of an error at a key path."""
+        self.has_failed = True
+        self.problems += [Problem(problem).at(path) for problem in error.problems]
 
     def attempt(self, path: str, function: Callable[..., _Parsed], *arguments: Any) -> _Parsed | None:
         """Return the result of a function, or None if it fails; its problems are collected at a key path."""
-        with self.at(path):
+        try:
             return function(*arguments)
+        except MechanismError as error:
+            self.collect(error, path)
         return None
 
     def parse_tables(self, heading: str, tables: object, parse: Callable[[str, Any], _Parsed]) -> list[_Parsed]:
@@ -126,6 +129,20 @@ class ProblemCollector:
         """Raise MechanismError with all problems, if any check has failed."""
         if self.has_failed:
             raise MechanismError(*self.problems)
+
+
+class _Collection(AbstractContextManager[None]):
+    """Context whose MechanismError a collector takes; one that a generator makes costs four times as much, and a file has many."""
+
+    def __init__(self, collector: ProblemCollector, path: str) -> None:
+        self._collector, self._path = collector, path
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, traceback: TracebackType | None) -> bool:
+        """Collect the error and continue after the context, if it is a MechanismError."""
+        if not isinstance(error, MechanismError):
+            return False
+        self._collector.collect(error, self._path)
+        return True
 
 
 def parse_each(parse: Callable[..., _Parsed], *arguments: Iterable[Any], paths: Iterable[str] = repeat(KEY)) -> list[_Parsed]:

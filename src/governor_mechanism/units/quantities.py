@@ -12,7 +12,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from datetime import date, time
 from decimal import Decimal
-from functools import cache
+from functools import cache, lru_cache
 from numbers import Number, Real
 from pathlib import PurePath
 from typing import Any
@@ -158,16 +158,17 @@ def parse_quantity(
     Raises MechanismError if the value is not a quantity of this kind within its largest magnitude.
     """
     number = read_quantity(value, kind, what)
-    require_plausible(number, kind, what, format_value(value))
+    require_plausible(number, kind, what, value)
     return number
 
 
-def require_plausible(number: float, kind: str, what: str, found: str = "") -> None:
-    """Raise MechanismError if a quantity, SI, exceeds the largest magnitude of its kind; `found` is how it was written."""
+def require_plausible(number: float, kind: str, what: str, written: object = None) -> None:
+    """Raise MechanismError if a quantity, SI, exceeds the largest magnitude of its kind; `written` is what a user gave, if it is known."""
     expected = QUANTITY_KINDS[kind]
     if not abs(number) <= expected.largest:
         limit = f"{expected.largest:g} {expected.si_unit}".rstrip()
-        raise MechanismError(f"{what} must lie within {limit}; found {found or f'{number:g} {expected.si_unit}'.rstrip()}")
+        found = f"{number:g} {expected.si_unit}".rstrip() if written is None else format_value(written)
+        raise MechanismError(f"{what} must lie within {limit}; found {found}")
 
 
 def read_quantity(value: object, kind: str, what: str) -> float:
@@ -234,6 +235,7 @@ class _ValueFormat(reprlib.Repr):
         )
 
 
+@lru_cache(maxsize=1024)  # the rows of a sweep read the same texts
 def _text_to_si(text: str, expected: QuantityKind, what: str) -> float:
     cleaned = text.strip().translate(_CHARACTER_REPLACEMENTS)
     message_start = f"{what} is {expected.name}; {format_value(text)}"

@@ -12,7 +12,7 @@ from governor_mechanism.integrators.status import IntegrationStatus
 from governor_mechanism.mechanics.dynamics.equations.equations_of_motion import evaluate_state_derivative
 from governor_mechanism.mechanics.dynamics.equations.projection import project_state
 from governor_mechanism.mechanics.dynamics.system.arrays import N_ENERGY_STATES, System, SystemWorkspace
-from governor_mechanism.mechanics.kinematics.constraint_kernels import evaluate_jacobian
+from governor_mechanism.mechanics.kinematics.constraint_kernels import RowEvaluation
 from governor_mechanism.numerics.array_copy import copy_array
 from governor_mechanism.numerics.jit import jit_in_place
 from governor_mechanism.numerics.least_squares import RANK_TOLERANCE
@@ -374,7 +374,7 @@ class ImplicitIntegrator:
 
         system = self._model[0]
         free: IntArray = np.flatnonzero(system.inverse_mass.ravel() > 0.0)
-        jacobian = evaluate_jacobian(system.constraint_rows, poses.reshape(1, -1, 3))[0].reshape(-1, poses.size)
+        jacobian = RowEvaluation(system.constraint_rows, poses.reshape(-1, 3)).jacobian.reshape(-1, poses.size)
         if not len(jacobian):
             return free
         weights = np.where(free % 3 == 2, ROTATION_WEIGHT, 1.0) * self._error_scale[free]

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Mapping
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,7 +13,7 @@ from governor_mechanism.mechanics.kinematics.output_variables import evaluate_ou
 from governor_mechanism.model.joints import Distance
 from governor_mechanism.model.mechanism import Mechanism
 from governor_mechanism.model.scene import Scene
-from governor_mechanism.numerics.least_squares import least_norm_solution, numerical_rank
+from governor_mechanism.numerics.least_squares import find_single_free_direction, least_norm_solution, numerical_rank
 from governor_mechanism.numerics.once_per_object import once_per_object
 from governor_mechanism.types import FloatArray
 
@@ -62,8 +63,6 @@ class PositionSolver:
         SI values of a length scale and of a radian for the coordinates of a body; shape (3,).
     free_coordinate_scales
         SI value of a length scale, or of a radian, of each free coordinate; shape (free coordinates,).
-    initial_guess
-        Poses of the mechanism's initial guess, with points that are to be apart a little apart; shape (bodies, 3).
     free_masses
         Mass (kg) or moment of inertia (kg m2) of each free coordinate; shape (free coordinates,).
     """
@@ -74,9 +73,13 @@ class PositionSolver:
         self.free_mask = np.array([body.moves for body in mechanism.bodies], dtype=np.bool_).ravel()
         self.pose_scales = np.array([mechanism.length_scale, mechanism.length_scale, 1.0])
         self.free_coordinate_scales = np.tile(self.pose_scales, len(mechanism.bodies))[self.free_mask]
-        self.initial_guess = self._part_coincident_points(np.array(mechanism.initial_guess, dtype=np.float64))
         inertias = [[body.mass, body.mass, body.planar_inertia] for body in mechanism.bodies]
         self.free_masses: FloatArray = np.array(inertias).ravel()[self.free_mask]
+
+    @cached_property
+    def initial_guess(self) -> FloatArray:
+        """Poses of the mechanism's initial guess, with points that are to be apart a little apart; shape (bodies, 3)."""
+        return self._part_coincident_points(np.array(self.mechanism.initial_guess, dtype=np.float64))
 
     @property
     def mobility(self) -> int:
@@ -95,7 +98,10 @@ class PositionSolver:
 
     def joint_jacobian(self, poses: FloatArray) -> FloatArray:
         """Return the joint Jacobian (..., equations, free coordinates) at poses (..., bodies, 3)."""
-        jacobian = self.equations.jacobian(poses)
+        return self._select_free(self.equations.jacobian(poses))
+
+    def _select_free(self, jacobian: FloatArray) -> FloatArray:
+        """Return the derivatives (..., free coordinates) of a Jacobian (..., bodies, 3) by the free coordinates."""
         free_jacobian: FloatArray = jacobian.reshape(*jacobian.shape[:-2], self.free_mask.size)[..., self.free_mask]
         return free_jacobian
 
@@ -182,9 +188,9 @@ class PositionSolver:
     def _move_off_turning_point(self, poses: FloatArray, values: Mapping[str, float]) -> FloatArray:
         """Return poses slightly moved along the motion if the only output to be changed is at a turning point there."""
         moving_outputs = [name for name, value in values.items() if abs(self._output_residual(name, value, poses)) > ASSEMBLY_TOLERANCE]
-        if len(moving_outputs) != 1 or self.count_degrees_of_freedom(poses) != 1:
+        null_direction = find_single_free_direction(self.scaled_joint_jacobian(poses)) if len(moving_outputs) == 1 else None
+        if null_direction is None:
             return poses
-        null_direction = np.linalg.svd(self.scaled_joint_jacobian(poses))[2][-1]
         output_rate = self.output_derivative(moving_outputs[0], poses, null_direction)
         if abs(output_rate) > TURNING_POINT_OFFSET * self.mechanism.output_scale(moving_outputs[0]):
             return poses
@@ -213,7 +219,7 @@ class PositionSolver:
 
     def jacobian(self, poses: FloatArray, names: list[str]) -> FloatArray:
         """Return the Jacobian of the joints and then of the named outputs with respect to the free coordinates."""
-        gradients = [evaluate_output(self.mechanism, name, poses).gradient.reshape(1, -1)[:, self.free_mask] for name in names]
+        gradients = [self._select_free(evaluate_output(self.mechanism, name, poses).gradient)[np.newaxis] for name in names]
         return np.concatenate([self.joint_jacobian(poses), *gradients])
 
     def _part_coincident_points(self, poses: FloatArray) -> FloatArray:
@@ -230,12 +236,16 @@ class PositionSolver:
         row_scales = np.array([length_scale] * len(self.equations.joint_indices) + [self.mechanism.output_scale(name) for name in names])
         converged = False
         for _ in range(60):
-            output_residuals = [self._output_residual(name, values[name], poses) for name in names]
-            residual = np.append(self.equations.residuals(poses, self.time), output_residuals) / row_scales
             if converged:
                 return poses
+            joints, outputs = self.equations.evaluate(poses, self.time), [evaluate_output(self.mechanism, name, poses) for name in names]
+            differences = [float(output.value) - values[name] for name, output in zip(names, outputs, strict=True)]
+            output_residuals = [wrap_difference(self.mechanism.reading(name), one) for name, one in zip(names, differences, strict=True)]
+            residual = np.append(joints.residuals, output_residuals) / row_scales
             converged = np.max(np.abs(residual), initial=0.0) < ASSEMBLY_TOLERANCE  # one more step leaves only rounding
-            jacobian = self.jacobian(poses, names) * self.free_coordinate_scales / row_scales[:, np.newaxis]
+            jacobian = self._select_free(np.concatenate([joints.jacobian, *(output.gradient[np.newaxis] for output in outputs)]))
+            jacobian *= self.free_coordinate_scales
+            jacobian /= row_scales[:, np.newaxis]
             step = least_norm_solution(jacobian, -residual)
             step_size = float(np.max(np.abs(step)))
             poses = poses + self.expand_free(self.free_coordinate_scales * step * min(1.0, MAX_NEWTON_STEP / max(step_size, 1e-300)))

@@ -8,8 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.mechanics.kinematics import constraint_kernels
-from governor_mechanism.mechanics.kinematics.constraint_kernels import ConstraintRows
+from governor_mechanism.mechanics.kinematics.constraint_kernels import CONSTRAINT_ROW_DTYPE, ConstraintRows, RowEvaluation
 from governor_mechanism.mechanics.kinematics.points import Origins, attachment_fields
 from governor_mechanism.mechanics.kinematics.time_functions import CubicTimeFunction
 from governor_mechanism.model.curves import Curve, PolarHarmonics, PolarSpline, PolynomialCurve, SplineCurve
@@ -23,7 +22,7 @@ from governor_mechanism.types import GROUND_INDEX, NO_INDEX, FloatArray, IntArra
 
 def make_row_table(n_rows: int) -> RecordArray:
     """Return rows without parameters and drives."""
-    table = np.zeros(n_rows, dtype=constraint_kernels.CONSTRAINT_ROW_DTYPE)
+    table = np.zeros(n_rows, dtype=CONSTRAINT_ROW_DTYPE)
     table["first_point_weight"], table["drive_scale"], table["drive"], table["third"] = 1.0, 1.0, NO_INDEX, GROUND_INDEX
     return table
 
@@ -212,21 +211,22 @@ class ConstraintEquations:
             result[:, row] = drive_scale * np.stack(values, axis=-1)
         return result.reshape(*np.shape(times), *result.shape[1:])
 
+    def evaluate(self, poses: FloatArray, times: FloatArray | float = 0.0, velocities: FloatArray | None = None) -> RowEvaluation:
+        """Return the rows at poses (..., bodies, 3) and, if they are given, velocities."""
+        drive_values = self.prescribed_motion(np.broadcast_to(times, poses.shape[:-2])) if self._drive_functions else None
+        return RowEvaluation(self.rows, poses, velocities, drive_values)
+
     def residuals(self, poses: FloatArray, times: FloatArray | float = 0.0) -> FloatArray:
         """Return the signed residuals (m); shape (..., rows)."""
-        result = constraint_kernels.evaluate_residuals(self.rows, _flatten_poses(poses), self._prescribed_motion_per_pose(poses, times))
-        return result.reshape(*poses.shape[:-2], len(self.joint_indices))
+        return self.evaluate(poses, times).residuals
 
     def jacobian(self, poses: FloatArray) -> FloatArray:
         """Return the derivatives of the residuals with respect to the poses, m/m and m/rad; shape (..., rows, bodies, 3)."""
-        result = constraint_kernels.evaluate_jacobian(self.rows, _flatten_poses(poses))
-        return result.reshape(*poses.shape[:-2], len(self.joint_indices), *poses.shape[-2:])
+        return RowEvaluation(self.rows, poses).jacobian
 
     def gamma(self, poses: FloatArray, velocities: FloatArray, times: FloatArray | float = 0.0) -> FloatArray:
         """Return the right-hand side of J * accelerations = gamma (m/s2); shape (..., rows)."""
-        drive_values = self._prescribed_motion_per_pose(poses, times)
-        result = constraint_kernels.evaluate_gamma(self.rows, _flatten_poses(poses), _flatten_poses(velocities), drive_values)
-        return result.reshape(*poses.shape[:-2], len(self.joint_indices))
+        return self.evaluate(poses, times, velocities).gamma
 
     def largest_gap(self, poses: FloatArray, time: float = 0.0) -> tuple[Joint, float]:
         """Return the joint with the largest gap at one set of poses, and the gap (m), signed if the joint has a single row."""
@@ -235,19 +235,8 @@ class ConstraintEquations:
         worst = max(range(len(gaps)), key=lambda index: math.hypot(*gaps[index]))
         return self.joints[worst], float(gaps[worst][0]) if len(gaps[worst]) == 1 else math.hypot(*gaps[worst])
 
-    def _prescribed_motion_per_pose(self, poses: FloatArray, times: FloatArray | float) -> FloatArray:
-        """Return the prescribed motion at each of the flattened poses; shape (n, rows, 3)."""
-        if not self._drive_functions:
-            return np.zeros((math.prod(poses.shape[:-2]), len(self.joint_indices), 3))
-        return self.prescribed_motion(np.broadcast_to(times, poses.shape[:-2]).ravel())
-
 
 @once_per_object
 def constraint_equations_of(mechanism: Mechanism) -> ConstraintEquations:
     """Return the constraint equations of a mechanism, which are made once."""
     return ConstraintEquations(mechanism)
-
-
-def _flatten_poses(poses: FloatArray) -> FloatArray:
-    """Return poses as a contiguous array of shape (n, bodies, 3)."""
-    return np.ascontiguousarray(poses, dtype=np.float64).reshape(-1, *poses.shape[-2:])

@@ -8,6 +8,7 @@ all arrays by the bodies of a row have three sides instead of two.
 
 import math
 from enum import IntEnum
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -339,83 +340,71 @@ def evaluate_rows(rows: ConstraintRows, poses: FloatArray, velocities: FloatArra
         )
 
 
-def evaluate_residuals(
-    rows: ConstraintRows,
-    poses: FloatArray,  # poses of the body origins, m and rad; shape (n, bodies, 3)
-    drive_values: FloatArray,  # prescribed value, rate and acceleration of each row; shape (n, rows, 3)
-) -> FloatArray:
-    """Return the residuals of constraint rows at many poses.
+class RowEvaluation:
+    """Constraint rows at one state or at many, all of whose values come from one call of the kernel.
 
-    Result: residuals, m; shape (n, rows).
+    Attributes
+    ----------
+    residuals
+        Residuals of the rows, m or rad; shape (..., rows).
+    gamma
+        Right-hand side of J * accelerations = gamma, in the units of the residuals per s2; shape (..., rows).
     """
-    return _evaluate_rows_at_states(rows, poses, np.zeros(poses.shape), drive_values)[0][:, :, RowColumn.RESIDUAL]
+
+    def __init__(
+        self,
+        rows: ConstraintRows,
+        poses: FloatArray,  # poses of the body origins, m and rad; shape (..., bodies, 3)
+        velocities: FloatArray | None = None,  # their derivatives; same shape. Default: zero
+        # prescribed value, rate and acceleration of each row; shape (..., rows, 3). Default: zero
+        drive_values: FloatArray | None = None,
+    ) -> None:
+        self._row_bodies, self._poses_shape = rows.row_bodies, poses.shape
+        flat_poses = _flatten_states(poses)
+        row_values = np.zeros((len(flat_poses), len(rows.table), N_ROW_COLUMNS))
+        self._row_jacobians = np.zeros((len(flat_poses), *rows.row_bodies.shape, 3))
+        if drive_values is not None:
+            row_values[:, :, : RowColumn.DRIVE_ACCELERATION + 1] = _flatten_states(drive_values)
+        motion = np.zeros(flat_poses.shape) if velocities is None else _flatten_states(velocities)
+        evaluate_rows_at_states(rows, flat_poses, motion, row_values, self._row_jacobians)
+        self._shape = *poses.shape[:-2], len(rows.table)
+        self.residuals: FloatArray = row_values[:, :, RowColumn.RESIDUAL].reshape(self._shape)
+        self.gamma: FloatArray = row_values[:, :, RowColumn.GAMMA].reshape(self._shape)
+
+    @cached_property
+    def jacobian(self) -> FloatArray:
+        """Derivatives of the residuals by all poses, m/m and m/rad; shape (..., rows, bodies, 3)."""
+        jacobian = np.zeros((*self._row_jacobians.shape[:2], *self._poses_shape[-2:]))
+        add_row_jacobians(self._row_bodies, self._row_jacobians, jacobian)
+        return jacobian.reshape(*self._shape, *self._poses_shape[-2:])
+
+    def derivatives_along(self, directions: FloatArray) -> FloatArray:
+        """Return the derivatives (..., rows) of the residuals along directions (..., bodies, 3) of the poses."""
+        result = np.zeros(self._row_jacobians.shape[:2])
+        add_directional_derivatives(self._row_bodies, self._row_jacobians, _flatten_states(directions), result)
+        return result.reshape(self._shape)
 
 
-def evaluate_gamma(
-    rows: ConstraintRows,
-    poses: FloatArray,  # poses of the body origins, m and rad; shape (n, bodies, 3)
-    velocities: FloatArray,  # their time derivatives; shape (n, bodies, 3)
-    drive_values: FloatArray,  # prescribed value, rate and acceleration of each row; shape (n, rows, 3)
-) -> FloatArray:
-    """Return the right-hand side of J * accelerations = gamma at many states.
-
-    Result: gamma, m/s2; shape (n, rows).
-    """
-    return _evaluate_rows_at_states(rows, poses, velocities, drive_values)[0][:, :, RowColumn.GAMMA]
+def _flatten_states(values: FloatArray) -> FloatArray:
+    """Return values (..., n, 3) of states as a contiguous array of shape (states, n, 3)."""
+    return np.ascontiguousarray(values, dtype=np.float64).reshape(-1, *values.shape[-2:])
 
 
-def evaluate_jacobian(
-    rows: ConstraintRows,
-    poses: FloatArray,  # poses of the body origins, m and rad; shape (n, bodies, 3)
-) -> FloatArray:
-    """Return the Jacobian of the residuals at many poses.
-
-    Result: derivatives with respect to all poses, m/m and m/rad; shape (n, rows, bodies, 3).
-    """
-    drive_values = np.zeros((len(poses), len(rows.table), 3))
-    row_jacobians = _evaluate_rows_at_states(rows, poses, np.zeros(poses.shape), drive_values)[1]
-    n_states, n_bodies, _ = poses.shape
-    jacobian = np.zeros((n_states, len(rows.table), n_bodies + 1, 3))  # GROUND_INDEX is the last body
-    indices = np.arange(len(rows.table))
-    for side in range(rows.row_bodies.shape[1]):
-        jacobian[:, indices, rows.row_bodies[:, side]] += row_jacobians[:, :, side]
-    return np.ascontiguousarray(jacobian[:, :, :n_bodies])
-
-
-def evaluate_values_and_rates(
-    rows: ConstraintRows,
-    poses: FloatArray,  # poses of the body origins, m and rad; shape (n, bodies, 3)
-    velocities: FloatArray,  # their time derivatives; shape (n, bodies, 3)
-) -> tuple[FloatArray, FloatArray]:
-    """Return the residuals of rows without prescribed motion, and their rates, at many states.
-
-    Results: values, residuals, m or rad; shape (n, rows); rates, their time derivatives; shape (n, rows).
-    """
-    row_values, row_jacobians = _evaluate_rows_at_states(rows, poses, velocities, np.zeros((len(poses), len(rows.table), 3)))
-    return row_values[:, :, RowColumn.RESIDUAL], _directional_derivatives(rows, row_jacobians, velocities)
-
-
-def evaluate_values_and_derivatives(
-    rows: ConstraintRows,
-    poses: FloatArray,  # poses of the body origins, m and rad; shape (n, bodies, 3)
-    velocities: FloatArray,  # their derivatives; shape (n, bodies, 3)
-    accelerations: FloatArray,  # their second derivatives; shape (n, bodies, 3)
-) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Return the residuals of rows without prescribed motion, and their first two derivatives, at many states.
-
-    Results: values, residuals, m or rad; shape (n, rows); rates, their derivatives; shape (n, rows);
-    second_derivatives, their second derivatives; shape (n, rows).
-    """
-    row_values, row_jacobians = _evaluate_rows_at_states(rows, poses, velocities, np.zeros((len(poses), len(rows.table), 3)))
-    linear, rates = (_directional_derivatives(rows, row_jacobians, motion) for motion in (accelerations, velocities))
-    return row_values[:, :, RowColumn.RESIDUAL], rates, linear - row_values[:, :, RowColumn.GAMMA]
-
-
-def _directional_derivatives(rows: ConstraintRows, row_jacobians: FloatArray, directions: FloatArray) -> FloatArray:
-    """Return the derivatives (n, rows) of residuals along directions (n, bodies, 3) of the poses."""
-    result = np.zeros(row_jacobians.shape[:2])
-    add_directional_derivatives(rows.row_bodies, row_jacobians, np.ascontiguousarray(directions), result)
-    return result
+@jit_in_place
+def add_row_jacobians(
+    row_bodies: IntArray,  # bodies of each row, or GROUND_INDEX; shape (rows, sides)
+    # derivatives of each residual by the poses of its bodies; shape (n, rows, sides, 3)
+    row_jacobians: FloatArray,
+    jacobian: FloatArray,  # sums of derivatives by all poses; shape (n, rows, bodies, 3)
+) -> None:
+    """Add the derivatives of residuals where the bodies of their rows stand."""
+    for k in range(jacobian.shape[0]):
+        for i in range(jacobian.shape[1]):
+            for side in range(row_bodies.shape[1]):
+                body = row_bodies[i, side]
+                if body != GROUND_INDEX:
+                    for c in range(3):
+                        jacobian[k, i, body, c] += row_jacobians[k, i, side, c]
 
 
 @jit_in_place
@@ -434,17 +423,6 @@ def add_directional_derivatives(
                 if body != GROUND_INDEX:
                     for c in range(3):
                         result[k, i] += row_jacobians[k, i, side, c] * directions[k, body, c]
-
-
-def _evaluate_rows_at_states(
-    rows: ConstraintRows, poses: FloatArray, velocities: FloatArray, drive_values: FloatArray
-) -> tuple[FloatArray, FloatArray]:
-    """Return row values (n, rows, columns) and Jacobians (n, rows, sides, 3) at many states."""
-    n_states, n_rows = len(poses), len(rows.table)
-    row_values, row_jacobians = np.empty((n_states, n_rows, N_ROW_COLUMNS)), np.zeros((n_states, *rows.row_bodies.shape, 3))
-    row_values[:, :, :3] = drive_values
-    evaluate_rows_at_states(rows, np.ascontiguousarray(poses), np.ascontiguousarray(velocities), row_values, row_jacobians)
-    return row_values, row_jacobians
 
 
 @jit_in_place

@@ -1,18 +1,10 @@
 """Output variables: value, gradient and velocity-dependent acceleration term of every reading, along whole trajectories."""
 
 import math
-from functools import cached_property
 
 import numpy as np
 
-from governor_mechanism.mechanics.kinematics.constraint_kernels import (
-    ConstraintRows,
-    evaluate_gamma,
-    evaluate_jacobian,
-    evaluate_residuals,
-    evaluate_values_and_derivatives,
-    evaluate_values_and_rates,
-)
+from governor_mechanism.mechanics.kinematics.constraint_kernels import ConstraintRows, RowEvaluation
 from governor_mechanism.mechanics.kinematics.output_rows import rows_of_readings
 from governor_mechanism.model.mechanism import Mechanism
 from governor_mechanism.model.output_variables import LineAngle, Reading
@@ -24,7 +16,7 @@ READING_UNITS = {"angle": "rad", "length": "m", "ratio": "1"}
 
 
 class OutputDerivatives:
-    """An output variable and its derivatives at poses (..., bodies, 3), evaluated on demand.
+    """An output variable and its derivatives at poses (..., bodies, 3).
 
     Parameters
     ----------
@@ -37,28 +29,22 @@ class OutputDerivatives:
     """
 
     def __init__(self, row: ConstraintRows, poses: FloatArray, velocities: FloatArray | None = None) -> None:
-        self._rows = row
-        self._shape = poses.shape
-        self._poses, self._velocities = (
-            np.ascontiguousarray(motion, dtype=np.float64).reshape(-1, *poses.shape[-2:])
-            for motion in (poses, np.zeros_like(poses) if velocities is None else velocities)
-        )
-        self._undriven = np.zeros((len(self._poses), 1, 3))
+        self._row = RowEvaluation(row, poses, velocities)
 
-    @cached_property
+    @property
     def value(self) -> FloatArray:
         """Value in SI; shape (...)."""
-        return evaluate_residuals(self._rows, self._poses, self._undriven).reshape(self._shape[:-2])
+        return self._row.residuals[..., 0]
 
-    @cached_property
+    @property
     def gradient(self) -> FloatArray:
         """Derivatives by the poses, in SI per m and per rad; shape (..., bodies, 3)."""
-        return evaluate_jacobian(self._rows, self._poses).reshape(self._shape)
+        return self._row.jacobian[..., 0, :, :]
 
-    @cached_property
+    @property
     def quadratic_velocity_term(self) -> FloatArray:
         """Second time derivative minus gradient times accelerations, SI/s2; shape (...)."""
-        return -evaluate_gamma(self._rows, self._poses, self._velocities, self._undriven).reshape(self._shape[:-2])
+        return -self._row.gamma[..., 0]
 
     def rate(self, velocities: FloatArray) -> FloatArray:
         """Return the rate (...) in SI/s at velocities (..., bodies, 3)."""
@@ -93,8 +79,7 @@ def evaluate_readings(
     Results: values, values, SI; shape (readings, n). Angles of lines lie within half a turn; rates, rates,
     SI/s; same shape.
     """
-    values, rates = evaluate_values_and_rates(_reading_rows(mechanism), poses, velocities)
-    return values.T, rates.T
+    return _evaluate_rows(_select_rows(mechanism, slice(len(mechanism.readings))), poses, velocities)
 
 
 def evaluate_reading_motions(
@@ -107,40 +92,38 @@ def evaluate_reading_motions(
 
     Result: values and derivatives, SI; shape (n,). Angles of lines lie within half a turn.
     """
-    rows = _reading_rows(mechanism)
-    values, rates, second = evaluate_values_and_derivatives(rows, poses, velocities, accelerations)
+    rows = RowEvaluation(_select_rows(mechanism, slice(len(mechanism.readings))), poses, velocities)
+    values, rates, second = rows.residuals, rows.derivatives_along(velocities), rows.derivatives_along(accelerations) - rows.gamma
     return {reading.name: (values[:, k], rates[:, k], second[:, k]) for k, reading in enumerate(mechanism.readings)}
 
 
 def evaluate_limited_readings(mechanism: Mechanism, poses: FloatArray, velocities: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Evaluate the readings that the limits of a mechanism bound, in their order, and their rates, as `evaluate_readings` does."""
-    values, rates = evaluate_values_and_rates(_limit_rows(mechanism), poses, velocities)
-    return values.T, rates.T
+    indices = [mechanism.reading_index(limit.reading) for limit in mechanism.limits]
+    return _evaluate_rows(_select_rows(mechanism, indices), poses, velocities)
+
+
+def _evaluate_rows(rows: ConstraintRows, poses: FloatArray, velocities: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return values and rates (rows, n) at poses and velocities (n, bodies, 3)."""
+    evaluated = RowEvaluation(rows, poses)
+    return evaluated.residuals.T, evaluated.derivatives_along(velocities).T
 
 
 @once_per_object
-def _limit_rows(mechanism: Mechanism) -> ConstraintRows:
-    """Return the output rows of the readings that limits bound."""
-    return rows_of_readings(mechanism, [mechanism.reading(limit.reading) for limit in mechanism.limits], {})
+def _output_rows(mechanism: Mechanism) -> ConstraintRows:
+    """Return the output rows of all readings, in their order."""
+    return rows_of_readings(mechanism, mechanism.all_readings, {})
 
 
-@once_per_object
-def _reading_rows(mechanism: Mechanism) -> ConstraintRows:
-    """Return the output rows of all readings that a mechanism lists."""
-    return rows_of_readings(mechanism, mechanism.readings, {})
-
-
-@once_per_object
-def _output_rows_by_name(mechanism: Mechanism) -> dict[str, ConstraintRows]:
-    """Return the output row of each reading by name."""
-    readings = (*mechanism.internal_outputs, *mechanism.readings)
-    return {reading.name: rows_of_readings(mechanism, [reading], {}) for reading in readings}
+def _select_rows(mechanism: Mechanism, selected: slice | list[int]) -> ConstraintRows:
+    rows = _output_rows(mechanism)
+    return rows._replace(table=rows.table[selected], row_bodies=rows.row_bodies[selected])
 
 
 def _output_row(mechanism: Mechanism, name: str) -> ConstraintRows:
     """Return the output row of a reading. Raise MechanismError if there is no reading of that name."""
-    row = _output_rows_by_name(mechanism).get(name)
-    return rows_of_readings(mechanism, [mechanism.reading(name)], {}) if row is None else row
+    index = mechanism.reading_index(name)
+    return _select_rows(mechanism, slice(index, index + 1))
 
 
 def evaluate_output_value(
