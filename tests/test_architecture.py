@@ -31,9 +31,10 @@ FOLDERS = [
     {"files"},
     {"verification", "studies"},
     {"render"},
-    {"notebook", "papers"},
+    {"papers"},
     {"__init__"},
     {"live"},
+    {"notebook"},
     {"api"},
     {"cli", "pytest_plugin"},
 ]
@@ -97,7 +98,8 @@ ONLY = {
     "joblib": {"studies"},
     "xarray": {"files", "types.py"},
     "pandas": {"files", "types.py"},
-    "ipywidgets": {"notebook"},
+    "anywidget": {"notebook"},
+    "tomlkit": {"live"},
     "starlette": {"live"},
     "uvicorn": {"live"},
 }

@@ -45,7 +45,7 @@ from governor_mechanism.model.results.outcome import Outcome as Outcome
 from governor_mechanism.model.results.reaction import Reaction as Reaction
 from governor_mechanism.model.results.trajectory import Trajectory as Trajectory
 from governor_mechanism.model.scene import Scene as Scene
-from governor_mechanism.notebook.exploring.exploration import Exploration as Exploration
+from governor_mechanism.notebook.exploration import Exploration as Exploration
 from governor_mechanism.papers.errata.results import Errata as Errata
 from governor_mechanism.papers.rules.study import PaperRules as PaperRules
 from governor_mechanism.scenes.described_scene import SceneDescription as SceneDescription

@@ -1,10 +1,12 @@
 """The live page in a browser: real mouse and keyboard change the scene, and its readings are those of the same scene in Python."""
 
 import asyncio
+import json
 import re
 import socket
 import threading
 import time
+from base64 import b64encode
 
 import pytest
 import uvicorn
@@ -13,6 +15,7 @@ import governor_mechanism as gm
 from chromium import Tab, open_browser
 from governor_mechanism.live.server import HOST, Workbench
 from governor_mechanism.live.session import Session
+from governor_mechanism.notebook.exploration import make_widget
 
 SCENES = ("porter", "hartung_dubois", "stephenson_arc_middle", "jansen", "scott_russell")
 N_CHANGES = 4
@@ -38,7 +41,7 @@ def bench():
 @pytest.fixture(scope="module")
 def tab():
     with open_browser() as one:
-        one.allowed_addresses = ("http://127.0.0.1", "ws://127.0.0.1", "data:", "about:")
+        one.allowed_addresses = ("http://127.0.0.1", "ws://127.0.0.1", "file:", "data:", "about:")
         yield one
 
 
@@ -162,4 +165,54 @@ def test_an_impossible_length_is_a_sentence_that_a_reader_hears(tab, bench):
         time.sleep(0.02)
     assert tab.evaluate("document.getElementById('stage').classList.contains('is-past')")
     assert tab.evaluate("document.documentElement.scrollWidth") <= 390
+    assert not tab.problems
+
+
+NOTEBOOK = """<!doctype html><meta charset="utf-8"><body><div id="cell"></div><script type="module">
+const page = await (await import("data:text/javascript;base64,%s")).default;
+window.outbox = [];
+const model = {
+  get: (name) => window.fields[name],
+  send: (text) => window.outbox.push(text),
+  on: (name, hear) => { window.tell = hear; },
+  off: () => {},
+};
+window.start = (fields) => { window.fields = fields; page.render({ model, el: document.getElementById("cell") }); };
+</script>"""
+"""What a notebook does with a widget: the fields of its model, and messages both ways."""
+
+
+class Widgets:
+    """Stands for the module anywidget."""
+
+    class AnyWidget:
+        def __init__(self, **fields):
+            self.fields, self.sent, self.hear = fields, [], None
+
+        def on_msg(self, hear):
+            self.hear = hear
+
+        def send(self, text):
+            self.sent.append(text)
+
+
+def test_the_page_lives_in_an_output_cell(tab, tmp_path):
+    session = Session(gm.load("scott_russell").replace({"run.duration": "0.5 s"}), {"dimensions.crank": None})
+    widget = make_widget(Widgets, session, "Scott Russell")
+    path = tmp_path / "notebook.html"
+    path.write_text(NOTEBOOK % b64encode(type(widget)._esm.encode()).decode(), encoding="utf-8")
+    tab.open(path, width=1366, height=900)
+    tab.evaluate(f"window.start({json.dumps(widget.fields)})")
+    before, deadline = session.document, time.monotonic() + WAITING_TIME
+    while session.document == before:  # the keyboard walks through the frame until it meets the only slider
+        assert time.monotonic() < deadline
+        for text in tab.evaluate("window.outbox.splice(0)"):
+            widget.hear(widget, text, [])
+        while widget.sent:
+            tab.evaluate(f"window.tell({json.dumps(widget.sent.pop(0))})")
+        tab.evaluate("document.activeElement === document.querySelector('iframe') || document.querySelector('iframe').focus()")
+        tab.press("Tab")
+        tab.press("ArrowRight")
+        time.sleep(0.05)
+    assert 1.0 < session.find_quantities()["dimensions.crank"].value < 1.02
     assert not tab.problems

@@ -116,9 +116,20 @@ def test_a_governor_shows_its_equilibria_and_the_curve_as_opened():
     session = Session(gm.load("porter").replace({"run.duration": "0.1 s"}))
     state = session.describe(session.solve())
     assert "stable equilibrium" in state["equilibria"]["sentences"]
-    assert "as given" not in state["equilibria"]["picture"]
+    assert "as opened" not in state["equilibria"]["picture"]
     session.change({"dimensions.sleeve_mass": 25.0})
-    assert "as given" in session.describe(session.solve())["equilibria"]["picture"]
+    assert "as opened" in session.describe(session.solve())["equilibria"]["picture"]
+
+
+def test_dry_friction_shows_the_speeds_between_which_it_holds():
+    scene = gm.load("porter_dry_friction").replace({"run.duration": "0.1 s"})
+    session = Session(scene)
+    equilibria = session.describe(session.solve())["equilibria"]
+    (found,) = gm.equilibria(scene)
+    band = gm.insensitivity_band(scene, [found.coordinate], "40 N")
+    low, high = (f"{60 / (2 * np.pi) * speed[0]:.4g} rpm" for speed in (band.falling_speed, band.rising_speed))
+    assert f"Dry friction holds it there between {low} and {high}" in equilibria["sentences"]
+    assert "held by friction" in equilibria["picture"]
 
 
 def test_a_saved_scene_is_the_opened_file_with_the_changed_values_alone_changed(tmp_path):

@@ -5,7 +5,6 @@ import pytest
 
 import governor_mechanism as gm
 from decoding import unpack_numbers
-from governor_mechanism.notebook.exploring.pose_drawing import PoseDrawing
 from governor_mechanism.render.figures.point_paths import _different_curves
 from governor_mechanism.render.film.frame_canvas import FRAME_DPI
 from governor_mechanism.render.frame_data import FrameData
@@ -154,12 +153,3 @@ def test_the_figure_of_paths_shows_each_curve_once_and_no_point_that_rests(leg):
     moving = _different_curves(leg.paths)
     assert moving[:2] == ["knee", "foot"]
     assert not {"crank.start", "thigh.start", "ground.O", "ground.B"} & set(moving)
-
-
-def test_the_view_of_a_notebook_draws_the_path(leg):
-    motion = gm.kinematics(leg.scene, over="crank_angle", values=np.linspace(0.0, 2 * np.pi, 61))
-    drawing = PoseDrawing(scene=leg.scene, poses=motion.poses, readings=dict(motion.readings))
-    left, right, bottom, _ = drawing.box
-    assert bottom <= motion.paths["foot"][:, 1].min()
-    assert left <= motion.paths["foot"][:, 0].min() <= motion.paths["foot"][:, 0].max() <= right
-    assert f'stroke="{ROLE_STYLES["path"].stroke}"' in drawing.draw(motion.poses[0], drawing.box)

@@ -105,6 +105,6 @@ def test_the_explored_scene_is_the_changed_one(notebook):
     names, _, _ = notebook
     view = names["view"]
     assert view.scene == names["scene"].replace({"body.crank.rod.length": "120 mm"})
-    motion = view.kinematics
+    motion = gm.kinematics(view.scene, over="crank_angle")
     np.testing.assert_allclose(motion.readings["ram_x"], ram_position(0.12, motion.values), atol=1e-9)
     assert isinstance(view.scene, gm.Scene)

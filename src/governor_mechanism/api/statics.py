@@ -278,14 +278,13 @@ def stability_limit(scene: gm.SceneSource, key: str, low: float | str, high: flo
 
 
 def explore(scene: gm.SceneSource, *keys: str) -> gm.Exploration:
-    """Show a scene in a notebook with sliders: curve and drawing follow while a dimension is dragged.
+    """Show a scene in a notebook as the live page: drag its points, change its quantities, and motion, plots and equilibria follow.
 
-    Of a governor, the spindle speed has a slider, its equilibria are marked on the speed curve, and the drawing shows the stable one. Of
-    another mechanism with one degree of freedom it is the leading coordinate, or the time of its drivers, and a reading is drawn over it.
+    It is the page of `governor-mechanism open`, in an output cell. Each change is answered by a certified run.
 
-    The arguments after the scene are names of dimensions or dotted keys, also with a range, as "arm", "arm=200 mm:400 mm" or
-    "effects.spring.sleeve.rate"; the first dimensions of the machine if there are none. Without a range, a slider goes from half to
-    double the value, as far as the geometry allows.
+    The arguments after the scene are names of dimensions or dotted keys that are offered alone, also with a range, as "arm",
+    "arm=200 mm:400 mm" or "effects.spring.sleeve.rate"; all quantities of the scene if there are none. Without a range, a slider goes
+    from half to double the value.
 
     Parameters
     ----------
@@ -295,21 +294,21 @@ def explore(scene: gm.SceneSource, *keys: str) -> gm.Exploration:
     Returns
     -------
     Exploration
-        The view. In a script, `set` does what a slider does; `scene` is the changed scene, `equilibrium` the shown state.
+        The view. In a script, `set` does what a slider does; `scene` is the changed scene, and `run` its run.
 
     Raises
     ------
     MechanismError
-        If the extra `notebook` is not installed, a key is wrong, or the scene has neither a speed curve nor one degree of freedom.
+        If a key is wrong, or the scene cannot be run.
 
     Examples
     --------
     >>> import governor_mechanism as gm
     >>> view = gm.explore("porter", "arm", "sleeve_mass=10 kg:40 kg")
     >>> view.set("arm", "320 mm")
-    >>> view.scene.part.dimensions["arm"], view.equilibrium.stable
-    (0.32, True)
+    >>> view.scene.part.dimensions["arm"], view.problem
+    (0.32, '')
     """
-    from governor_mechanism.notebook.exploring.exploration import explore_scene
+    from governor_mechanism.notebook.exploration import explore_scene
 
     return explore_scene(as_scene(scene), keys)

@@ -40,6 +40,10 @@ def refuse(error: MechanismError) -> Answer:
     return {"refused": "; ".join(error.problems)}
 
 
+def _hello(session: Session, request: Request) -> None:
+    session.notify()
+
+
 def _change(session: Session, request: Request) -> None:
     session.change(request.values, is_last=request.is_last)
 
@@ -80,6 +84,7 @@ def _save(session: Session, request: Request) -> Answer:
 
 
 ACTIONS: Final[Mapping[str, Callable[[Session, Request], Answer | Later | None]]] = {
+    "hello": _hello,
     "change": _change,
     "undo": _undo,
     "redo": _redo,

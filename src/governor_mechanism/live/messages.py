@@ -120,6 +120,7 @@ def _one_of(words: tuple[str, ...]) -> Callable[[Any], str]:
 
 FIELDS: Final[Mapping[str, Mapping[str, Callable[[Any], Any]]]] = {
     "change": {"values": _read_values, "isLast": _read_flag},
+    "hello": {},
     "undo": {},
     "redo": {},
     "reset": {},

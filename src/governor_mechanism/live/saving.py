@@ -7,8 +7,6 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any, Final
 
-import tomlkit
-
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.files.writing import atomic_write
 from governor_mechanism.live.quantities import find_quantities
@@ -90,7 +88,7 @@ def write_scene(
     document: Mapping[str, Any],
 ) -> str:
     """Return the text of the opened file with the changed values alone changed, or a text without comments where that is not possible."""
-    with suppress(ValueError):
+    with suppress(ValueError, ImportError):  # tomlkit may be missing in a notebook
         changed = _change_text(text or "", document)
         if tomllib.loads(changed) == document:
             return changed
@@ -99,6 +97,8 @@ def write_scene(
 
 def _change_text(text: str, document: Mapping[str, Any]) -> str:
     """Return a text of TOML with the quantities of a document."""
+    import tomlkit  # with the extra
+
     written = tomlkit.parse(text)
     before = find_quantities(written.unwrap(), 1.0)
     for key, quantity in find_quantities(document, 1.0).items():

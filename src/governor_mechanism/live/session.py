@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from threading import Lock
 from typing import Any, Final
 
@@ -59,9 +59,19 @@ class Snapshot:
 
 
 class Session:
-    """The document of a scene with its changes. Its methods may be called from several threads, and all listeners hear of a change."""
+    """The document of a scene with its changes. Its methods may be called from several threads, and all listeners hear of a change.
 
-    def __init__(self, scene: Scene) -> None:
+    Parameters
+    ----------
+    scene
+        Scene with a document.
+    shown
+        Keys of the quantities that the page offers, with the ends of their sliders in their units; None for the usual ends. Without
+        any it offers all.
+    """
+
+    def __init__(self, scene: Scene, shown: Mapping[str, tuple[float, float] | None] | None = None) -> None:
+        self.shown = dict(shown or {})
         self.file = SceneFile(scene.source)
         self.listeners: set[Callable[[], None]] = set()
         self._document: Mapping[str, Any] = document_of(scene, "open")
@@ -90,6 +100,14 @@ class Session:
     def find_quantities(self) -> dict[str, Quantity]:
         """Return the quantities that may be changed, by key."""
         return find_quantities(self._document, self.run.scene.mechanism.length_scale)
+
+    def _offer_quantities(self, document: Mapping[str, Any]) -> dict[str, Quantity]:
+        """Return the quantities of a document by key that the page offers."""
+        found = find_quantities(document, self.run.scene.mechanism.length_scale)
+        for key, ends in self.shown.items():
+            if ends is not None and key in found:
+                found[key] = replace(found[key], low=ends[0], high=ends[1])
+        return {key: found[key] for key in self.shown if key in found} or found
 
     def change(self, values: Mapping[str, float], *, is_last: bool = True) -> None:
         """Change quantities, values in their units; those of one drag, up to its last, are undone together.
@@ -134,6 +152,10 @@ class Session:
     def _take(self, document: Mapping[str, Any]) -> None:
         self._document = document
         self._number += 1
+        self.notify()
+
+    def notify(self) -> None:
+        """Let all listeners send the present state."""
         for listener in tuple(self.listeners):
             listener()
 
@@ -151,8 +173,9 @@ class Session:
         """Return what the page shows of a snapshot, as values that JSON knows."""
         run = snapshot.run
         shown, slow_down = show_whole_run(run)
-        quantities = find_quantities(snapshot.document, run.scene.mechanism.length_scale)
+        quantities = self._offer_quantities(snapshot.document)
         grips = [] if snapshot.problem else [*find_grips(run.scene, shown.views[0])]
+        grips = [one for one in grips if all(key in quantities for key, *_ in one.effects)]
         facts = {
             "accuracy": describe_accuracy(run, shown.times),
             "effects": list_effects(run.scene),

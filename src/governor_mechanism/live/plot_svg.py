@@ -2,13 +2,13 @@
 
 import math
 from dataclasses import dataclass, field
+from html import escape
 
 import numpy as np
 
-from governor_mechanism.notebook.exploring.pose_drawing import frame_picture, write_text
 from governor_mechanism.render.geometry.primitives import Vec2, round_step
-from governor_mechanism.render.style import INK, MUTED, PAPER, RULE
-from governor_mechanism.types import BoolArray, FloatArray
+from governor_mechanism.render.style import INK, MUTED, PAPER, RULE, SANS_FONT
+from governor_mechanism.types import BoolArray, FloatArray, IntArray
 from governor_mechanism.units.quantities import format_reading_name
 
 WIDTH, HEIGHT = 440.0, 400.0
@@ -19,10 +19,8 @@ MAX_TICKS = 6
 """Largest number of steps between the ticks of an axis."""
 TEXT_HEIGHT = 11.0
 """Height of labels, pixels."""
-GIVEN_NAME, GIVEN_DASHES = "as given", "2 3"
-"""Name and dashes of the curve of the scene as it was before a slider was moved."""
-LEGEND_WIDTH = 96.0
-"""Width of an entry of the legend, pixels."""
+LEGEND_WIDTH, LEGEND_HEIGHT, LEGEND_COLUMNS = 120.0, 16.0, 3
+"""Width and height of an entry of the legend, pixels, and number of them in a row; the first row is the lower one."""
 
 
 @dataclass
@@ -45,20 +43,30 @@ class Plot:
 
         `shown` tells which points belong to it; neighbours are connected. All do if None.
         """
-        is_shown = np.isfinite(y) if shown is None else shown & np.isfinite(y)
-        indices = np.flatnonzero(is_shown)
-        if not len(indices):
+        runs = _runs_of(np.isfinite(y) if shown is None else shown & np.isfinite(y))
+        if not runs:
             return
         # Points far outside would make numbers that browsers round.
         low, high = self.y_limits
         clipped = np.clip(y, low - 2 * (high - low), high + 2 * (high - low))
-        runs = np.split(indices, np.flatnonzero(np.diff(indices) > 1) + 1)
-        path = "".join("M" + "L".join(f"{px:.1f} {py:.1f}" for px, py in map(self._place, x[run], clipped[run])) for run in runs)
+        path = "".join("M" + "L".join(self._places(x[run], clipped[run])) for run in runs)
         line = f'fill="none" stroke="{colour}" stroke-width="1.8"' + (f' stroke-dasharray="{dashes}"' if dashes else "")
         self._elements.append(f'<path d="{path}" {line}/>')
         if name:
-            start = self._next_legend_entry()
-            self._legend.append((f'<path d="M{start:.1f} {TOP - 16:.1f}h22" {line}/>', _write_name(start, name)))
+            place = self._next_legend_entry()
+            self._legend.append((f'<path d="M{place[0]:.1f} {place[1]:.1f}h22" {line}/>', _write_name(place, name)))
+
+    def add_band(self, x: FloatArray, low: FloatArray, high: FloatArray, shown: BoolArray, *, colour: str, name: str) -> None:
+        """Fill what lies between two curves (n,) where it is shown, with its name in the legend."""
+        bottom, top = self.y_limits
+        span = top - bottom
+        for run in _runs_of(shown):
+            edges = [self._places(x[run], np.clip(one[run], bottom - 2 * span, top + 2 * span)) for one in (low, high)]
+            path = "M" + "L".join([*edges[0], *edges[1][::-1]]) + "Z"
+            self._elements.append(f'<path d="{path}" fill="{colour}" fill-opacity="0.3"/>')
+        place = self._next_legend_entry()
+        sample = f'<rect x="{place[0]:.1f}" y="{place[1] - 5:.1f}" width="22" height="10" fill="{colour}" fill-opacity="0.3"/>'
+        self._legend.append((sample, _write_name(place, name)))
 
     def add_level(self, y: float, colour: str, name: str) -> None:
         """Draw a horizontal line at a value, with its name above the right end."""
@@ -72,30 +80,38 @@ class Plot:
 
     def name_points(self, colour: str, name: str) -> None:
         """Add the name of points of a colour to the legend."""
-        start = self._next_legend_entry()
-        self._legend.append((_draw_dot(start + 11, TOP - 16, colour, colour), _write_name(start, name)))
+        place = self._next_legend_entry()
+        self._legend.append((_draw_dot(place[0] + 11, place[1], colour, colour), _write_name(place, name)))
 
     def add_note(self, text: str) -> None:
         """Write a line in the middle of the plot."""
         self._elements.append(write_text((LEFT + RIGHT) / 2, (TOP + BOTTOM) / 2, text, height=TEXT_HEIGHT, colour=INK, anchor="middle"))
 
-    def to_svg(self, description: str, *, is_faded: bool = False) -> str:
-        """Return the plot as a picture with a description for screen readers; a faded one shows an earlier state."""
+    def to_svg(self, description: str) -> str:
+        """Return the plot as a picture with a description for screen readers."""
         # An inner picture cuts off what is outside of the axes, without names that would have to differ in a page.
         size = f'x="{LEFT - 5}" y="{TOP - 5}" width="{RIGHT - LEFT + 10}" height="{BOTTOM - TOP + 10}"'
         box = f'viewBox="{LEFT - 5} {TOP - 5} {RIGHT - LEFT + 10} {BOTTOM - TOP + 10}"'
         curves = f"<svg {size} {box}>{''.join(self._elements)}</svg>"
         legend = "".join(sample + name for sample, name in self._legend)
-        return frame_picture(f"{self._axes()}{curves}{legend}", WIDTH, HEIGHT, PAPER, description, is_faded=is_faded)
+        size = f'width="{WIDTH:g}" height="{HEIGHT:g}" viewBox="0 0 {WIDTH:g} {HEIGHT:g}" style="max-width:100%;height:auto"'
+        paper = f'<rect width="{WIDTH:g}" height="{HEIGHT:g}" fill="{PAPER}"/>'
+        content = f"{paper}{self._axes()}{curves}{legend}"
+        return f'<svg xmlns="http://www.w3.org/2000/svg" {size} role="img" aria-label="{escape(description)}">{content}</svg>'
 
-    def _next_legend_entry(self) -> float:
-        """Return the left edge of the next entry of the legend, pixels."""
-        return LEFT + LEGEND_WIDTH * len(self._legend)
+    def _next_legend_entry(self) -> Vec2:
+        """Return the left end and the middle height of the next entry of the legend, pixels."""
+        row, column = divmod(len(self._legend), LEGEND_COLUMNS)
+        return LEFT + LEGEND_WIDTH * column, TOP - 16 - LEGEND_HEIGHT * row
 
     def _place(self, x: float, y: float) -> Vec2:
         """Return the pixels of a point."""
         (x0, x1), (y0, y1) = self.x_limits, self.y_limits
         return LEFT + (RIGHT - LEFT) * (x - x0) / (x1 - x0), BOTTOM - (BOTTOM - TOP) * (y - y0) / (y1 - y0)
+
+    def _places(self, x: FloatArray, y: FloatArray) -> list[str]:
+        """Return the pixels of points (n,) as a path has them."""
+        return [f"{px:.1f} {py:.1f}" for px, py in map(self._place, x, y)]
 
     def _axes(self) -> str:
         """Return grid, ticks, spines and labels."""
@@ -121,9 +137,23 @@ def label_axis(name: str, unit: str) -> str:
     return f"{words[:1].upper()}{words[1:]}{f' [{unit}]' if unit else ''}"
 
 
-def _write_name(start: float, name: str) -> str:
-    """Return the name of an entry of the legend that starts at a pixel."""
-    return write_text(start + 28, TOP - 16, name, height=TEXT_HEIGHT, colour=INK)
+def write_text(x: float, y: float, text: str, *, height: float, colour: str, anchor: str = "start", turned: bool = False) -> str:
+    """Return a line of text, all in pixels: its start, middle or end (`anchor`) and its middle height are at (x, y); `turned` is up."""
+    # A shift of a third of the height centres digits and letters; Firefox ignores dominant-baseline="central" in some fonts.
+    turn = f' transform="rotate(-90 {x:.1f} {y:.1f})"' if turned else ""
+    font = f'font-size="{height:g}" font-family="{SANS_FONT}, sans-serif" text-anchor="{anchor}" fill="{colour}"'
+    return f'<text x="{x:.1f}" y="{y + 0.34 * height:.1f}" {font}{turn}>{escape(text)}</text>'
+
+
+def _runs_of(shown: BoolArray) -> list[IntArray]:
+    """Return the indices of neighbours that are shown, run by run."""
+    indices = np.flatnonzero(shown)
+    return np.split(indices, np.flatnonzero(np.diff(indices) > 1) + 1) if len(indices) else []
+
+
+def _write_name(place: Vec2, name: str) -> str:
+    """Return the name of an entry of the legend at a place."""
+    return write_text(place[0] + 28, place[1], name, height=TEXT_HEIGHT, colour=INK)
 
 
 def _draw_dot(x: float, y: float, colour: str, fill: str) -> str:
