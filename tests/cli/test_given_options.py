@@ -42,7 +42,8 @@ COMMANDS = [pytest.param(words, command, id=" ".join(words)) for words, command 
 @pytest.mark.parametrize(("words", "command"), COMMANDS)
 def test_an_option_with_one_value_is_given_once(words, command, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    single = [one for one in command.params if one.param_type_name == "option" and not one.multiple and not one.is_eager]
+    options = [one for one in command.params if one.param_type_name == "option" and not one.multiple and not one.is_eager]
+    single = {one.is_flag: one for one in options}.values()  # one look at the words finds all: a flag and a value
     assert single
     for option in single:
         result = call(*words, *2 * [option.opts[0], *([] if option.is_flag else ["1"])])
@@ -54,11 +55,11 @@ def test_an_option_with_one_value_is_given_once(words, command, tmp_path, monkey
 @pytest.mark.parametrize(("words", "command"), COMMANDS)
 def test_an_empty_value_is_refused(words, command, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    for option in command.params:
-        if option.param_type_name == "option" and not option.is_flag:
-            result = call(*words, option.opts[0], " ")
-            assert result.exit_code == 2
-            assert f"{option.opts[0]} is empty" in result.stderr
+    with_value = [one for one in command.params if one.param_type_name == "option" and not one.is_flag]
+    for option in {one.multiple: one for one in with_value}.values():
+        result = call(*words, option.opts[0], " ")
+        assert result.exit_code == 2
+        assert f"{option.opts[0]} is empty" in result.stderr
     assert not list(tmp_path.iterdir())
 
 

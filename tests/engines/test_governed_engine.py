@@ -12,6 +12,7 @@ from reference import haug_governor as haug
 from reference import watt_engine as watt
 
 CONTROL = {"reading": "governor.sleeve_lift", "gain": -2000.0, "about": 0.54}
+ENGINES = pytest.mark.parametrize("engine", ["multibody", "reduced"])
 
 
 def scene(name, moment=None, **changes):
@@ -39,8 +40,9 @@ def reference(derivative, times, start):
     return run.y.T
 
 
-def test_haugs_governor_settles_at_the_loaded_speed_as_an_independent_integration_says():
-    run = gm.run("haug_governor", engine="multibody", accuracy=1e-9)
+@ENGINES
+def test_haugs_governor_settles_at_the_loaded_speed_as_an_independent_integration_says(engine):
+    run = gm.run("haug_governor", engine=engine, accuracy=1e-9)
     exact = haug.trajectory(run.times)
     for reading, name in (("collar_height", "y"), ("spindle_speed", "omega"), ("spindle_angle", "spindle_angle")):
         # The estimate is relative to the scale of each reading; the start speed is given to double precision.
@@ -49,15 +51,17 @@ def test_haugs_governor_settles_at_the_loaded_speed_as_an_independent_integratio
     assert run.outcome.ok
 
 
+@ENGINES
 @pytest.mark.parametrize(("name", "motion"), [("watt_engine_hunting", watt.HUNTING_MOTION), ("watt_engine_stable", watt.STABLE_MOTION)])
-def test_an_engine_hunts_or_settles_as_an_integration_in_extended_precision_says(name, motion):
-    run = gm.run(name, engine="multibody", accuracy=1e-10)
+def test_an_engine_hunts_or_settles_as_an_integration_in_extended_precision_says(engine, name, motion):
+    run = gm.run(name, engine=engine, accuracy=1e-10)
     rows = [row for row in motion if row[0] <= run.times[-1]]
     assert len(rows) >= 5
-    for time, angle, _, speed in rows:
+    for time, angle, rate, speed in rows:
         index = int(np.argmin(np.abs(run.times - time)))
         # 1e-10 relative to 1 rad, and to the scale of speeds; a hunting motion amplifies it by less than 10.
         assert run.readings["governor.arm_angle"][index] == pytest.approx(angle, abs=1e-10)
+        assert run.rates["governor.arm_angle"][index] == pytest.approx(rate, abs=1e-9)
         assert run.rates["engine.crank_angle"][index] == pytest.approx(speed, abs=1e-9)
 
 

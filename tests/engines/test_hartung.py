@@ -82,16 +82,6 @@ def test_it_settles_where_the_closed_form_rests(rpm: float) -> None:
     assert run.readings["lever_angle"][-1] == pytest.approx(expected, abs=1e-10)  # asked
 
 
-@pytest.mark.parametrize(
-    ("rpm", "engine"), [(204.0, "impulse"), (204.0, "reduced"), (204.0, "multibody"), (212.0, "reduced"), (212.0, "multibody")]
-)
-def test_a_run_with_an_oil_brake_ends_at_rest(engine: str, rpm: float) -> None:
-    expected = equilibrium_angle_at(PAPER_DIMENSIONS, rpm * RPM)
-    scene = hartung_scene(PAPER_DIMENSIONS, speed=rpm * RPM, angle=expected + 0.02, more_effects=(BRAKE,))
-    run = gm.run(scene, engine=engine, accuracy=1e-6, times=[0.0, 7.0])
-    assert run.readings["lever_angle"][-1] == pytest.approx(expected, abs=1e-8)  # errors on the way die out with the motion
-
-
 @pytest.mark.long
 @pytest.mark.parametrize("engine", NAMES)
 @pytest.mark.parametrize("dimensions", [PAPER_DIMENSIONS, HUNG], ids=["vertical", "hung"])

@@ -9,7 +9,6 @@ from governor_mechanism.engines.selection import select_engine
 from governor_mechanism.model.events import EventKind
 from governor_mechanism.model.results.outcome import Outcome
 from governor_mechanism.model.time_functions import InputFunction, LinearFunction
-from reference import haug_governor, watt_engine
 from shaft_scenes import GEAR, LIFT, LOADS, SPRING, STEADY, STEAM, TABLES, changed
 
 MODELS = ["haug_governor", "watt_engine_hunting", "watt_engine_stable"]
@@ -36,27 +35,6 @@ def test_shipped_engines_agree_with_multibody(name):
         for run in assert_engines_agree(gm.load(name), accuracy):
             assert run.outcome is Outcome.DONE
     assert_engines_agree(gm.load(name), 1e-12, allowed=1e-11)  # rounding, which the hunting engine amplifies over 30 s
-
-
-def test_haug_governor_agrees_with_its_equations():
-    run = gm.run("haug_governor", engine="reduced", accuracy=1e-10)
-    expected = haug_governor.trajectory(run.times)
-    for name, key in (("collar_height", "y"), ("spindle_speed", "omega"), ("spindle_angle", "spindle_angle")):
-        np.testing.assert_allclose(run.readings[name], expected[key], rtol=0, atol=1e-9)  # scales of 10 per second and a turn
-
-
-@pytest.mark.parametrize(("name", "motion"), [(MODELS[1], watt_engine.HUNTING_MOTION), (MODELS[2], watt_engine.STABLE_MOTION)])
-def test_watt_engine_agrees_with_its_equations(name, motion):
-    run = gm.run(name, engine="reduced", accuracy=1e-10)
-    for time, angle, rate, speed in motion:
-        if time <= run.times[-1]:
-            index = int(np.argmin(np.abs(run.times - time)))
-            found = [
-                run.readings["governor.arm_angle"][index],
-                run.rates["governor.arm_angle"][index],
-                run.rates["engine.crank_angle"][index],
-            ]
-            np.testing.assert_allclose(found, [angle, rate, speed], rtol=0, atol=1e-9)  # ten times the accuracy, for rates
 
 
 @pytest.mark.parametrize("name", MODELS)

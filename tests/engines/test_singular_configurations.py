@@ -38,7 +38,6 @@ def test_reversal_of_the_motion_is_not_an_event():
         assert gm.run(scene, engine=engine).events == ()
 
 
-@pytest.mark.parametrize("engine", ["multibody", "reduced", "impulse"])
-def test_event_as_text(engine):
-    run = gm.run("slider_crank_torque", engine=engine, times=np.linspace(0.0, 0.5, 51))
+def test_event_as_text():
+    run = gm.run("slider_crank_torque", times=np.linspace(0.0, 0.5, 51))
     assert [str(event) for event in run.events] == ["turning point of slider_x at t = 0.450819 s"]

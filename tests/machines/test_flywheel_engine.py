@@ -325,8 +325,10 @@ def cut_offs_of_strokes(run, setting, is_read_at_dead_centres):
     return np.array([0.5 * (1 - math.cos(cut_off_angle(start) - start)) for start in starts])
 
 
-@pytest.mark.parametrize("setting", MOVING_CUT_OFFS)
-@pytest.mark.parametrize("reading_time", ["at dead centre", "within stroke"])
+@pytest.mark.parametrize(
+    ("setting", "reading_time"),
+    [*((name, "within stroke") for name in MOVING_CUT_OFFS), *((name, "at dead centre") for name in ("readings", "time"))],
+)
 def test_a_moving_cut_off_gives_each_stroke_the_work_of_its_own(setting, reading_time):
     # In a stroke the speed follows from the work of the closed form with the cut-off that holds in it.
     load = 300.0

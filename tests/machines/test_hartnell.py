@@ -69,9 +69,8 @@ def test_the_frequency_is_the_slope_of_the_acceleration():
     assert -slope == pytest.approx(float(closed.squared_natural_frequency(governor, arm_angle=angle, **load)), rel=1e-7)
 
 
-@pytest.mark.parametrize("changes", [{}, LOADED], ids=["right angle, no sleeve mass", "obtuse, loaded"])
-def test_the_engines_agree_and_the_closed_form_agrees_with_them(changes):
-    scene = gm.load("hartnell").replace({**changes, "run.duration": "1 s"})
+def test_the_engines_agree_and_the_closed_form_agrees_with_them():
+    scene = gm.load("hartnell").replace({**LOADED, "run.duration": "1 s"})
     times = np.linspace(0.0, 1.0, 11)
     reduced, multibody = (gm.run(scene, engine=engine, accuracy=1e-9, times=times) for engine in ("reduced", "multibody"))
     for name in ("arm_angle", "ball_radius", "sleeve_lift"):

@@ -87,9 +87,8 @@ def test_sarkars_equilibrium_with_upright_extensions_is_unstable():
     assert 0.15 < lowest.readings["ball_radius"][np.argmin(lowest.speed)] < 0.19
 
 
-@pytest.mark.parametrize("changes", [{}, UNEQUAL], ids=["equal arms", "offsets"])
-def test_the_engines_agree_and_the_closed_form_agrees_with_them(changes):
-    scene = gm.load("proell").replace({**changes, "run.duration": "1 s", "start.arm_angle": "50 deg"})
+def test_the_engines_agree_and_the_closed_form_agrees_with_them():
+    scene = gm.load("proell").replace({**UNEQUAL, "run.duration": "1 s", "start.arm_angle": "50 deg"})
     times = np.linspace(0.0, 1.0, 11)
     reduced, multibody = (gm.run(scene, engine=engine, accuracy=1e-9, times=times) for engine in ("reduced", "multibody"))
     for name in ("arm_angle", "ball_radius", "sleeve_lift"):

@@ -45,8 +45,7 @@ def blue_of(theme):
     return [255 * part for part in themed_colour(ROLE_STYLES["ball"].fill, theme)[:3]]
 
 
-@pytest.mark.parametrize("layout", FilmLayout)
-@pytest.mark.parametrize("theme", [Theme.LIGHT, Theme.DARK])
+@pytest.mark.parametrize(("layout", "theme"), [*((layout, Theme.LIGHT) for layout in FilmLayout), (FilmLayout.MACHINE, Theme.DARK)])
 def test_the_ball_is_drawn_at_its_position_in_every_layout(porter, layout, theme):
     painter = painter_of(porter, FilmOptions(layout=layout, theme=theme, footer=False))
     view, k = painter.view, 7

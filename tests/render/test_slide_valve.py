@@ -220,8 +220,8 @@ REVERSER = "joint.lever.motion.harmonics.1.amplitude"
 
 @pytest.mark.parametrize(
     "changes",
-    [{}, {REVERSER: "12 deg"}, {REVERSER: 0.0}, {REVERSER: 0.0, "valve.steam_lap": "32 mm"}, {REVERSER: "-20 deg"}],
-    ids=["full gear", "half gear", "mid gear", "never open", "against its rotation"],
+    [{}, {REVERSER: 0.0, "valve.steam_lap": "32 mm"}, {REVERSER: "-20 deg"}],
+    ids=["full gear", "mid gear, never open", "against its rotation"],
 )
 def test_the_words_of_the_plate_of_any_valve_stand_clear_within_the_frame(changes):
     data = ValveDiagram(parse_scene_with(gm.load("gooch").document, changes.items()))

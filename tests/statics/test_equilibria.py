@@ -120,7 +120,7 @@ def test_a_pendulum_rests_hanging_and_upright_wherever_it_is_sketched(angle):
     assert kinds == {270: True, 90: False}
 
 
-@pytest.mark.parametrize("ratio", [0.5, -0.5, 0.25, 2.0, 1.5])
+@pytest.mark.parametrize("ratio", [-0.5, 0.25, 1.5])
 def test_a_heavy_rod_geared_to_the_coordinate_rests_once_upright_and_once_hanging_a_turn(ratio):
     mechanism = scene(geared(ratio))
     turns = next(n for n in (1, 2, 3, 4) if (n * ratio) % 1 == 0)

@@ -44,11 +44,7 @@ class Governor:
 
 @dataclass(frozen=True, kw_only=True)
 class Motion:
-    """Arrays (n,) at the asked times, in SI.
-
-    torque is the drive's about the axis; joint_gap the widest joint's opening; asymmetry how far one arm's angle or
-    rate lies from the other's, whose ball no equation ties to the first's but through sleeve and spindle.
-    """
+    """Arrays (n,) at the times, in SI units; torque is that of the drive about the axis."""
 
     times: np.ndarray
     arm_angle: np.ndarray
@@ -57,9 +53,6 @@ class Motion:
     omega: np.ndarray
     torque: np.ndarray
     angular_momentum: np.ndarray
-    energy: np.ndarray
-    joint_gap: np.ndarray
-    asymmetry: np.ndarray
 
 
 def driven_motion(governor, *, speed, arm_angle, arm_rate, times):
@@ -143,8 +136,7 @@ def _accelerations(governor, state, driven):
 
 def _as_motion(governor, times, states, driven):
     """The motion in the words of a governor, from the states (n, 16)."""
-    first, second = (np.array([_arm(governor, state, ball) for state in states]).T for ball in (0, 1))
-    gaps = [np.max(np.abs(_joint_gaps(governor, state))) for state in states]
+    first = np.array([_arm(governor, state, 0) for state in states]).T
     return Motion(
         times=times,
         arm_angle=first[0],
@@ -153,16 +145,7 @@ def _as_motion(governor, times, states, driven):
         omega=states[:, 8 + ANGLE_INDEX],
         torque=np.array([_accelerations(governor, state, driven)[1] for state in states]),
         angular_momentum=np.array([_angular_momentum(governor, state) for state in states]),
-        energy=np.array([_energy(governor, state) for state in states]),
-        joint_gap=np.array(gaps),
-        asymmetry=np.max(np.abs(first - second), axis=0),
     )
-
-
-def _joint_gaps(governor, state):
-    """How far each joint stands open (m): half squares of rods divided by their length, distances as they are."""
-    values, _, _ = _joint_equations(governor, state[:8], state[8:])
-    return values / np.tile([governor.arm, governor.arm, 1.0], 2)
 
 
 def _arm(governor, state, ball):
@@ -182,8 +165,3 @@ def _angular_momentum(governor, state):
     x, y = state[[0, 3]], state[[1, 4]]
     vx, vy = state[[8, 11]], state[[9, 12]]
     return governor.ball_mass * np.sum(x * vy - y * vx) + governor.spindle_inertia * state[8 + ANGLE_INDEX]
-
-
-def _energy(governor, state):
-    """Kinetic and potential (J), as seen from where nothing turns."""
-    return governor.masses @ state[8:] ** 2 / 2 - governor.weights @ state[:8]

@@ -70,7 +70,6 @@ SPRING = {
     "section_modulus_cm3": 0.339292006588,
     "stress_kgf_per_cm2": 4079.08224517,  # under 346 kgf, as the paper rounds
 }
-STRESS_LIMIT = 4500.0  # kgf/cm2
 STATIC_FORCE_KGF = (460.95857442, 504.500393745)  # under 173.8 and 345.8 kgf; 11 and 12 digits
 REGULATING_FORCE_KGF = (18.4383429768, 20.1800157498)
 REGULATING_SPREAD_KGF = 1.74167277298
