@@ -48,6 +48,10 @@ def test_haugs_governor_settles_at_the_loaded_speed_as_an_independent_integratio
         # The estimate is relative to the scale of each reading; the start speed is given to double precision.
         bound = max(run.error_estimate, 1e-11) * run.scales[reading]
         np.testing.assert_allclose(run.readings[reading], exact[name], rtol=0, atol=bound)
+        for row in haug.MOTION:
+            if row[0] <= run.times[-1]:
+                value = np.interp(row[0], run.times, run.readings[reading])
+                assert value == pytest.approx(row[("theta", "omega", "spindle_angle", "y").index(name) + 1], abs=bound)
     assert run.outcome.ok
 
 

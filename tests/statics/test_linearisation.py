@@ -310,6 +310,7 @@ def test_haugs_governor():
     # The rod's length is given to 5 digits, so that the height of the equilibrium is off by 4e-17; speeds follow to 1e-12.
     assert np.sort_complex(found.eigenvalues) == pytest.approx(np.sort_complex([pair, np.conj(pair), real]), rel=1e-9)
     assert found.rates["spindle_speed"] == pytest.approx(haug_governor.EQUILIBRIUM_SPEEDS[9.81], rel=1e-11)
+    assert abs(found.rates["spindle_speed"] - haug_governor.PUBLISHED_EQUILIBRIUM_SPEEDS[9.81]) <= 0.5e-6  # its last digit
     damping = gm.stability_limit(scene, "force.damper.damping", 10.0, 30.0)
     assert damping.value == pytest.approx(haug_governor.CRITICAL_DAMPING, rel=1e-9)
     assert damping.frequency == pytest.approx(haug_governor.CRITICAL_FREQUENCY, rel=1e-9)

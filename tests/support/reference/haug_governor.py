@@ -35,7 +35,6 @@ PUBLISHED_EQUILIBRIUM_SPEEDS = {9.80: 11.017459, 9.81: 11.023079}
 
 # Computed from the analytic derivatives with 40 digits, gravity 9.81 m/s2. The equilibrium stays where it is with another gain or damping.
 EQUILIBRIUM_SPEEDS = {9.80: 11.0174591518004268, 9.81: 11.0230788711925389}
-EQUILIBRIUM_ANGLE = 0.785372892759815051
 EIGENVALUES = (-0.133069225300007031 + 6.54079490981091078j, -0.687555147463590866)
 """1/s: one of the pair, and the real one."""
 CRITICAL_GAIN = 10447.5728340793836
@@ -120,10 +119,3 @@ def trajectory(
         pieces += [run.sol(inside)] if inside.size else []
     theta, _, omega, spindle_angle = np.concatenate(pieces, axis=1)
     return {"theta": theta, "omega": omega, "spindle_angle": spindle_angle, "y": TOP - collar_depth(theta)[0]}
-
-
-def linearised(gravity: float = 9.81, gain: float = GAIN, damping: float = DAMPING) -> FloatArray:
-    """Return the matrix of the equations in theta, theta' and omega, linearised at the equilibrium, by complex steps."""
-    state, step = equilibrium(gravity), 1e-30
-    columns = [derivative(state + 1j * step * direction, 0.0, gravity, gain, damping)[:3].imag / step for direction in np.eye(3)]
-    return np.array(columns).T

@@ -5,197 +5,20 @@ exact triangle behind them, recomputed with 25-40 digit arithmetic and printed t
 zeros left out. The paper prints no dimensions but the ratio l : r = 4; these are chosen.
 """
 
+import csv
 import math
+from pathlib import Path
 
 ECCENTRIC, ADVANCE_DEG = 0.06, 30.0
 OUTSIDE_LAP, INSIDE_LAP = 0.024, 0.005
 CRANK, CONNECTING_ROD = 0.3, 1.5
 
-# Columns: event, crank angle (deg) by theory, exactly and by the binomial error term, the exact one's shift from theory
-# (deg), and the piston's way as a part of the stroke: by theory (both rods infinite), exact eccentric and infinite
-# connecting rod, theory of the eccentric and exact connecting rod, both exact.
-VALVE_EVENTS = {
-    4: [
-        (
-            "crank end admission",
-            353.578178478,
-            354.233273275,
-            354.218367504,
-            0.655094796686,
-            0.00313730334031,
-            0.00253038634618,
-            0.00251173293903,
-            0.00202553867372,
-        ),
-        (
-            "crank end cut-off",
-            126.421821522,
-            125.766726725,
-            125.781632496,
-            -0.655094796686,
-            0.79686269666,
-            0.792243284373,
-            0.764275807727,
-            0.75910488107,
-        ),
-        (
-            "crank end release",
-            154.780191847,
-            152.954028892,
-            153.005218195,
-            -1.8261629552,
-            0.952339899525,
-            0.945320989713,
-            0.943245635337,
-            0.934961683443,
-        ),
-        (
-            "crank end compression",
-            325.219808153,
-            327.045971108,
-            326.994781805,
-            1.8261629552,
-            0.0893267671415,
-            0.0804463562255,
-            0.0730039813113,
-            0.0656073691187,
-        ),
-        (
-            "head end admission",
-            173.578178478,
-            172.778004207,
-            172.800375394,
-            -0.800174271296,
-            0.00313730334031,
-            0.00396674354846,
-            0.00376287374159,
-            0.00475707017051,
-        ),
-        (
-            "head end cut-off",
-            306.421821522,
-            307.221995793,
-            307.199624606,
-            0.800174271296,
-            0.79686269666,
-            0.802452428675,
-            0.829449585592,
-            0.834360560123,
-        ),
-        (
-            "head end release",
-            334.780191847,
-            336.534600122,
-            336.487564148,
-            1.75440827431,
-            0.952339899525,
-            0.958650353076,
-            0.961434163713,
-            0.966590934367,
-        ),
-        (
-            "head end compression",
-            145.219808153,
-            143.465399878,
-            143.512435852,
-            -1.75440827431,
-            0.0893267671415,
-            0.098251245557,
-            0.105649552972,
-            0.116034079051,
-        ),
-    ],
-    30: [
-        (
-            "crank end admission",
-            353.578178478,
-            353.670787643,
-            353.670747287,
-            0.0926091644939,
-            0.00313730334031,
-            0.00304756098492,
-            0.00251173293903,
-            0.00243983244673,
-        ),
-        (
-            "crank end cut-off",
-            126.421821522,
-            126.329212357,
-            126.329252713,
-            -0.0926091644939,
-            0.79686269666,
-            0.796212002917,
-            0.764275807727,
-            0.763546911411,
-        ),
-        (
-            "crank end release",
-            154.780191847,
-            154.546573515,
-            154.546686981,
-            -0.233618331836,
-            0.952339899525,
-            0.951467465942,
-            0.943245635337,
-            0.942214918576,
-        ),
-        (
-            "crank end compression",
-            325.219808153,
-            325.453426485,
-            325.453313019,
-            0.233618331836,
-            0.0893267671415,
-            0.0881672466207,
-            0.0730039813113,
-            0.0720364494484,
-        ),
-        (
-            "head end admission",
-            173.578178478,
-            173.483133257,
-            173.483175827,
-            -0.0950452215306,
-            0.00313730334031,
-            0.00323075607977,
-            0.00376287374159,
-            0.00387490272374,
-        ),
-        (
-            "head end cut-off",
-            306.421821522,
-            306.516866743,
-            306.516824173,
-            0.0950452215306,
-            0.79686269666,
-            0.797529700261,
-            0.829449585592,
-            0.830036250921,
-        ),
-        (
-            "head end release",
-            334.780191847,
-            335.012594373,
-            335.012482171,
-            0.232402525385,
-            0.952339899525,
-            0.953200331121,
-            0.961434163713,
-            0.962138200196,
-        ),
-        (
-            "head end compression",
-            145.219808153,
-            144.987405627,
-            144.987517829,
-            -0.232402525385,
-            0.0893267671415,
-            0.0904870276056,
-            0.105649552972,
-            0.107001397577,
-        ),
-    ],
-}
+# Columns of valve_events.csv: l : r, event, crank angle (deg) by theory, exactly and by the binomial error term, the exact one's shift from
+# theory (deg), and the way of the piston as a part of the stroke: by theory (both rods infinite), exact eccentric and infinite connecting
+# rod, theory of the eccentric and exact connecting rod, both exact.
+with Path(__file__).with_name("valve_events.csv").open(encoding="utf-8") as stream:
+    EVENT_ROWS = list(csv.reader(stream))[1:]
+VALVE_EVENTS = {ratio: [(row[1], *map(float, row[2:])) for row in EVENT_ROWS if int(row[0]) == ratio] for ratio in (4, 30)}
 """By l : r."""
 
 ERROR_TERM_SIZES = {

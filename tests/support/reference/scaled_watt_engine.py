@@ -1,4 +1,4 @@
-"""An engine under Watt's governor, in Pontryagin's form of Vyshnegradskii's problem: stability limit, onset and size of hunting.
+"""An engine under Watt's governor, in Pontryagin's form of Vyshnegradskii's problem: stability limit and onset of hunting.
 
 The balls hang on massless arms on the spindle axis, the sleeve on links as long as the arms. The spindle follows the engine at a
 fixed ratio and returns no torque. The torque of the engine falls linearly with the lift of the sleeve. With the length of the arm l and
@@ -15,8 +15,6 @@ onset of hunting, with the coefficient of Yu. A. Kuznetsov, Elements of Applied 
 
 import math
 from dataclasses import dataclass
-
-from reference.speed_loop import SpeedLoop, eigenvalues
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -93,21 +91,6 @@ def equilibrium(engine: WattEngine) -> tuple[float, float]:
     return math.acos(engine.cosine), 1 / math.sqrt(engine.cosine)
 
 
-def linearise(engine: WattEngine) -> SpeedLoop:
-    """Return the linearised scaled problem: stiffness (1 - beta^2) / beta, speed moment 2 sqrt(beta (1 - beta^2))."""
-    angle, _ = equilibrium(engine)
-    sine = math.sin(angle)
-    return SpeedLoop(
-        governor_inertia=1.0,
-        damping=engine.damping,
-        stiffness=sine**2 / engine.cosine,
-        speed_moment=2 * math.sqrt(engine.cosine) * sine,
-        shaft_inertia=1.0,
-        torque_derivative=-engine.control * sine,
-        is_reacting=False,
-    )
-
-
 def damping_limit(engine: WattEngine) -> float:
     """Return the damping below which the engine hunts, 2 alpha beta^(3/2)."""
     return 2 * engine.control * math.pow(engine.cosine, 1.5)
@@ -143,24 +126,3 @@ def first_lyapunov_coefficient(engine: WattEngine) -> float:
     sign = 3 + (control**2 - 5) * cosine**2 + control**4 * cosine**6
     cubic = -control * math.pow(cosine, 1.5) * squared_sine * sign / (2 * (squared_sine + 4 * feedback) * (squared_sine + feedback))
     return cubic / math.sqrt(squared_sine / cosine)
-
-
-def hunting_amplitude(engine: WattEngine) -> float:
-    """Return the amplitude (rad) of the small periodic oscillation near the stability limit, 2 sqrt(-Re(s) / Re(c1)).
-
-    Re(s) is the real part of the pair of eigenvalues, Re(c1) as in first_lyapunov_coefficient. The relative error is of the order of the
-    squared amplitude. With a soft onset the oscillation exists beyond the limit, with a hard one before it, where it is unstable.
-
-    Parameters
-    ----------
-    engine
-        The scaled problem.
-
-    Returns
-    -------
-    float
-        Amplitude, half the range of the arm angle.
-    """
-    growth = max(eigenvalues(linearise(engine)), key=lambda value: value.imag).real
-    cubic = first_lyapunov_coefficient(engine) * math.sqrt((1 - engine.cosine**2) / engine.cosine)
-    return 2 * math.sqrt(-growth / cubic)
