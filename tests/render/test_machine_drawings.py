@@ -13,8 +13,19 @@ from governor_mechanism.machines.pendulum import PendulumGovernor
 from governor_mechanism.model.part import Part
 from governor_mechanism.render.film.frame_painter import FramePainter
 from governor_mechanism.render.frame_data import FrameData
-from governor_mechanism.render.geometry.outlines import first_free_position, horizontal_extents, make_bar, make_hatching
-from governor_mechanism.render.geometry.primitives import Circle, Lines, Polygon, TextShape, bounding_box, drawn_ball_radius, round_step
+from governor_mechanism.render.geometry.attached import Attached, BodyAxes, Flexible, Moment, fixed, shapes_of
+from governor_mechanism.render.geometry.outlines import first_free_position, make_bar, make_hatching
+from governor_mechanism.render.geometry.primitives import (
+    Circle,
+    Lines,
+    Polygon,
+    TextShape,
+    bounding_box,
+    drawn_ball_radius,
+    enclose_boxes,
+    round_step,
+)
+from governor_mechanism.render.geometry.recording import enclose_recorded, horizontal_extents, record_parts
 from governor_mechanism.render.machines import registry
 from governor_mechanism.render.machines.generic.drawing import GenericDrawing
 from governor_mechanism.render.machines.registry import drawing_of
@@ -133,15 +144,26 @@ def test_nothing_passes_over_the_scale(name, middle, swing):
     still = list(drawing.background_shapes())
     scale = next(s for s in still if isinstance(s, Lines) and s.role == "scale")
     left, right, bottom, top = bounding_box([scale, *(s for s in still if isinstance(s, TextShape))])
-    passing = [s for pose in run.poses for s in drawing.moving_shapes(pose, 0.0) if s.role in ("arm", "link", "ball")]
+    moments = [Moment(pose, 0.0) for pose in run.poses]
+    passing = [shape for shape in record_parts(drawing.moving, moments) if shape.role in ("arm", "link", "ball")]
     assert all(high <= left or low >= right for low, high in horizontal_extents(passing, bottom, top))
 
 
 def test_widths_between_two_heights():
     ball, slope = Circle("ball", 1.0, 0.0, 0.5), Polygon("arm", ((0.0, 0.0), (4.0, 4.0), (4.0, 4.1)))
-    assert horizontal_extents([ball], 0.3, 2.0) == [pytest.approx((0.6, 1.4))]
-    assert horizontal_extents([ball], 0.5, 2.0) == []
-    assert horizontal_extents([slope], 1.0, 2.0) == [pytest.approx((1.0 / 1.025, 2.0))]
+    balls, slopes = (record_parts([fixed([one])], [None]) for one in (ball, slope))
+    assert horizontal_extents(balls, 0.3, 2.0) == [pytest.approx((0.6, 1.4))]
+    assert horizontal_extents(balls, 0.5, 2.0) == []
+    assert horizontal_extents(slopes, 1.0, 2.0) == [pytest.approx((1.0 / 1.025, 2.0))]
+
+
+def test_the_box_around_recorded_shapes_is_that_of_the_shapes_at_each_moment():
+    moments = [Moment(np.array([[0.3, 0.1, angle]]), 0.0) for angle in (0.0, 0.7, 2.0)]
+    shapes = (Circle("ball", 1.0, 0.0, 0.5), Polygon("arm", ((0.0, 0.0), (4.0, 4.0), (4.0, 4.1))), TextShape("note", 0.0, 1.0, "a", 5.0))
+    parts = [Attached(frame=BodyAxes(0), shapes=shapes), Flexible(shapes_at=lambda moment: [Circle("pin", 0.0, 9.0, moment.pose[0, 2])])]
+    box = enclose_recorded(record_parts(parts, moments))
+    assert box == pytest.approx(enclose_boxes(bounding_box(shapes_of(parts, moment)) for moment in moments))
+
     assert first_free_position([(1.0, 2.0), (0.0, 0.5), (2.2, 3.0)], 0.6, 0.3) == 0.6
     assert first_free_position([(1.0, 2.0), (0.0, 0.5), (2.2, 3.0)], 0.6, 0.5) == 3.0
 

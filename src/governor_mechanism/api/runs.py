@@ -20,6 +20,7 @@ def run(
     accuracy: float | None = None,
     times: gm.QuantityValues | None = None,
     certify: bool = True,
+    start: gm.MotionState | None = None,
 ) -> gm.Trajectory:
     """Simulate a scene.
 
@@ -37,6 +38,9 @@ def run(
         Reported times, s, or texts with a unit; shape (n,). Those of the scene if None.
     certify
         Whether to estimate the error by further runs, and to refine until the accuracy is met.
+    start
+        State to go on from, as `run.state()`, of this scene or of one with other numbers; the start of the scene if None. Time 0 of the run
+        is the time of the state, where everything that the scene prescribes over time goes on.
 
     Returns
     -------
@@ -60,9 +64,10 @@ def run(
     0.6981
     """
     from governor_mechanism.engines import select_engine
+    from governor_mechanism.engines.continuation import continue_scene
     from governor_mechanism.units.quantities import convert_texts
 
-    resolved_scene = as_scene(scene)
+    resolved_scene = as_scene(scene) if start is None else continue_scene(as_scene(scene), start)
     name = resolved_scene.run.engine if isinstance(engine, str) and engine == "auto" else engine
     selected_engine, reason = select_engine(name, resolved_scene, accuracy)
     reported_times = convert_texts(times, "time", "times")

@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from governor_mechanism.effects.clearance import CLEARANCE_READING
+from governor_mechanism.engines.continuation import motion_at_start
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.mechanics.dynamics.characteristic_scales import time_scale
 from governor_mechanism.mechanics.dynamics.forces.contacts import contacts_of
@@ -61,10 +62,12 @@ def _solve_initial_state(scene: Scene) -> Motion:
     mechanism = scene.mechanism
     position_solver = PositionSolver(mechanism)
     values = scene.start.values
-    if position_solver.equations.is_driven.any():
+    if position_solver.equations.is_driven.any() and scene.state is None:
         _require_independent_drivers(mechanism)
-    undetermined, velocities = _find_undetermined_plane(scene, position_solver), None
-    if undetermined is not None:
+    undetermined, velocities = None if scene.state else _find_undetermined_plane(scene, position_solver), None
+    if scene.state is not None:
+        poses, velocities = motion_at_start(scene, scene.state)
+    elif undetermined is not None:
         poses, velocities = _find_steady_rotation(scene, position_solver, undetermined)
     elif EQUILIBRIUM in values.values() and len(scene.parts) == 1:
         poses = np.concatenate([_equilibrium_poses(scene), np.zeros((mechanism.count_free_shafts(), 3))])

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.files.writing import atomic_write, plain_value
+from governor_mechanism.mechanics.dynamics.forces.loads import lagged_functions_of
 from governor_mechanism.model.events import Event, EventKind
 from governor_mechanism.model.results.cost import Cost
 from governor_mechanism.model.results.energy import Energy
@@ -303,6 +304,7 @@ class _SavedResults:
     saved_reactions: Mapping[str, Reaction]
     saved_events: tuple[Event, ...]
     saved_fluctuations: Mapping[str, SpeedFluctuation]
+    has_lags: bool
 
     def reactions(self) -> Mapping[str, Reaction]:
         """Return the reactions by joint name."""
@@ -319,6 +321,12 @@ class _SavedResults:
     def speed_fluctuations(self) -> Mapping[str, SpeedFluctuation]:
         """Return the extreme speeds of shafts by the reading of their angle."""
         return self.saved_fluctuations
+
+    def lags_at(self, k: int) -> tuple[float, ...]:
+        """Return none, or raise MechanismError if there are lags: the file holds no states of them."""
+        if self.has_lags:
+            raise MechanismError("a saved run holds no states of lags; run its scene again to go on from it")
+        return ()
 
 
 def open_saved_run(
@@ -359,6 +367,7 @@ def open_saved_run(
             saved_reactions=_read_reactions(saved),
             saved_events=tuple(Event(**{**event, "kind": EventKind(event["kind"])}) for event in record["events"]),
             saved_fluctuations={angle: _read_fluctuation(extremes) for angle, extremes in record["speed_fluctuations"].items()},
+            has_lags=bool(lagged_functions_of(scene)),
         ),
     )
 

@@ -114,6 +114,8 @@ class Spindle:
         angle that the mean speed has turned.
     cycles_per_turn
         Cycles of the fluctuation per turn of the spindle.
+    turned_angle
+        Angle that the mean speed has turned at 0 s, rad; not 0 for a run that goes on from a state.
     """
 
     times: tuple[float, ...] = (0.0,)
@@ -127,6 +129,7 @@ class Spindle:
         meaning="the coefficient of fluctuation of the speed, (highest - lowest) / mean, for a cyclic variation",
     )
     cycles_per_turn: float = quantity("number", default=1.0, meaning="the number of fluctuations in a turn")
+    turned_angle: float = 0.0
 
     def __post_init__(self) -> None:
         if not 0 <= self.speed_fluctuation < 1:
@@ -140,7 +143,7 @@ class Spindle:
     @property
     def speed_function(self) -> InputFunction:
         """Mean speed over time, rad/s."""
-        return InputFunction(times=self.times, values=self.speeds)
+        return InputFunction(times=self.times, values=self.speeds, integral_before=self.turned_angle)
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -15,6 +15,7 @@ from governor_mechanism.model.effect import Effect, OutputEffect
 from governor_mechanism.model.events import NamedCrossing
 from governor_mechanism.model.mechanism import Mechanism
 from governor_mechanism.model.motion_readings import with_run_readings
+from governor_mechanism.model.motion_state import MotionState
 from governor_mechanism.model.part import FreeSpindle, Part, Spindle, Start
 from governor_mechanism.units.fields import entry, quantity
 from governor_mechanism.units.quantities import require_plausible
@@ -105,6 +106,8 @@ class Scene:
         Path or name of the scene file; empty for a scene without one. Equal scenes may have different ones.
     document
         Scene file as a dictionary.
+    state
+        State from which its runs go on; None for the start that the parts describe.
     """
 
     title: str
@@ -114,6 +117,7 @@ class Scene:
     crossings: tuple[NamedCrossing, ...] = ()
     source: str = field(default="", compare=False)
     document: Mapping[str, Any] = field(default_factory=dict)
+    state: MotionState | None = None
 
     @classmethod
     def from_dict(cls, document: Mapping[str, Any]) -> Scene:

@@ -167,6 +167,8 @@ class InputFunction:
         Functions of readings to multiply by.
     hold
         Event in each stroke of an engine from which the value is held to the next dead centre; None if it is never held.
+    integral_before
+        Integral over the time before 0 s, SI; not 0 for the speed of a run that goes on from a state.
     """
 
     times: tuple[float, ...] = (0.0,)
@@ -175,6 +177,7 @@ class InputFunction:
     functions: tuple[ReadingFunction, ...] = ()
     factors: tuple[ReadingFunction, ...] = ()
     hold: StrokeHold | None = None
+    integral_before: float = 0.0
 
     def __post_init__(self) -> None:
         _require_equal_lengths("an input function", self.times, self.values)

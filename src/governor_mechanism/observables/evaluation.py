@@ -305,7 +305,8 @@ class ReadingEvaluator:
         momentum = initial_inertia * (spindle.start_speed or 0.0) + torque.integrals(0.0, times)
         speed = momentum / (spindle.inertia + self.rotations[0].inertia(poses))
         shaft_motion = np.zeros((2, len(poses), 1, 3))
-        shaft_motion[:, :, 0, 2] = spindle_angle, speed
+        start_angle = self.scene.state.motion_of([body.name for body in self.mechanism.bodies])[0][-1][2] if self.scene.state else 0.0
+        shaft_motion[:, :, 0, 2] = start_angle + spindle_angle, speed
         return np.concatenate([poses, shaft_motion[0]], axis=1), np.concatenate([velocities, shaft_motion[1]], axis=1)
 
     def integrate_missing_work(self, history: StateHistory, contact_modes: tuple[ContactMode, ...]) -> FloatArray | None:

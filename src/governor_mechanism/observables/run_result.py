@@ -272,6 +272,10 @@ class DeferredMotionAnalysis:
         found = {limit.reading: find_speed_fluctuation(self.scene, limit.reading, motion) for limit in limits}
         return {reading: extremes for reading, extremes in found.items() if extremes is not None}
 
+    def lags_at(self, k: int) -> tuple[float, ...]:
+        """Return the states of the lags at reported time k."""
+        return tuple(self.result.reported_states.lags[k].tolist())
+
     def sample_motion(self) -> SampledMotion:
         """Return the motion at the monitor times."""
         return self._sample(MAX_SAMPLES)[1]

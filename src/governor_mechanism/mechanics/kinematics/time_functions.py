@@ -133,6 +133,7 @@ class CubicTimeFunction:
             values = np.concatenate([values[:1], values, values[-1:]])
         harmonics = [(item.amplitude, 2 * np.pi * item.frequency, item.phase) for item in function.harmonics]
         self._harmonics: FloatArray = np.array(harmonics).reshape(-1, 3)
+        self._integral_before = function.integral_before if isinstance(function, InputFunction) else 0.0
         self._is_level, self._first_value = all(value == function.values[0] for value in function.values), float(values[0])
         self.is_constant = self._is_level and not harmonics
         is_spline = motion is not None and not motion.has_rests
@@ -167,7 +168,7 @@ class CubicTimeFunction:
     def local_cubics(self, times: FloatArray) -> FloatArray:
         """Return the function after each time, up to the next breakpoint, in the local time since then; shape (n, columns).
 
-        First four coefficients of a cubic, highest power first, then its integral from 0 s to the time; then amplitude, angular
+        First four coefficients of a cubic, highest power first, then its integral up to the time; then amplitude, angular
         frequency (rad/s) and phase of each harmonic at the time. A spindle, whose integral counts, has no harmonics.
         """
         cubics = np.zeros((len(times), N_CUBIC_COLUMNS))
@@ -176,7 +177,7 @@ class CubicTimeFunction:
         else:
             for column, (order, factorial) in enumerate(((3, 6), (2, 2), (1, 1), (0, 1))):
                 cubics[:, column] = self._cubic.derivative(times, order) / factorial
-        cubics[:, 4] = self._cubic_integrals(0.0, times)
+        cubics[:, 4] = self._integral_before + self._cubic_integrals(0.0, times)
         if not len(self._harmonics):
             return cubics
         harmonics = np.tile(self._harmonics, (len(times), 1, 1))
@@ -283,7 +284,7 @@ class SpindleSpeedFunction(CubicTimeFunction):
         """Return speeds and accelerations (n,) with the fluctuation, if any."""
         if not self._fluctuation_amplitude:
             return mean_speed, mean_acceleration
-        angles = self.integrals(0.0, times)
+        angles = self._integral_before + self.integrals(0.0, times)
         return fluctuating_speed(self._fluctuation_amplitude, self._cycles_per_turn, angles, mean_speed, mean_acceleration)
 
 

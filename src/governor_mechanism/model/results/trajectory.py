@@ -7,8 +7,9 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any, ClassVar, Final, Protocol, Unpack
 
-from governor_mechanism.errors import RunFailed
+from governor_mechanism.errors import MechanismError, RunFailed
 from governor_mechanism.model.events import Event
+from governor_mechanism.model.motion_state import MotionState
 from governor_mechanism.model.results.cost import Cost
 from governor_mechanism.model.results.energy import Energy
 from governor_mechanism.model.results.film_options import FilmKeywords, FilmOptions, show_film_options
@@ -20,10 +21,14 @@ from governor_mechanism.model.results.result import Column, Result, item_column
 from governor_mechanism.model.results.speed_fluctuation import SpeedFluctuation
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.types import DataFrame, Dataset, FloatArray
+from governor_mechanism.units.quantities import format_value
 from governor_mechanism.units.short_repr import summarise
 
 TIME_COLUMN: Final = "time"
 """Name of the column of the reported times."""
+
+REPORTED_TIME_TOLERANCE: Final = 1e-12
+"""Difference of a time from a reported one, relative to the last, up to which it is that one: rounding."""
 
 
 class DeferredResults(Protocol):
@@ -40,6 +45,9 @@ class DeferredResults(Protocol):
 
     def speed_fluctuations(self) -> Mapping[str, SpeedFluctuation]:
         """Return the extreme speeds of shafts by the reading of their angle."""
+
+    def lags_at(self, k: int) -> tuple[float, ...]:
+        """Return the states of the lags at reported time k."""
 
 
 def _path_column(name: str, index: int, axis: str) -> Column:
@@ -172,6 +180,51 @@ class Trajectory(Result):
     def speed_fluctuations(self) -> Mapping[str, SpeedFluctuation]:
         """Extreme speeds in the last turn of each shaft of an engine, by the reading of its angle. Computed on first access."""
         return name_values("shaft angle", {} if self.deferred_results is None else self.deferred_results.speed_fluctuations())
+
+    def state(self, time: float | None = None) -> MotionState:
+        """Return the state at a reported time, from which another run can go on: `gm.run(scene, start=run.state())`.
+
+        Parameters
+        ----------
+        time
+            One of `times`, s; the last of them if None.
+
+        Returns
+        -------
+        MotionState
+            Poses and velocities of all bodies, states of lags, and the time on the clock of the scene.
+
+        Raises
+        ------
+        MechanismError
+            If that is no reported time, or the run is a saved one whose scene has lags.
+
+        Examples
+        --------
+        >>> import governor_mechanism as gm
+        >>> first = gm.run("porter", times=[0, 1])
+        >>> second = gm.run("porter", times=[0, 1], start=first.state())
+        >>> whole = gm.run("porter", times=[0, 1, 2])
+        >>> bool(abs(second.readings["arm_angle"][-1] - whole.readings["arm_angle"][-1]) < 1e-6)
+        True
+        """
+        times = self.times.tolist()
+        tolerance = REPORTED_TIME_TOLERANCE * abs(times[-1]) if times else 0.0
+        found = [k for k, one in enumerate(times) if isinstance(time, int | float) and abs(one - time) <= tolerance]
+        if time is None and times:
+            found = [len(times) - 1]
+        if not found:
+            reported = f"{len(times)} times from {times[0]:g} s to {times[-1]:g} s" if times else "no time at all"
+            raise MechanismError(f"a state is one at a reported time; found {format_value(time)}, and the run reports {reported}")
+        k = found[0]
+        poses, velocities = (tuple(tuple(row) for row in rows[k].tolist()) for rows in (self.poses, self.velocities))
+        return MotionState(
+            time=float(self.times[k]) + (self.scene.state.time if self.scene.state else 0.0),
+            bodies=self.body_names,
+            poses=poses,
+            velocities=velocities,
+            lags=() if self.deferred_results is None else self.deferred_results.lags_at(k),
+        )
 
     @property
     def body_names(self) -> tuple[str, ...]:

@@ -8,7 +8,17 @@ from typing import Any
 import numpy as np
 
 from governor_mechanism.render.geometry.attached import Attached, DrawnPart, Flexible, Frame, fixed_axes
-from governor_mechanism.render.geometry.primitives import Circle, DrawnShape, Lines, Polygon, TextShape, Vec2
+from governor_mechanism.render.geometry.primitives import (
+    BoundingBox,
+    Circle,
+    DrawnShape,
+    Lines,
+    Polygon,
+    TextShape,
+    Vec2,
+    bounding_box,
+    enclose_boxes,
+)
 from governor_mechanism.types import BoolArray, FloatArray
 
 _STRETCH = 32
@@ -36,6 +46,7 @@ class RecordedShape:
     visible: BoolArray  # whether there is anything to show; shape (n,)
     radii: FloatArray  # radii of a circle; shape (1 or n,); empty for other shapes
     text: str = ""  # content of a text
+    text_width: float = 0.0  # width that is reserved for it
     # where the number of points changes, those in the axes at each moment, a tuple of polylines (m, 2);
     # else empty
     changing: tuple[tuple[FloatArray, ...], ...] = ()
@@ -70,6 +81,56 @@ def move_points(poses: FloatArray, points: FloatArray) -> FloatArray:
     return np.stack([poses[:, :1] + c * x - s * y, poses[:, 1:2] + s * x + c * y], axis=-1)
 
 
+def enclose_recorded(shapes: Iterable[RecordedShape]) -> BoundingBox:
+    """Return the smallest box around shapes at all moments at which they are visible; around nothing, as `bounding_box`."""
+    box = bounding_box(())
+    for shape in shapes:
+        changing = [line for lines in shape.placed_lines() for line in lines]
+        points = np.concatenate(changing)[np.newaxis] if changing else shape.placed_points()
+        rows = shape.visible if len(points) == len(shape.visible) else slice(None)
+        radii = shape.radii[rows] if len(shape.radii) > 1 else shape.radii if len(shape.radii) else np.zeros(1)
+        x, y = (points[rows][..., axis] for axis in (0, 1))
+        radius = radii[:, np.newaxis]
+        own = float((x - radius).min()), float((x + radius).max()) + shape.text_width, float((y - radius).min()), float((y + radius).max())
+        box = enclose_boxes([box, own])
+    return box
+
+
+def horizontal_extents(
+    shapes: Iterable[RecordedShape],
+    bottom: float,  # bottom, top: the heights
+    top: float,
+) -> list[Vec2]:
+    """Return the horizontal extent of each circle and each convex polygon between two heights, at each moment at which it is there."""
+    extents = []
+    for shape in shapes:
+        points = shape.placed_points()
+        if shape.kind == "circle":
+            distance = np.maximum(np.maximum(bottom - points[:, 0, 1], points[:, 0, 1] - top), 0.0)
+            half = np.sqrt(np.maximum(shape.radii**2 - distance**2, 0.0))
+            lows, highs, is_there = points[:, 0, 0] - half, points[:, 0, 0] + half, half > 0.0
+        elif shape.kind == "polygon":
+            lows, highs = _extents_of_edges(points, np.roll(points, -1, axis=1), bottom, top)
+            is_there = lows <= highs
+        else:
+            continue
+        extents += zip(lows[is_there].tolist(), highs[is_there].tolist(), strict=True)
+    return extents
+
+
+def _extents_of_edges(starts: FloatArray, ends: FloatArray, bottom: float, top: float) -> tuple[FloatArray, FloatArray]:
+    """Return the least and the largest x (n,) of edges (n, edges, 2) between two heights; infinite the other way where there is none."""
+    is_rising = (starts[..., 1] <= ends[..., 1])[..., np.newaxis]
+    (x0, y0), (x1, y1) = (np.moveaxis(np.where(is_rising, *pair), -1, 0) for pair in ((starts, ends), (ends, starts)))
+    is_within = (y1 >= bottom) & (y0 <= top)
+    rise = np.where(y1 > y0, y1 - y0, 1.0)
+    heights = [np.clip(height, y0, y1) for height in (bottom, top)]
+    ends_within = [np.where(y1 > y0, x0 + (x1 - x0) * (one - y0) / rise, end) for one, end in zip(heights, (x0, x1), strict=True)]
+    lows = np.where(is_within, np.minimum(*ends_within), np.inf).min(axis=1)
+    highs = np.where(is_within, np.maximum(*ends_within), -np.inf).max(axis=1)
+    return lows, highs
+
+
 def _record_frames(frames: Iterable[Frame], moments: Sequence[Any]) -> dict[Frame, FloatArray]:
     """Return the poses (n, 3) of axes at moments; their angles are continuous."""
     ordered = list(frames)
@@ -94,6 +155,7 @@ def _record_attached(part: Attached, shape: DrawnShape, poses: FloatArray | None
         visible=visible & has_content,
         radii=np.array([shape.radius] if isinstance(shape, Circle) else []),
         text=shape.text if isinstance(shape, TextShape) else "",
+        text_width=shape.width if isinstance(shape, TextShape) else 0.0,
     )
 
 
@@ -151,6 +213,7 @@ def _record_column(part: Flexible, poses: FloatArray | None, first: DrawnShape, 
         visible=visible,
         radii=radii,
         text=first.text if isinstance(first, TextShape) else "",
+        text_width=first.width if isinstance(first, TextShape) else 0.0,
         changing=frames,
     )
 

@@ -19,6 +19,7 @@ from governor_mechanism.render.geometry.primitives import (
     drawn_point_paths,
     enclose_boxes,
 )
+from governor_mechanism.render.geometry.recording import enclose_recorded, record_parts
 from governor_mechanism.render.part_run import PartRun
 from governor_mechanism.types import FloatArray
 
@@ -129,8 +130,8 @@ class MachineDrawing(PartRun, ABC):
     def bounds(self) -> BoundingBox:
         """The box (m) that contains every shape of the run, with a margin."""
         rows = select_extreme_rows(drawn_point_paths(self.part.mechanism, self.poses))
-        # One pose at a time: a hundred thousand points at once would make the garbage collector search all objects.
-        boxes = [bounding_box(self.moving_shapes(self.poses[k], float(self.run.times[k]))) for k in rows]
-        left, right, bottom, top = enclose_boxes([bounding_box(self.static_shapes), *boxes])
+        moments = [Moment(self.poses[k], float(self.run.times[k])) for k in rows]
+        moving = enclose_recorded(record_parts(self.moving, moments))
+        left, right, bottom, top = enclose_boxes([bounding_box(self.static_shapes), moving])
         margin = _MARGIN_RATIO * max(right - left, top - bottom)
         return left - margin, right + margin, bottom - margin, top + margin

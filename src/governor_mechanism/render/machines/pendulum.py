@@ -6,19 +6,14 @@ A detail of the clearance shows one slot of the sleeve. A detail of the lift sho
 import math
 from collections.abc import Iterator
 from functools import cached_property
-from itertools import chain, pairwise
+from itertools import pairwise
 
 from governor_mechanism.effects.clearance import CLEARANCE_READING
 from governor_mechanism.machines.pendulum import RIGHT_LINK, SLEEVE
-from governor_mechanism.render.geometry.attached import Attached, DrawnPart, Flexible, Moment, axes_shifted, fixed, shapes_of
-from governor_mechanism.render.geometry.outlines import (
-    first_free_position,
-    horizontal_extents,
-    make_bar,
-    make_rectangle,
-    select_extreme_rows,
-)
+from governor_mechanism.render.geometry.attached import Attached, DrawnPart, Flexible, Moment, axes_shifted, fixed
+from governor_mechanism.render.geometry.outlines import first_free_position, make_bar, make_rectangle, select_extreme_rows
 from governor_mechanism.render.geometry.primitives import Circle, DrawnShape, Lines, Polygon, TextShape, Vec2, round_step
+from governor_mechanism.render.geometry.recording import horizontal_extents, record_parts
 from governor_mechanism.render.machines import governor_parts as parts
 from governor_mechanism.render.machines import pendulum_parts
 from governor_mechanism.render.machines.governor_parts import (
@@ -325,10 +320,6 @@ class PendulumDrawing(PendulumProportions):
         ball = Circle("ball", 0.0, 0.0, self.ball_radius)
         yield from (Attached(frame=axes, shapes=(ball,)) for axes in self.ball_axes)
 
-    def linkage_shapes(self, pose: FloatArray) -> Iterator[DrawnShape]:
-        """Yield links, arms and balls at a pose (bodies, 3)."""
-        yield from shapes_of(self.linkage_parts(), Moment(pose, 0.0))
-
 
 def _lift_scale_shapes(governor: PendulumDrawing) -> Iterator[DrawnShape]:
     """Yield a scale (mm) that covers the lifts of the run, at the height of the pointer.
@@ -339,9 +330,10 @@ def _lift_scale_shapes(governor: PendulumDrawing) -> Iterator[DrawnShape]:
     ticks_mm = parts.lift_ticks(governor.reading_range(parts.LIFT_READING), governor.zero_lift_height - drop, 0.04 * u, 0.1 * u)
     bottom, top = ticks_mm[0][1] - 0.04 * u, ticks_mm[-1][1] + 0.04 * u
     preferred_x = width + 0.10 * u
-    linkage_shapes = chain.from_iterable(governor.linkage_shapes(pose) for pose in governor.poses[select_extreme_rows(governor.poses)])
+    moments = [Moment(pose, 0.0) for pose in governor.poses[select_extreme_rows(governor.poses)]]
+    linkage = record_parts(tuple(governor.linkage_parts()), moments)
     # Leave a small gap to the linkage.
-    x = first_free_position(horizontal_extents(linkage_shapes, bottom, top), preferred_x - 0.01 * u, _SCALE_WIDTH * u)
+    x = first_free_position(horizontal_extents(linkage, bottom, top), preferred_x - 0.01 * u, _SCALE_WIDTH * u)
     # Text keeps its size when a wide machine is drawn at a small scale: far out, its space grows with the width.
     if x < preferred_x:
         x, text_width = preferred_x, 0.3 * u

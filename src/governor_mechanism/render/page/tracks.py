@@ -100,10 +100,17 @@ def find_modes(points: FloatArray, track: int | None) -> Motion:
     n_samples, n_points, _ = points.shape
     mean = points.mean(axis=0)
     deviations = (points - mean).reshape(n_samples, -1)
-    left, sizes, directions = np.linalg.svd(deviations, full_matrices=False)
+    # Of the smaller of the two products with the transpose: much faster than a decomposition of all, and far more accurate than a unit.
+    is_tall = n_samples > deviations.shape[1]
+    squares, vectors = np.linalg.eigh(deviations.T @ deviations if is_tall else deviations @ deviations.T)
+    count = int(np.sum(squares[-MAX_MODES:] > 0.0))
+    order = np.arange(len(squares) - 1, len(squares) - 1 - count, -1)
+    sizes = np.sqrt(squares[order])
+    directions = vectors[:, order].T if is_tall else (vectors[:, order].T @ deviations) / sizes[:, np.newaxis]
+    left = deviations @ directions.T / sizes
     rest = deviations.copy()
     modes: list[Mode] = []
-    for k in range(min(MAX_MODES, len(sizes))):
+    for k in range(count):
         largest = float(np.abs(directions[k]).max())
         displacements, amplitudes = directions[k] / largest, left[:, k] * sizes[k] * largest
         rest -= np.outer(amplitudes, displacements)

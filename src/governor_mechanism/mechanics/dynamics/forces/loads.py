@@ -67,7 +67,9 @@ def initial_lags(
     poses: FloatArray,  # poses of the mass centres at the start, m and rad; shape (bodies, 3)
     velocities: FloatArray,  # their time derivatives; shape (bodies, 3)
 ) -> FloatArray:
-    """Return the states of the lags and holds at the start: each begins at the value that it follows, unless its cut-off is still ahead.
+    """Return the states of the lags and holds at the start: those of the state from which the scene goes on, if it does from one.
+
+    Else each begins at the value that it follows, unless its cut-off is still ahead.
 
     Result: values in the order of the lags; shape (lags,).
     """
@@ -83,9 +85,10 @@ def initial_lags(
         is_ahead = load.hold is StrokeHold.FROM_CUT_OFF and _travel_in_stroke(scene, load, poses) < value
         return NOT_HELD if is_ahead else value
 
-    return np.array(
-        [evaluate(owner) if isinstance(owner, ReadingFunction) else evaluate_held(owner) for owner in lagged_functions_of(scene)]
-    )
+    lagged = lagged_functions_of(scene)
+    if scene.state is not None and len(scene.state.lags) == len(lagged):
+        return np.array(scene.state.lags)
+    return np.array([evaluate(owner) if isinstance(owner, ReadingFunction) else evaluate_held(owner) for owner in lagged])
 
 
 def _travel_in_stroke(scene: Scene, switch: InputFunction, poses: FloatArray) -> float:
