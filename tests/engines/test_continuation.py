@@ -6,7 +6,7 @@ import pytest
 import governor_mechanism as gm
 from governor_mechanism.engines.continuation import continue_scene
 
-# What the states of these runs hold besides poses: sticking friction, stops, drives, programs of speed, a free shaft, lags, a belt that breaks.
+# What these states hold besides poses: sticking friction, stops, drives, programs of speed, a free shaft, lags, a belt that breaks.
 CASES = [
     ("porter", "reduced", (0.4, 0.8)),
     ("porter", "multibody", (0.4, 0.8)),
