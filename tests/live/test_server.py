@@ -152,6 +152,8 @@ def test_too_large_a_message_closes_the_connection(port):
         ('{"action": "change", "values": {"dimensions.crank": 1}, "isLast": 1}', "true or false"),
         ('{"action": ["change"]}', "has an action"),
         ('{"action": "export", "ending": "exe"}', "one of toml"),
+        ('{"action": "assemble", "assembly": 0}', "whole number"),
+        ('{"action": "assemble", "assembly": 1.5}', "whole number"),
         ('{"action": "save", "name": 3}', "a name is a text"),
         ('{"action": "change", "values": {"dimensions.crank": NaN}}', "NaN is no number"),
         ('{"action": "change", "values": {"dimensions.crank": 1e999}}', "finite number"),

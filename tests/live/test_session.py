@@ -1,12 +1,15 @@
 """A mechanism under the hand: what may be changed, what is undone, and that each answer is the run of its scene."""
 
+import json
 import tomllib
+from base64 import b64decode
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 import governor_mechanism as gm
+from governor_mechanism.live.conversation import respond
 from governor_mechanism.live.grips import find_grips
 from governor_mechanism.live.quantities import find_quantities, split_quantity
 from governor_mechanism.live.saving import write_scene
@@ -145,3 +148,54 @@ def test_a_saved_scene_is_the_opened_file_with_the_changed_values_alone_changed(
     path.write_text("\n".join(saved), encoding="utf-8")
     assert gm.load(path).document == session.document
     assert gm.Scene.from_dict(tomllib.loads(write_scene(None, session.document))) == gm.load(path)
+
+
+def ask(session, **message):
+    """What the page that asks hears."""
+    answer = respond(session, json.dumps(message))
+    return answer() if callable(answer) else answer
+
+
+def test_another_assembly_is_taken_and_undone():
+    session = Session(gm.load("quick_return").replace({"run.duration": "0.1 s"}))
+    state = session.describe(session.solve())
+    assert state["inspections"] == ["assemblies"]
+    found = ask(session, action="assemblies")["assemblies"]
+    assert (found["count"], found["taken"]) == (2, 2)
+    assert ask(session, action="assemble", assembly=1) is None
+    assert session.solve().run.readings["lever_angle"][0] == gm.run(gm.Scene.from_dict(session.document)).readings["lever_angle"][0]
+    assert ask(session, action="assemblies")["assemblies"]["taken"] == 1
+    session.undo()
+    assert ask(session, action="assemblies")["assemblies"]["taken"] == 2
+    session.change({"run.duration": 0.2})
+    session.change({"run.duration": 0.1})
+    assert ask(session, action="assemble", assembly=9) is None
+    assert "assembl" in session.solve().problem
+
+
+def test_a_valve_gear_tells_its_events_and_shows_zeuners_diagram():
+    scene = gm.load("slide_valve_30").replace({"run.duration": "0.1 s"})
+    session = Session(scene)
+    assert session.describe(session.solve())["inspections"] == ["valve"]
+    session.change({"dimensions.outside_lap": 20.0})
+    session.solve()
+    valve = ask(session, action="valve")["valve"]
+    assert valve["timing"] == str(gm.valve_timing(scene.replace({"dimensions.outside_lap": "20 mm"}))).partition("\n")[2]
+    assert b64decode(valve["picture"]).startswith(b"\x89PNG")
+    assert "has none" in ask(Session(gm.load("scott_russell")), action="valve")["refused"]
+
+
+def test_changes_are_those_from_the_opened_scene(session):
+    assert session.find_changes() == {}
+    session.change({"dimensions.crank": 1.1})
+    session.change({"body.rod.mass": 2.5})
+    session.change({"dimensions.crank": 1.0})
+    assert session.find_changes() == {"body.rod.mass": 2.5}
+
+
+def test_two_runs_are_drawn_to_one_scale_by_their_frames():
+    session = Session(gm.load("scott_russell").replace({"run.duration": "0.2 s"}))
+    first = session.describe(session.solve())
+    ((scale, left, top),) = first["frames"]
+    picture = show_whole_run(session.run)[0].views[0].picture
+    assert picture.place(np.array([0.3, 0.2])) == pytest.approx([scale * (0.3 - left), scale * (top - 0.2)])

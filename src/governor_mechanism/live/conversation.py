@@ -5,6 +5,7 @@ from collections.abc import Callable, Mapping
 from typing import Any, Final
 
 from governor_mechanism.errors import MechanismError
+from governor_mechanism.live.inspection import describe_assemblies, describe_valve
 from governor_mechanism.live.messages import Request, parse_message
 from governor_mechanism.live.saving import export_run, write_scene
 from governor_mechanism.live.session import Session
@@ -66,14 +67,35 @@ def _export(session: Session, request: Request) -> Later:
     name = f"{session.file.name.rpartition('.')[0]}.{ending}"
 
     def export() -> Answer:
-        try:
-            is_scene = ending == "toml"
-            content = write_scene(session.file.opened_text, document).encode() if is_scene else export_run(run, ending, request.theme)
-        except MechanismError as error:
-            return refuse(error)
+        is_scene = ending == "toml"
+        content = write_scene(session.file.opened_text, document).encode() if is_scene else export_run(run, ending, request.theme)
         return {"file": {"name": name, "type": MEDIA_TYPES[ending], "content": b64encode(content).decode()}}
 
-    return export
+    return _or_refuse(export)
+
+
+def _or_refuse(compute: Later) -> Later:
+    """Return what computes an answer, or says why there is none."""
+
+    def answer() -> Answer:
+        try:
+            return compute()
+        except MechanismError as error:
+            return refuse(error)
+
+    return answer
+
+
+def _valve(session: Session, request: Request) -> Later:
+    return _or_refuse(lambda: {"valve": describe_valve(session.solve().run, request.theme)})
+
+
+def _assemblies(session: Session, request: Request) -> Later:
+    return _or_refuse(lambda: {"assemblies": describe_assemblies(session.solve().run)})
+
+
+def _assemble(session: Session, request: Request) -> None:
+    session.assemble(request.assembly)
 
 
 def _save(session: Session, request: Request) -> Answer:
@@ -91,5 +113,8 @@ ACTIONS: Final[Mapping[str, Callable[[Session, Request], Answer | Later | None]]
     "reset": _reset,
     "export": _export,
     "save": _save,
+    "valve": _valve,
+    "assemblies": _assemblies,
+    "assemble": _assemble,
 }
 """What each action does."""

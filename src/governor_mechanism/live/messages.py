@@ -45,6 +45,8 @@ class Request:
         Whether a file may be replaced that is already there.
     theme
         Colours of a picture.
+    assembly
+        Number of the way in which the joints close.
     """
 
     action: str
@@ -54,6 +56,7 @@ class Request:
     name: str = ""
     overwrites: bool = False
     theme: str = "light"
+    assembly: int = 1
 
 
 def parse_message(text: str) -> Request:
@@ -107,6 +110,13 @@ def _read_text(value: Any) -> str:
     return value
 
 
+def _read_whole_number(value: Any) -> int:
+    """Return a number from 1."""
+    if not isinstance(value, int) or isinstance(value, bool) or value < 1:
+        raise MechanismError(f"a whole number from 1 is expected; found {format_value(value)}")
+    return value
+
+
 def _one_of(words: tuple[str, ...]) -> Callable[[Any], str]:
     """Return what reads one of a few words."""
 
@@ -126,5 +136,8 @@ FIELDS: Final[Mapping[str, Mapping[str, Callable[[Any], Any]]]] = {
     "reset": {},
     "export": {"ending": _one_of(FILE_ENDINGS), "theme": _one_of(THEMES)},
     "save": {"name": _read_text, "overwrites": _read_flag},
+    "valve": {"theme": _one_of(THEMES)},
+    "assemblies": {},
+    "assemble": {"assembly": _read_whole_number},
 }
 """What a message may ask for, with its fields and what reads them; what is left out has the default of `Request`."""

@@ -13,7 +13,7 @@ from governor_mechanism.scenes.library import list_catalogue_entries, list_conte
 CONNECTIONS: Final = "; connect-src 'self'"
 """What the page may ask beside its own text: the web socket of its server."""
 
-SCRIPTS: Final = ("saving", "panel", "results", "grips", "connection")
+SCRIPTS: Final = ("saving", "inspection", "locks", "ghost", "address", "panel", "results", "grips", "connection")
 """Files of the script in `render/page/script/live`, in their order; what connects the page comes last."""
 
 LINKS: Final = {"server": ("server", CONNECTIONS), "notebook": ("frame", "")}

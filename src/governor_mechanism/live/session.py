@@ -10,8 +10,10 @@ import governor_mechanism as gm
 from governor_mechanism.errors import GovernorMechanismError, MechanismError
 from governor_mechanism.live.equilibria import EquilibriumPlot
 from governor_mechanism.live.grips import find_grips
+from governor_mechanism.live.inspection import list_inspections
 from governor_mechanism.live.quantities import Quantity, find_quantities
 from governor_mechanism.live.saving import SceneFile
+from governor_mechanism.machines.custom import CUSTOM_MACHINE
 from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.render.film.timing import select_slow_down
@@ -126,6 +128,23 @@ class Session:
             self._undone.clear()
             self._take(document)
 
+    def assemble(self, number: int) -> None:
+        """Take another way in which the joints close; raise MechanismError if the scene is not one of a custom machine."""
+        if self._document.get("machine") != CUSTOM_MACHINE:
+            raise MechanismError("only a custom machine has assemblies to choose from")
+        with self._changing:
+            self._is_dragging = False
+            self._done = [*self._done, self._document][-MAX_UNDONE:]
+            self._undone.clear()
+            written = self._document.get("assembly")
+            taken = {**written, "take": number} if isinstance(written, Mapping) else number
+            self._take({**self._document, "assembly": taken})
+
+    def find_changes(self) -> dict[str, float]:
+        """Return the quantities whose values are not those of the first document, by key."""
+        before = find_quantities(self._first_document, 1.0)
+        return {key: one.value for key, one in self.find_quantities().items() if key not in before or before[key].value != one.value}
+
     def undo(self) -> None:
         """Return to the document before the last change, if there is one."""
         self._move(self._done, self._undone)
@@ -192,6 +211,9 @@ class Session:
             "accuracy": _describe_outcome(run),
             "facts": {name: [(term, raise_exponents(text)) for term, text in rows] for name, rows in facts.items()},
             "fileName": self.file.name,
+            "changes": self.find_changes(),
+            "inspections": list_inspections(run),
+            "frames": [[view.picture.scale, view.box[0], view.box[3]] for view in shown.views],
             "canUndo": bool(self._done),
             "canRedo": bool(self._undone),
         }

@@ -21,7 +21,10 @@ function startWorkbench(page) {
   const panel = makePanel(change, (action) => send({ action }));
   const grips = makeGrips(page, change);
   const saving = makeSaving(send);
-  panel.node.append(saving.node);
+  const sections = [makeValveSection(send), makeAssemblySection(send)];
+  const ghost = makeGhost(page);
+  const address = makeAddress(change);
+  panel.node.append(ghost.node, ...sections.map((one) => one.node), saving.node);
   document.querySelector("main").classList.add("is-live");
   find("controls").after(panel.node);
   document.addEventListener(
@@ -41,8 +44,8 @@ function startWorkbench(page) {
       panel.tell(state.refused, true);
       return;
     }
-    if (state.file || "saved" in state) {
-      saving.hear(state);
+    if (!("number" in state)) {
+      for (const one of [saving, ...sections]) one.hear(state);
       return;
     }
     const focused = document.activeElement?.dataset?.grip;
@@ -53,7 +56,8 @@ function startWorkbench(page) {
       grips.show(state, focused);
     }
     panel.show(state);
-    saving.show(state);
+    for (const one of [saving, ...sections, ghost, address]) one.show(state);
+    showLocks(state);
     for (const [id, facts] of Object.entries(state.facts)) showFacts(find(id), facts);
     document.documentElement.dataset.number = state.number;
   };

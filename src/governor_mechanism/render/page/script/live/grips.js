@@ -6,7 +6,7 @@ const KEY_SHARE = 1 / 200;
 
 /** Values of the quantities that follow a grip which has moved by units of the picture. */
 function movedValues(grip, values, dx, dy) {
-  const moved = grip.effects.map(([key, right, down]) => {
+  const moved = freeEffects(grip).map(([key, right, down]) => {
     const step = 2 * Math.hypot(right, down);
     return [key, roundFor(values.get(key) + dx * right + dy * down, step)];
   });

@@ -56,7 +56,7 @@ function makeSaving(send) {
       if (answer.file) {
         downloadFile(answer.file);
         tell(`${answer.file.name} is made.`);
-      } else {
+      } else if ("saved" in answer) {
         tell(answer.question ? `${answer.question} Overwrite it?` : answer.saved, Boolean(answer.question));
       }
     },
