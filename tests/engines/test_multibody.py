@@ -165,10 +165,11 @@ def test_the_error_falls_with_the_tolerance(engine):
 
 
 @FINE
-def test_step_limit_ends_the_run_with_a_named_outcome(engine):
-    run = engine(max_steps=20).run(porter_open(duration=50.0))
+@pytest.mark.parametrize(("duration", "max_steps"), [(2.0, 8), (50.0, 20)])  # the second is farther than the longest steps reach
+def test_step_limit_ends_the_run_with_a_named_outcome(engine, duration, max_steps):
+    run = engine(max_steps=max_steps).run(porter_open(duration=duration))
     assert run.outcome is Outcome.STEP_LIMIT
-    assert 0 < run.times[-1] < 50.0
+    assert 0 < run.times[-1] < duration
 
 
 @FINE

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from decoding import pixel_of
+from drawing_checks import assert_shapes_keep
 from governor_mechanism.machines.pendulum import PendulumGovernor
 from governor_mechanism.model.part import Part
 from governor_mechanism.render.film.frame_painter import FramePainter
@@ -51,15 +52,6 @@ def test_shapes_do_not_import_a_plotting_library():
     assert done.stdout.strip() == "[]"
 
 
-def test_every_shape_stays_within_the_view(drawn):
-    run, drawing = drawn
-    left, right, bottom, top = drawing.bounds
-    shapes = [*drawing.background_shapes(), *(s for pose in run.poses for s in drawing.moving_shapes(pose, 0.0))]
-    x0, x1, y0, y1 = bounding_box(shapes)
-    assert left < x0 < x1 < right
-    assert bottom < y0 < y1 < top
-
-
 def test_the_view_fits_the_extent_into_its_rectangle_without_distortion():
     run = fake_run(GOVERNOR_DIMENSIONS["porter"], duration=1.0)
     view = FramePainter(run, [FrameData(run, run.scene.part, (0.0, 1.0), run.times)]).view
@@ -73,10 +65,9 @@ def test_the_view_fits_the_extent_into_its_rectangle_without_distortion():
     assert across == pytest.approx(upward - pixel_of(view, 0.0, 1.0)[1])
 
 
-def test_shapes_keep_their_kinds_and_roles_at_every_pose(drawn):
+def test_shapes_keep_their_kinds_and_roles_within_the_view(drawn):
     run, drawing = drawn
-    kinds = {tuple((type(s), s.role) for s in drawing.moving_shapes(pose, 0.0)) for pose in run.poses}
-    assert len(kinds) == 1
+    assert_shapes_keep(drawing, run)
     plans = {tuple((type(s), s.role) for s in drawing.dial_shapes(pose, 0.3, 0.1, 1.0)) for pose in run.poses}
     assert len(plans) == 1
 

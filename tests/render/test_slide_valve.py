@@ -12,6 +12,7 @@ from PIL import Image
 import governor_mechanism as gm
 from colour_vision import VISIONS, lab
 from crank_scenes import SLIDER_CRANK_MASSES, crank_scene, valve_scene
+from drawing_checks import assert_shapes_keep
 from governor_mechanism.engines import MultibodyEngine
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.observables.valve_motion import find_event_angles
@@ -59,14 +60,7 @@ def test_the_machine_has_a_drawing_of_its_own(run):
 
 def test_shapes_keep_their_kinds_and_roles_and_stay_within_the_view(run):
     drawing = drawing_of(run, run.scene.part)
-    kinds = [(type(shape), shape.role) for shape in drawing.moving_shapes(run.poses[0], 0.0)]
-    left, right, bottom, top = drawing.bounds
-    for pose in run.poses:
-        shapes = list(drawing.moving_shapes(pose, 0.0))
-        assert [(type(shape), shape.role) for shape in shapes] == kinds
-        x0, x1, y0, y1 = bounding_box(shapes)
-        assert left < x0 < x1 < right
-        assert bottom < y0 < y1 < top
+    assert_shapes_keep(drawing, run)
     assert list(drawing.background_shapes())
 
 

@@ -10,10 +10,11 @@ from PIL import Image
 
 import governor_mechanism as gm
 from crank_scenes import link_gear_scene
+from drawing_checks import assert_shapes_keep
 from governor_mechanism.engines import MultibodyEngine
 from governor_mechanism.render.figure_files import FigureFiles
 from governor_mechanism.render.figures.plates.reversed_gear import draw_gear_plate
-from governor_mechanism.render.geometry.primitives import Circle, Lines, Polygon, bounding_box
+from governor_mechanism.render.geometry.primitives import Circle, Lines, Polygon
 from governor_mechanism.render.machines.registry import drawing_of
 from governor_mechanism.render.machines.steam_distribution import steam_phase
 from governor_mechanism.render.results_folder import write_machine_figures
@@ -34,14 +35,7 @@ def run(request):
 def test_shapes_keep_their_kinds_and_roles_and_stay_within_the_view(run):
     drawing = drawing_of(run, run.scene.part)
     assert set(drawing.panel_readings) <= set(run.readings)
-    left, right, bottom, top = drawing.bounds
-    kinds = [(type(shape), shape.role) for shape in drawing.moving_shapes(run.poses[0], 0.0)]
-    for pose, time in zip(run.poses, run.times, strict=True):
-        shapes = list(drawing.moving_shapes(pose, float(time)))
-        assert [(type(shape), shape.role) for shape in shapes] == kinds
-        x0, x1, y0, y1 = bounding_box(shapes)
-        assert left < x0 < x1 < right
-        assert bottom < y0 < y1 < top
+    assert_shapes_keep(drawing, run)
     assert list(drawing.background_shapes())
 
 

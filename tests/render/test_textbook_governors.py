@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import governor_mechanism as gm
+from drawing_checks import assert_shapes_keep
 from governor_mechanism.render.geometry.primitives import Circle, Lines, Polygon
 from governor_mechanism.render.machines.hartnell import HartnellDrawing
 from governor_mechanism.render.machines.proell import ProellDrawing
@@ -27,9 +28,7 @@ def drawn(request):
 
 def test_every_pose_has_the_same_shapes_within_the_view(drawn):
     run, drawing = drawn
-    poses = zip(run.poses, run.times.tolist(), strict=True)
-    kinds = [[(type(shape), shape.role) for shape in drawing.moving_shapes(pose, time)] for pose, time in poses]
-    assert all(one == kinds[0] for one in kinds)
+    assert_shapes_keep(drawing, run)
     assert len(list(drawing.plan_shapes(run.poses[0], 0.3))) == len(list(drawing.plan_shapes(run.poses[-1], 2.0)))
 
 

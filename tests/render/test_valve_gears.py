@@ -8,6 +8,7 @@ import pytest
 from matplotlib.path import Path
 
 import governor_mechanism as gm
+from drawing_checks import assert_shapes_keep
 from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output_value
 from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.observables.valve_motion import find_event_angles, valve_motion_of
@@ -55,14 +56,7 @@ def run(request):
 def test_a_valve_gear_has_a_drawing_whose_shapes_keep_their_kinds_and_stay_within_the_view(run):
     gear = drawing(run)
     assert isinstance(gear, ValveGearDrawing)
-    kinds = [(type(shape), shape.role) for shape in gear.moving_shapes(run.poses[0], 0.0)]
-    left, right, bottom, top = gear.bounds
-    for k in range(0, len(run.times), 5):
-        shapes = list(gear.moving_shapes(run.poses[k], float(run.times[k])))
-        assert [(type(shape), shape.role) for shape in shapes] == kinds
-        x0, x1, y0, y1 = bounding_box(shapes)
-        assert left < x0 < x1 < right
-        assert bottom < y0 < y1 < top
+    assert_shapes_keep(gear, run, every=5)
 
 
 def test_valve_and_piston_move_as_their_bodies_do(run):
