@@ -123,8 +123,7 @@ DELEGATIONS = {
             "_repr_html_",
         )
     },
-    "model.results.energy": {"Energy._repr_html_"},
-    "model.results.reaction": {"Reaction._repr_html_"},
+    "model.results.records": {"Energy._repr_html_", "Reaction._repr_html_"},
     "model.results.result": {
         "Recorded.as_json",
         *(f"Result.{name}" for name in ("to_dataframe", "save_json", "save_csv", "figures", "_draw", "_repr_html_")),

@@ -12,7 +12,7 @@ import pytest
 
 import governor_mechanism as gm
 from governor_mechanism.errors import UnknownName
-from governor_mechanism.units.short_repr import MAX_REPR_LENGTH
+from governor_mechanism.units.text_table import MAX_REPR_LENGTH
 
 FUNCTIONS = [name for name in gm.__all__ if inspect.isfunction(getattr(gm, name))]
 CLASSES = [name for name in gm.__all__ if inspect.isclass(getattr(gm, name))]

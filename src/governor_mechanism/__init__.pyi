@@ -40,10 +40,10 @@ from governor_mechanism.errors import UnsupportedEffect as UnsupportedEffect
 from governor_mechanism.mechanics.kinematics.kinematic_analysis import Kinematics as Kinematics
 from governor_mechanism.model.mechanism import Mechanism as Mechanism
 from governor_mechanism.model.motion_state import MotionState as MotionState
-from governor_mechanism.model.results.energy import Energy as Energy
 from governor_mechanism.model.results.film_options import FilmOptions as FilmOptions
 from governor_mechanism.model.results.outcome import Outcome as Outcome
-from governor_mechanism.model.results.reaction import Reaction as Reaction
+from governor_mechanism.model.results.records import Energy as Energy
+from governor_mechanism.model.results.records import Reaction as Reaction
 from governor_mechanism.model.results.trajectory import Trajectory as Trajectory
 from governor_mechanism.model.scene import Scene as Scene
 from governor_mechanism.notebook.exploration import Exploration as Exploration

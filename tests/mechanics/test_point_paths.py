@@ -5,7 +5,7 @@ import pytest
 
 import governor_mechanism as gm
 from decoding import unpack_numbers
-from governor_mechanism.render.figures.point_paths import _different_curves
+from governor_mechanism.render.figures.kinematics import _different_curves
 from governor_mechanism.render.film.frame_canvas import FRAME_DPI
 from governor_mechanism.render.frame_data import FrameData
 from governor_mechanism.render.motion_layers import PointPaths

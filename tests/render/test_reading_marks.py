@@ -147,7 +147,7 @@ def test_arcs_are_the_angles_of_the_readings_with_their_letters():
             turn = headings[-1] - headings[0] - run.readings[name][row]
             assert math.remainder(turn, 2 * math.pi) == pytest.approx(0.0, abs=1e-9)
             x0, x1, y0, y1 = bounding_box([letter])
-            reference = bounding_box([make_letters("letter", (name,), (0.0, 0.0), 0.055 * drawing.length_scale)])
+            reference = bounding_box([make_letters((name,), (0.0, 0.0), 0.055 * drawing.length_scale)])
             assert (x1 - x0, y1 - y0) == pytest.approx((reference[1] - reference[0], reference[3] - reference[2]))
     order = [shape.role for shape in shapes]
     assert order.index("force") < order.index("plate")  # the torque lies behind the bodies
@@ -161,7 +161,7 @@ def test_the_point_with_the_coordinates_x_and_y_is_marked():
         assert (mark.x, mark.y) == pytest.approx((run.readings["x"][row], run.readings["y"][row]), abs=1e-9)
         (letters,) = of_role(shapes, "letter")
         # They say that the coordinates are those of a point: P (x, y).
-        assert len(letters.lines) == len(make_letters("letter", ["P", "(", "x", ",", "y", ")"], (0.0, 0.0), 1.0).lines)
+        assert len(letters.lines) == len(make_letters(["P", "(", "x", ",", "y", ")"], (0.0, 0.0), 1.0).lines)
 
 
 def test_the_letters_of_a_pendulum_are_clear_of_its_bar():
@@ -202,7 +202,7 @@ def test_greek_names_are_written_as_letters():
 
 def test_letters_stand_around_their_place():
     for name in ("alpha", "beta", "gamma", "delta", "epsilon", "theta", "phi", "psi", "omega", "Theta", "Phi", "Omega", "x", "y"):
-        shape = make_letters("letter", (name,), (2.0, 3.0), 0.1)
+        shape = make_letters((name,), (2.0, 3.0), 0.1)
         x0, x1, y0, y1 = bounding_box([shape])
         assert (x0 + x1) / 2 == pytest.approx(2.0, abs=0.01)
         assert 2.9 < y0 < 3.0 < y1 < 3.1

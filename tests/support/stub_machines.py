@@ -26,8 +26,8 @@ from governor_mechanism.model.joints import (
 from governor_mechanism.model.mechanism import Body, Mechanism, SecondMoments
 from governor_mechanism.model.output_variables import BodyAngle, PointCoordinate, Reading
 from governor_mechanism.model.part import FIXED_PLANE, Part
-from governor_mechanism.model.results.energy import Energy
 from governor_mechanism.model.results.outcome import Outcome
+from governor_mechanism.model.results.records import Energy
 from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.model.scene import RunSettings, Scene
 from governor_mechanism.model.time_functions import InputFunction, PrescribedMotion

@@ -7,9 +7,8 @@ from governor_mechanism.effects.centrifugal import Centrifugal
 from governor_mechanism.effects.gravity import Gravity
 from governor_mechanism.machines.pendulum import PendulumGovernor
 from governor_mechanism.model.part import Part, Spindle, Start
-from governor_mechanism.model.results.cost import Cost
-from governor_mechanism.model.results.energy import Energy
-from governor_mechanism.model.results.outcome import Outcome
+from governor_mechanism.model.results.outcome import Cost, Outcome
+from governor_mechanism.model.results.records import Energy
 from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.model.scene import RunSettings, Scene
 

@@ -9,11 +9,7 @@ References
 ----------
 F. Redtenbacher, Die Luftexpansions-Maschine (Mannheim 1853), theory of the flywheel, equation (68). The rules of coefficient, rim and arms
 are those of the textbooks, such as R. S. Khurmi and J. K. Gupta, Theory of Machines, and A Textbook of Machine Design, chapters on
-flywheels.
-
-References
-----------
-R. S. Khurmi and J. K. Gupta, Theory of Machines, and T. Bevan, The Theory of Machines, chapters on turning-moment diagrams.
+flywheels and, as T. Bevan, The Theory of Machines, on turning-moment diagrams.
 """
 
 from __future__ import annotations

@@ -1,13 +1,7 @@
 """The loop of engine and governor, linearised by hand: its characteristic polynomial, and Vyshnegradskii's parameters.
 
 A throttle u, 0 to 1, admits air at r + u (p - r), with the pressure p of the supply and r behind the piston; the pump delivers at p. SI and
-radians. The engine is the first argument; its load pressure does not enter. Every function raises MechanismError for a value that is not
-finite.
-
-References
-----------
-F. Redtenbacher, Die Luftexpansions-Maschine (Mannheim 1853), theory of the flywheel, equations (61) to (67), with another pressure of
-admission.
+radians. The engine is the first argument of a function that has one; its load pressure does not enter.
 
 A governor with one coordinate q is geared to the shaft of an engine: its spindle turns r times as fast. With the shaft speed w, the
 inertia of the governor in its plane I(q) and about its spindle J(q), its potential energy V(q), the sleeve height z(q) and its dashpot c,
@@ -22,11 +16,14 @@ K = V'' - r^2 w^2 J'' / 2, N = r^2 w J', g = -dM/dq, h = dL/dw and Jt = J0 + r^2
     I dq'' + D dq' + K dq - N dw = 0,        Jt dw' + h dw + N dq' + g dq = 0,
 
 so that (I s^2 + D s + K)(Jt s + h) + N (N s + g) = 0. Its term N^2 s is the reaction of the governor on the shaft, which the classical
-theory leaves out. All arguments are keywords, floats or arrays that broadcast; floats give floats. SI and radians. Every function raises
+theory leaves out. The other arguments are keywords, floats or arrays that broadcast; floats give floats. Every function raises
 MechanismError for a value that is not finite or has the wrong sign.
 
 References
 ----------
+F. Redtenbacher, Die Luftexpansions-Maschine (Mannheim 1853), theory of the flywheel, equations (61) to (67), with another pressure of
+admission.
+
 I. A. Wischnegradsky (Vyshnegradskii), Über direct wirkende Regulatoren, Civilingenieur 23 (1877), pp. 95-132, for the polynomial of third
 degree and its plane of x and y.
 """

@@ -5,11 +5,6 @@ arms) and carry the balls at their ends. Two links join the arms, `arm_joint` be
 `lug_offset`. x is the distance from the axis, y points up with y = 0 at the suspension; arm_angle is measured from the vertical, positive
 outward; SI and radians. The energies are T = I a'^2 / 2 + J w^2 / 2, with the arm angle a and the spindle speed w, and V.
 
-Every function raises MechanismError for a value that is not finite, for an arm_angle not between -90 and 90 deg and for a position that
-the link cannot reach. Rods are rigid, slender and uniform; the spindle is vertical; balls have any size and do not touch the spindle.
-
-Geometry and symbols are those of `kinematics`. SI and radians.
-
 The governor is the first argument; the others are keywords, floats or arrays that broadcast; floats give a float. Every function raises
 MechanismError for a value that is not finite, for an arm_angle not between -90 and 90 deg and for a position that the link cannot reach;
 further conditions are in its own docstring. There is no friction but the resistance given. Rods are rigid, slender and uniform; the
@@ -175,20 +170,7 @@ class LinkagePosition:
 
 
 def ball_radius(governor: PendulumGovernor, *, arm_angle: FloatOrArray) -> FloatOrArray:
-    """Return the distance of the ball centre from the axis, x = e + l sin a; negative beyond the axis.
-
-    Parameters
-    ----------
-    governor
-        Dimensions and masses.
-    arm_angle
-        Arm angle a, rad.
-
-    Returns
-    -------
-    FloatOrArray
-        Distance, m.
-    """
+    """Return the distance x = e + l sin a (m) of the ball centre from the axis at an arm angle (rad); negative beyond the axis."""
     return as_scalar_or_array(LinkagePosition(governor, arm_angle).ball_radius)
 
 

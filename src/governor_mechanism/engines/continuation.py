@@ -12,7 +12,7 @@ from governor_mechanism.mechanics.kinematics.assembly import PositionSolver
 from governor_mechanism.mechanics.kinematics.constraint_equations import constraint_equations_of
 from governor_mechanism.mechanics.kinematics.time_functions import CubicTimeFunction
 from governor_mechanism.model.coupling.couplings import GearCoupling
-from governor_mechanism.model.joints.driver import Driver
+from governor_mechanism.model.joints.drivers import Driver
 from governor_mechanism.model.mechanism import Mechanism
 from governor_mechanism.model.motion_state import MotionState
 from governor_mechanism.model.part import FreeSpindle, Part, Spindle

@@ -24,7 +24,7 @@ from governor_mechanism.numerics.least_squares import numerical_rank
 from governor_mechanism.numerics.once_per_object import once_per_object
 from governor_mechanism.statics.equilibria import find_equilibria
 from governor_mechanism.statics.equilibrium_speed import equilibrium_speed_squared, has_spindle_dependent_loads
-from governor_mechanism.statics.settled_state import settle
+from governor_mechanism.statics.steady_state import settle
 from governor_mechanism.types import FloatArray
 from governor_mechanism.units.constants import RPM
 from governor_mechanism.units.quantities import format_quantity

@@ -18,11 +18,8 @@ from governor_mechanism.errors import MechanismError
 from governor_mechanism.files.writing import atomic_write, plain_value
 from governor_mechanism.mechanics.dynamics.forces.loads import lagged_functions_of
 from governor_mechanism.model.events import Event, EventKind
-from governor_mechanism.model.results.cost import Cost
-from governor_mechanism.model.results.energy import Energy
-from governor_mechanism.model.results.outcome import Outcome
-from governor_mechanism.model.results.reaction import Reaction
-from governor_mechanism.model.results.speed_fluctuation import SpeedFluctuation
+from governor_mechanism.model.results.outcome import Cost, Outcome
+from governor_mechanism.model.results.records import Energy, Reaction, SpeedFluctuation
 from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.model.scene import RunSettings, Scene
 from governor_mechanism.scenes.parser import parse_scene_document

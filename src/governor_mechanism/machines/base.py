@@ -177,9 +177,9 @@ def x_coordinate(name: str, point: Point, *, sign: float = 1.0, zero: float = 0.
     return PointCoordinate(name=name, quantity="length", point=point, direction_x=sign, direction_y=0.0, zero=zero)
 
 
-def y_coordinate(name: str, point: Point, *, zero: float = 0.0) -> PointCoordinate:
-    """Return the reading of the height of a point, less `zero` (m)."""
-    return PointCoordinate(name=name, quantity="length", point=point, direction_x=0.0, direction_y=1.0, zero=zero)
+def sleeve_lift(point: Point, *, zero: float) -> PointCoordinate:
+    """Return the lift of a sleeve as a reading: the height of its point, less `zero` (m)."""
+    return PointCoordinate(name="sleeve_lift", quantity="length", point=point, direction_x=0.0, direction_y=1.0, zero=zero)
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -7,8 +7,9 @@ Luftexpansions-Maschine (1853), theory of the flywheel.
 """
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import ClassVar
 
 from governor_mechanism.effects.gas_pressure import work_per_stroke
@@ -231,6 +232,9 @@ def _values_of_control(control: float | InputFunction) -> list[float]:
 FLYWHEEL, SHAFT, LOAD, THROTTLE, EXPANSION, MEAN_GAS = "flywheel", "shaft", "load", "throttle", "expansion", "gas"
 CRANK_ANGLE = BodyAngle(name="crank_angle", quantity="angle", body=FLYWHEEL)
 
+MakeGas = Callable[..., CylinderGas]
+"""Makes the gas on one face of a piston from its name, body, travel, crank angle and stroke."""
+
 CLOSED_CYCLE_TOLERANCE = 1e-9
 """Work that a closed cycle may gain in a stroke, relative to that of the supply pressure over it: well above rounding."""
 
@@ -304,7 +308,8 @@ class FlywheelEngine(FlywheelEngineDimensions):
 
     def _drives(self, masses: PistonMasses | None) -> Iterator["_PistonDrive"]:
         """Yield the drives of expansion piston and pump piston."""
-        expansion = GasCycle(
+        expansion = partial(
+            CylinderGas,
             area=self.area,
             pressure=self.supply_pressure,
             volume=self.clearance,
@@ -333,32 +338,21 @@ class FlywheelEngine(FlywheelEngineDimensions):
                 cycles=self._pump_cycles(self.pump_area, self.pump_clearance),
             )
 
-    def _throttled_cycles(self, expansion: "GasCycle", throttle: float | InputFunction) -> dict[str, "GasCycle"]:
+    def _throttled_cycles(self, expansion: MakeGas, throttle: float | InputFunction) -> dict[str, MakeGas]:
         """Return the gas that a closed throttle admits, at the pressure behind the piston, and what the throttle adds to it."""
-        closed = replace(expansion, pressure=self.back_pressure)
+        closed = partial(expansion, pressure=self.back_pressure)
         surplus = self.supply_pressure - self.back_pressure
-        return {EXPANSION: closed, THROTTLE: replace(expansion, pressure=surplus, back_pressure=0.0, throttle=_as_input(throttle))}
+        return {EXPANSION: closed, THROTTLE: partial(expansion, pressure=surplus, back_pressure=0.0, throttle=_as_input(throttle))}
 
-    def _pump_cycles(self, area: float, clearance: float) -> dict[str, "GasCycle"]:
+    def _pump_cycles(self, area: float, clearance: float) -> dict[str, MakeGas]:
         """Return the gas behind the pump piston, which expands until air is taken in, and in front, which is compressed until delivery."""
         supply, atmosphere = self.supply_pressure, self.atmospheric_pressure
-        suction = GasCycle(
-            area=area,
-            pressure=atmosphere,
-            volume=clearance,
-            change=1.0,
-            switch_travel=clearance * (supply / atmosphere - 1),
-            begins_constant=False,
-        )
-        delivery = GasCycle(
-            area=-area,
-            pressure=supply,
-            volume=1 + clearance,
-            change=-1.0,
-            switch_travel=(1 + clearance) * (1 - atmosphere / supply),
-            begins_constant=False,
-        )
-        return {"suction": suction, "delivery": delivery}
+        gas = partial(CylinderGas, begins_constant=False)
+        full, expanded, delivered = 1 + clearance, clearance * (supply / atmosphere - 1), (1 + clearance) * (1 - atmosphere / supply)
+        return {
+            "suction": partial(gas, area=area, pressure=atmosphere, volume=clearance, change=1.0, switch_travel=expanded),
+            "delivery": partial(gas, area=-area, pressure=supply, volume=full, change=-1.0, switch_travel=delivered),
+        }
 
     def _mean_torques(self, gases: tuple[CylinderGas, ...]) -> Iterator[ForceElement]:
         """Yield the mean torque of the gas over a turn, and what the throttle adds to it: the work in a stroke over the angle of one."""
@@ -422,51 +416,12 @@ def _as_input(value: float | InputFunction) -> InputFunction:
     return value if isinstance(value, InputFunction) else InputFunction(values=(value,))
 
 
-def expansion_gas(mechanism: Mechanism, opening: float, cut_off: float) -> CylinderGas:
-    """Return the gas behind the expansion piston as it is at an opening of the throttle and a cut-off.
-
-    Parameters
-    ----------
-    mechanism
-        Mechanism of an engine.
-    opening
-        Opening of the throttle, 0 to 1; it does not matter without one.
-    cut_off
-        Travel at the cut-off, relative to the stroke.
-
-    Returns
-    -------
-    CylinderGas
-        The gas, without what moves it.
-    """
-    gases = {element.name: element for element in mechanism.force_elements if isinstance(element, CylinderGas)}
-    surplus = gases[THROTTLE].pressure if THROTTLE in gases else 0.0
-    pressure = gases[EXPANSION].pressure + opening * surplus
-    return replace(gases[EXPANSION], pressure=pressure, switch_travel=cut_off, cut_off=None)
-
-
 def _closing_work(gases: tuple[CylinderGas, ...]) -> float:
     """Return the work of gas on the shaft in a stroke, J. Raise MechanismError if throttle or cut-off moves."""
     if moving := next((gas for gas in gases if gas.strokes_differ), None):
         name = "cut-off" if moving.throttle is None else "throttle"
         raise MechanismError(f"the {name} moves, so that no load closes the cycle all the time; give load_pressure or load_torque")
     return work_per_stroke(gases)
-
-
-@dataclass(frozen=True, kw_only=True)
-class GasCycle:
-    """Pressure on one face of a piston in a stroke; as the fields of `CylinderGas`."""
-
-    area: float
-    pressure: float
-    volume: float
-    change: float
-    switch_travel: float
-    begins_constant: bool
-    back_pressure: float = 0.0
-    throttle: InputFunction | None = None
-    cut_off: InputFunction | None = None
-    reads_at_dead_centres: bool = True
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -478,7 +433,7 @@ class _PistonDrive:
     rod: float | None
     piston_mass: float
     rod_mass: float
-    cycles: dict[str, GasCycle]
+    cycles: dict[str, MakeGas]
 
     @property
     def _crank(self) -> float:
@@ -497,12 +452,9 @@ class _PistonDrive:
     def travel(self) -> Reading:
         """Travel of the piston from the dead centre nearest to the shaft, downward."""
         name, nearest = f"{self.name}_travel", self._crank - (self.rod or 0.0)
-        if self.piston_mass:
-            return PointCoordinate(
-                name=name, quantity="length", point=Point(body=self.name), direction_x=0.0, direction_y=-1.0, zero=-nearest
-            )
-        if self.rod is None:
-            return PointCoordinate(name=name, quantity="length", point=self._crank_pin, direction_x=0.0, direction_y=-1.0, zero=-nearest)
+        if self.piston_mass or self.rod is None:
+            point = Point(body=self.name) if self.piston_mass else self._crank_pin
+            return PointCoordinate(name=name, quantity="length", point=point, direction_x=0.0, direction_y=-1.0, zero=-nearest)
         return FollowerHeight(
             name=name,
             quantity="length",
@@ -517,8 +469,8 @@ class _PistonDrive:
     def gases(self) -> Iterator[CylinderGas]:
         """Yield the gas on each face of the piston."""
         body = self.name if self.piston_mass else FLYWHEEL
-        for name, cycle in self.cycles.items():
-            yield CylinderGas(name=name, body=body, travel=self.travel, crank_angle=CRANK_ANGLE, stroke=self.stroke, **vars(cycle))
+        for name, make_gas in self.cycles.items():
+            yield make_gas(name=name, body=body, travel=self.travel, crank_angle=CRANK_ANGLE, stroke=self.stroke)
 
     def bodies(self) -> Iterator[tuple[Body, tuple[float, float, float]]]:
         """Yield piston and rod with mass, with their poses at the crank angle 0."""

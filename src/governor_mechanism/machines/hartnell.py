@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from governor_mechanism.machines import base
-from governor_mechanism.machines.base import x_coordinate, y_coordinate
+from governor_mechanism.machines.base import sleeve_lift, x_coordinate
 from governor_mechanism.model.joints import GROUND, Gear, Joint, Pin, Point, Slider
 from governor_mechanism.model.mechanism import Body, Mechanism
 from governor_mechanism.model.output_variables import Limit, LineAngle, Reading, StaticForce
@@ -129,7 +129,7 @@ class HartnellGovernor(base.Machine):
         return (
             LineAngle(name="arm_angle", quantity="angle", start=Point(body=LEFT_BALL), end=left_pivot),
             x_coordinate("ball_radius", ball),
-            y_coordinate("sleeve_lift", sleeve, zero=self.roller_position(self.zero_lift_angle)[1]),
+            sleeve_lift(sleeve, zero=self.roller_position(self.zero_lift_angle)[1]),
         )
 
     def _poses(self, arm_angle: float) -> tuple[tuple[float, float, float], ...]:

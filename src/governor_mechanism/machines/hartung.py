@@ -25,11 +25,11 @@ from governor_mechanism.machines.base import (
     MassElement,
     join_elements,
     rotate_point,
+    sleeve_lift,
     slender_rod,
     travel_problems,
     unit_hint,
     x_coordinate,
-    y_coordinate,
 )
 from governor_mechanism.model.effect import Effect
 from governor_mechanism.model.force_elements import Spring
@@ -340,7 +340,7 @@ class HartungBuilder:
         return (
             LineAngle(name="lever_angle", quantity="angle", start=weight_centre, end=self._fulcrum(1.0)),
             x_coordinate("weight_radius", weight_centre),
-            y_coordinate("sleeve_lift", Point(body=SLEEVE), zero=zero),
+            sleeve_lift(Point(body=SLEEVE), zero=zero),
         )
 
     def _poses(self, lever_angle: float) -> tuple[tuple[float, float, float], ...]:

@@ -10,7 +10,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import ClassVar
 
-from governor_mechanism.machines.base import Machine, x_coordinate, y_coordinate
+from governor_mechanism.machines.base import Machine, sleeve_lift, x_coordinate
 from governor_mechanism.model.curves import PolynomialCurve
 from governor_mechanism.model.joints import GROUND, CurveSlot, Point, ProportionalDisplacement, Slider
 from governor_mechanism.model.mechanism import Body, Mechanism
@@ -67,7 +67,7 @@ class ParabolicGovernor(Machine):
                 Slider(name="spindle guide", first=ground, second=sleeve, angle=up),
                 ProportionalDisplacement(name="lift", first=right, second=sleeve, ratio=2.0, angle=up, offset=-drop),
             ),
-            readings=(x_coordinate("ball_radius", right), y_coordinate("sleeve_lift", sleeve, zero=lowest_sleeve)),
+            readings=(x_coordinate("ball_radius", right), sleeve_lift(sleeve, zero=lowest_sleeve)),
             coordinate="ball_radius",
             length_scale=self.outer_radius,
             initial_guess=((middle_radius, height, 0.0), (-middle_radius, height, 0.0), (0.0, 2 * height - drop, 0.0)),

@@ -18,11 +18,11 @@ from governor_mechanism.machines.base import (
     Machine,
     MassElement,
     join_elements,
+    sleeve_lift,
     slender_rod,
     solid_ball,
     travel_problems,
     x_coordinate,
-    y_coordinate,
 )
 from governor_mechanism.model.effect import Effect
 from governor_mechanism.model.joints import GROUND, Distance, Gear, Joint, Pin, Point, Slider
@@ -249,7 +249,7 @@ class PendulumBuilder:
     def _readings(self, zero_lift_height: float) -> tuple[Reading, ...]:
         """Return the readings; the sleeve lift is measured from zero_lift_height (m)."""
         suspension, ball = self._suspension(1.0), self._point_on_arm(RIGHT_BALL, self.governor.arm)
-        lift: Reading = y_coordinate("sleeve_lift", Point(body=SLEEVE), zero=zero_lift_height)
+        lift: Reading = sleeve_lift(Point(body=SLEEVE), zero=zero_lift_height)
         if self.governor.sleeve_mass is None:
             lift = self._follower("sleeve_lift", zero=zero_lift_height)
         clearance = (self._follower(CLEARANCE_READING, reference_point=Point(body=SLEEVE)),) if self.clearance else ()

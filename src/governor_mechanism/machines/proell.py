@@ -11,7 +11,7 @@ from functools import cached_property
 from typing import ClassVar
 
 from governor_mechanism.machines import base
-from governor_mechanism.machines.base import x_coordinate, y_coordinate
+from governor_mechanism.machines.base import sleeve_lift, x_coordinate
 from governor_mechanism.model.joints import GROUND, Distance, Joint, Pin, Point, Slider
 from governor_mechanism.model.mechanism import Body, Mechanism
 from governor_mechanism.model.output_variables import Limit, LineAngle, StaticForce
@@ -165,7 +165,7 @@ class ProellGovernor(base.Machine):
             readings=(
                 LineAngle(name="arm_angle", quantity="angle", start=Point(body=GROUND, x=self.offset), end=joint),
                 x_coordinate("ball_radius", ball),
-                y_coordinate("sleeve_lift", sleeve, zero=self.sleeve_height(zero_lift_angle)),
+                sleeve_lift(sleeve, zero=self.sleeve_height(zero_lift_angle)),
             ),
             derived_readings=(StaticForce(name="static_sleeve_force", reading="sleeve_lift"),),
             coordinate="arm_angle",

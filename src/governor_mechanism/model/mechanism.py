@@ -14,7 +14,7 @@ from governor_mechanism.model.output_variables import DerivedReading, Limit, Rea
 from governor_mechanism.model.valve import Valve
 from governor_mechanism.units.fields import optional_size, quantity
 from governor_mechanism.units.quantities import format_value
-from governor_mechanism.units.short_repr import summarise
+from governor_mechanism.units.text_table import summarise
 
 if TYPE_CHECKING:
     from governor_mechanism.building import mechanism_builder

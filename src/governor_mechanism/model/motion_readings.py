@@ -177,14 +177,14 @@ def _split_pair(name: str, known: Iterable[str]) -> Iterator[tuple[str, str]]:
     yield from (pair for pair in pairs if names.issuperset(pair) and pair[0] != pair[1])
 
 
-def find_transmissions(mechanism: Mechanism, drive: str = "") -> dict[str, TransmissionAngle]:
+def find_transmissions(mechanism: Mechanism) -> dict[str, TransmissionAngle]:
     """Return the transmission angles of a mechanism by the name of the coupler; if it moves several links, "coupler.link".
 
-    A coupler lies between two pins: one toward the drive and one on a link that the ground guides by a pivot or a straight guide. The
-    drive is a reading by name; without it the drivers, or the leading coordinate.
+    A coupler lies between two pins: one toward the drive, which are the drivers, or else the leading coordinate, and one on a link that
+    the ground guides by a pivot or a straight guide.
     """
     graph = LinkGraph(mechanism)
-    inputs = graph.inputs(drive)
+    inputs = graph.inputs()
     found = list(_transmissions_of(graph, inputs)) if inputs else []
     couplers = [coupler for coupler, _ in found]
     named = {one.name if couplers.count(one) == 1 else f"{one.name}.{angle.output}": angle for one, angle in found}

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from governor_mechanism.errors import MechanismError, require_finite
-from governor_mechanism.units.short_repr import short_repr
+from governor_mechanism.units.text_table import short_repr
 
 Row = tuple[float, float, float]
 """Pose of a body, m and rad, or its rate."""

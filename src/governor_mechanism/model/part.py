@@ -13,7 +13,7 @@ from governor_mechanism.model.mechanism import Mechanism
 from governor_mechanism.model.time_functions import InputFunction
 from governor_mechanism.units.fields import entry, optional_size, quantity, require_valid_fields
 from governor_mechanism.units.quantities import require_plausible
-from governor_mechanism.units.short_repr import short_repr
+from governor_mechanism.units.text_table import short_repr
 
 if TYPE_CHECKING:
     from governor_mechanism.units.expressions import Expression, Measured

@@ -19,7 +19,7 @@ from governor_mechanism.model.motion_state import MotionState
 from governor_mechanism.model.part import FreeSpindle, Part, Spindle, Start
 from governor_mechanism.units.fields import entry, quantity
 from governor_mechanism.units.quantities import require_plausible
-from governor_mechanism.units.short_repr import summarise
+from governor_mechanism.units.text_table import summarise
 
 if TYPE_CHECKING:
     from governor_mechanism.scenes import described_scene

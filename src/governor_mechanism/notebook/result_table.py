@@ -20,7 +20,7 @@ from governor_mechanism.scenes.description import describe_scene
 from governor_mechanism.statics.speed_curve import SpeedCurve
 from governor_mechanism.types import FloatArray, Progress
 from governor_mechanism.units.constants import RPM
-from governor_mechanism.units.short_repr import summarise
+from governor_mechanism.units.text_table import summarise
 
 CURVE_WIDTH, CURVE_HEIGHT, CURVE_MARGIN = 120, 24, 2
 """Size and margin of a small curve, pixels."""

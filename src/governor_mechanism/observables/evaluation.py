@@ -31,10 +31,8 @@ from governor_mechanism.model.coupling.coupled_system import SPINDLE_ANGLE, SPIN
 from governor_mechanism.model.mechanism import Mechanism
 from governor_mechanism.model.output_variables import CylinderPressure, DerivedReading, JointForce, JointMoment, StallLimit
 from governor_mechanism.model.part import FreeSpindle
-from governor_mechanism.model.results.cost import Cost
-from governor_mechanism.model.results.energy import Energy
-from governor_mechanism.model.results.outcome import Outcome
-from governor_mechanism.model.results.reaction import Reaction
+from governor_mechanism.model.results.outcome import Cost, Outcome
+from governor_mechanism.model.results.records import Energy, Reaction
 from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.numerics.hermite import cubic_hermite, cubic_hermite_derivative, quintic_hermite

@@ -21,10 +21,8 @@ from governor_mechanism.mechanics.kinematics.output_variables import evaluate_ou
 from governor_mechanism.model.events import Event, NamedCrossing
 from governor_mechanism.model.joints import Joint
 from governor_mechanism.model.mechanism import Mechanism
-from governor_mechanism.model.results.energy import Energy
 from governor_mechanism.model.results.outcome import Outcome
-from governor_mechanism.model.results.reaction import Reaction
-from governor_mechanism.model.results.speed_fluctuation import SpeedFluctuation
+from governor_mechanism.model.results.records import Energy, Reaction, SpeedFluctuation
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.numerics.least_squares import RANK_TOLERANCE
 from governor_mechanism.numerics.roots import find_root

@@ -61,9 +61,9 @@ def write_machine_figures(run: Trajectory, figure_files: FigureFiles, stem: str)
 
         plates["reactions"] = joint_force_figure(run, joints)
     if run.scene.run.paths and len(run.times):
-        from governor_mechanism.render.figures.point_paths import path_figure
+        from governor_mechanism.render.figures.kinematics import path_figure
 
-        plates["paths"] = path_figure("Paths of points", run.scene.title, run.paths, run.scene.run.paths)
+        plates["paths"] = path_figure(run.scene.title, run.paths, run.scene.run.paths)
     files = [path for name, plate in plates.items() for path in figure_files.save(plate, f"{stem}_{name}")]
     if part is None and len(run.times) > 1 and find_governed_engine(run.scene):
         from governor_mechanism.render.film.painters import write_still

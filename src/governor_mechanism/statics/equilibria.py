@@ -13,8 +13,7 @@ from governor_mechanism.mechanics.kinematics.range_of_motion import find_runs
 from governor_mechanism.mechanics.kinematics.time_functions import SpindleSpeedFunction
 from governor_mechanism.mechanics.reduction.lagrangian import PathCoefficients, SingleDofReduction
 from governor_mechanism.model.force_elements import Damper, TorsionDamper
-from governor_mechanism.model.results.named_values import name_values
-from governor_mechanism.model.results.result import Result
+from governor_mechanism.model.results.result import Result, name_values
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.statics.adaptive_grid import ASTATIC_TOLERANCE, interpolation_error_exceeds, sample_range_of_motion
 from governor_mechanism.statics.equilibrium_speed import (
@@ -26,7 +25,7 @@ from governor_mechanism.statics.equilibrium_speed import (
 from governor_mechanism.statics.speed_curve import compute_speed_curve
 from governor_mechanism.types import BoolArray, FloatArray, IntArray
 from governor_mechanism.units.quantities import format_quantity, parse_quantity
-from governor_mechanism.units.short_repr import short_repr
+from governor_mechanism.units.text_table import short_repr
 
 FORCE_ROUNDING = 1e-14
 """Rounding error of the generalised force, relative to the magnitude of its terms."""

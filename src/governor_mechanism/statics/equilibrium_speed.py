@@ -18,7 +18,7 @@ from governor_mechanism.numerics.roots import find_root
 from governor_mechanism.statics.adaptive_grid import ASTATIC_TOLERANCE, equilibrium_speed_slope_numerator, sample_range_of_motion
 from governor_mechanism.types import BoolArray, FloatArray
 from governor_mechanism.units.quantities import convert_texts, format_quantity, format_value, parse_quantity
-from governor_mechanism.units.short_repr import short_repr
+from governor_mechanism.units.text_table import short_repr
 
 REMOVABLE_SINGULARITY_TOLERANCE = 1e-8
 """Distance from a common zero of V' and J', relative to the scale of the coordinate, within which the limit V'' / J'' is used."""

@@ -12,8 +12,7 @@ from numpy.typing import NDArray
 from governor_mechanism.numerics.finite_differences import VectorFunction, directional_derivative, jacobian
 from governor_mechanism.types import BoolArray, FloatArray
 from governor_mechanism.units.quantities import format_reading_name
-from governor_mechanism.units.short_repr import short_repr
-from governor_mechanism.units.text_table import format_table
+from governor_mechanism.units.text_table import format_table, short_repr
 
 
 @dataclass(frozen=True, kw_only=True)

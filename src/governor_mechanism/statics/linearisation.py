@@ -17,11 +17,10 @@ from governor_mechanism.statics.equilibria import Equilibrium, find_equilibria
 from governor_mechanism.statics.equilibrium_speed import has_spindle_dependent_loads
 from governor_mechanism.statics.first_order_system import ComplexArray, FirstOrderSystem, Mode, Onset, Stability, format_modes, format_rate
 from governor_mechanism.statics.scene_dynamics import SceneDynamics
-from governor_mechanism.statics.settled_state import NO_STEADY_STATE, settle
-from governor_mechanism.statics.steady_state import SteadyState
+from governor_mechanism.statics.steady_state import NO_STEADY_STATE, SteadyState, settle
 from governor_mechanism.types import FloatArray
 from governor_mechanism.units.quantities import format_quantity, format_reading_name, format_value, parse_quantity
-from governor_mechanism.units.short_repr import short_repr
+from governor_mechanism.units.text_table import short_repr
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -15,16 +15,15 @@ from numpy.typing import NDArray
 
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.mechanics.reduction.lagrangian import PathCoefficients, SingleDofReduction
-from governor_mechanism.model.results.named_values import name_values
 from governor_mechanism.model.results.pictures import Figure
-from governor_mechanism.model.results.result import Column, Result, item_column
+from governor_mechanism.model.results.result import Column, Result, item_column, name_values
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.statics import equilibrium_speed
 from governor_mechanism.statics.adaptive_grid import sample_range_of_motion
 from governor_mechanism.statics.equilibrium_speed import equilibrium_speed_squared, evaluate_stability
 from governor_mechanism.types import FloatArray, QuantityValues
 from governor_mechanism.units.quantities import format_value
-from governor_mechanism.units.short_repr import short_repr
+from governor_mechanism.units.text_table import short_repr
 
 MAX_CURVE_POINTS = 1_000_000
 """Largest number of points of a speed curve; it bounds memory and time."""

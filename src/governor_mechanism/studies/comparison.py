@@ -24,7 +24,7 @@ from governor_mechanism.studies.compared_quantities import (
     settling_time,
 )
 from governor_mechanism.units.quantities import format_quantity, format_reading_name
-from governor_mechanism.units.short_repr import short_repr
+from governor_mechanism.units.text_table import short_repr
 
 NEGLIGIBLE_POSITION = 1e-9
 """Length or angle that is shown as zero, m or rad: rounding of positions of machines of some metres, with room."""

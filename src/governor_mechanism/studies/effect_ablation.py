@@ -27,7 +27,7 @@ from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.scenes.parser import parse_scene_document
 from governor_mechanism.units.quantities import format_reading_name
-from governor_mechanism.units.short_repr import short_repr
+from governor_mechanism.units.text_table import short_repr
 
 N_TIMED_RUNS = 3
 """Number of timed runs; the shortest time counts."""

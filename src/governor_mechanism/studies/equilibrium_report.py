@@ -17,7 +17,7 @@ from governor_mechanism.statics.equilibria import Equilibrium, find_equilibria, 
 from governor_mechanism.statics.equilibrium_speed import format_coordinate, has_equilibrium_speed, require_equilibrium_speed
 from governor_mechanism.statics.speed_curve import InsensitivityBand, SpeedCurve, compute_insensitivity_band, compute_speed_curve
 from governor_mechanism.units.quantities import format_quantity, format_reading_name
-from governor_mechanism.units.short_repr import short_repr
+from governor_mechanism.units.text_table import short_repr
 
 _Arguments = ParamSpec("_Arguments")
 _Result = TypeVar("_Result")

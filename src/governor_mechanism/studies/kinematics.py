@@ -36,8 +36,7 @@ from governor_mechanism.observables.motion_readings import REST_RATIO, Motion, e
 from governor_mechanism.scenes.custom.assembly import explain_no_assembly, hold_given_values, written_angles
 from governor_mechanism.types import FloatArray
 from governor_mechanism.units.quantities import DISPLAY_UNITS, format_value, parse_quantity
-from governor_mechanism.units.short_repr import short_repr
-from governor_mechanism.units.text_table import format_table
+from governor_mechanism.units.text_table import format_table, short_repr
 
 if TYPE_CHECKING:
     from governor_mechanism.building.mechanism_builder import MechanismBuilder
@@ -355,7 +354,7 @@ class Assemblies(Result):
     taken: int | None
     held_by: tuple[str, ...] = ()
 
-    figure = "render.figures.assemblies.assemblies_figure"
+    figure = "render.figures.kinematics.assemblies_figure"
 
     __repr__ = short_repr
 

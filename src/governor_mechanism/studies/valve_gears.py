@@ -29,8 +29,7 @@ from governor_mechanism.observables.valve_motion import (
 from governor_mechanism.scenes.changed_document import parse_scene_with
 from governor_mechanism.studies.sweep.parameters import parse_axes
 from governor_mechanism.types import FloatArray
-from governor_mechanism.units.short_repr import short_repr
-from governor_mechanism.units.text_table import format_table
+from governor_mechanism.units.text_table import format_table, short_repr
 
 
 class ClosedFormEvent(NamedTuple):

@@ -11,7 +11,7 @@ from governor_mechanism.model.results.pictures import Figure
 from governor_mechanism.model.results.result import Column, Recorded, Result, format_columns
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.studies.plain_runs import FittedParameter
-from governor_mechanism.units.short_repr import short_repr
+from governor_mechanism.units.text_table import short_repr
 
 REFERENCE_MARGIN_RATIO = 100.0
 """Ratio of the smallest error that is resolved to the error of the reference."""

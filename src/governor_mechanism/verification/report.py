@@ -8,7 +8,7 @@ from xml.etree import ElementTree
 
 from governor_mechanism.files.writing import atomic_write
 from governor_mechanism.model.results.result import Column, Result, format_columns
-from governor_mechanism.units.short_repr import short_repr
+from governor_mechanism.units.text_table import short_repr
 
 MAX_PRINTED_ROWS = 24
 """Printed rows; a longer report shows the rows with the largest deviations only."""

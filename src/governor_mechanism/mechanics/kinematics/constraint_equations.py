@@ -13,7 +13,7 @@ from governor_mechanism.mechanics.kinematics.points import Origins, attachment_f
 from governor_mechanism.mechanics.kinematics.time_functions import CubicTimeFunction
 from governor_mechanism.model.curves import Curve, PolarHarmonics, PolarSpline, PolynomialCurve, SplineCurve
 from governor_mechanism.model.joints import Joint
-from governor_mechanism.model.joints.constraint_row import ConstraintRow, RowKind
+from governor_mechanism.model.joints.base import ConstraintRow, RowKind
 from governor_mechanism.model.mechanism import Mechanism
 from governor_mechanism.model.time_functions import PrescribedMotion
 from governor_mechanism.numerics.once_per_object import once_per_object

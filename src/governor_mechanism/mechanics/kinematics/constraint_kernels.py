@@ -15,7 +15,7 @@ import numpy as np
 
 from governor_mechanism.mechanics.kinematics.points import rotate_vector
 from governor_mechanism.mechanics.kinematics.time_functions import evaluate_motion
-from governor_mechanism.model.joints.constraint_row import RowKind
+from governor_mechanism.model.joints.base import RowKind
 from governor_mechanism.numerics.jit import jit_in_place, record_dtype
 from governor_mechanism.types import GROUND_INDEX, NO_INDEX, FloatArray, IntArray, RecordArray
 

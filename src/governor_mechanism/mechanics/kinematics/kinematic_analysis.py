@@ -15,13 +15,12 @@ from governor_mechanism.mechanics.kinematics.point_paths import point_paths
 from governor_mechanism.mechanics.kinematics.time_functions import CubicTimeFunction
 from governor_mechanism.model.joints import Gear, Joint, RotationalDriver, Slider, TranslationalDriver
 from governor_mechanism.model.mechanism import Mechanism
-from governor_mechanism.model.results.named_values import name_values
 from governor_mechanism.model.results.pictures import Figure
-from governor_mechanism.model.results.result import Column, Result, item_column
+from governor_mechanism.model.results.result import Column, Result, item_column, name_values
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.numerics.least_squares import RANK_TOLERANCE
 from governor_mechanism.types import FloatArray
-from governor_mechanism.units.short_repr import short_repr
+from governor_mechanism.units.text_table import short_repr
 
 MOVED_RATE_RATIO = 1e-9
 """Rate of a reading, relative to the largest that a driver gives it, below which a driver does not move it."""
@@ -171,9 +170,9 @@ class Kinematics(Result):
         MechanismError
             If there is no such point.
         """
-        from governor_mechanism.render.figures.point_paths import path_figure
+        from governor_mechanism.render.figures.kinematics import path_figure
 
-        return path_figure("Paths of points", f"over {self.over}", self.paths, points)
+        return path_figure(f"over {self.over}", self.paths, points)
 
 
 def solve_kinematics(

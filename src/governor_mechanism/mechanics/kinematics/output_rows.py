@@ -14,7 +14,7 @@ from governor_mechanism.mechanics.kinematics.constraint_equations import bodies_
 from governor_mechanism.mechanics.kinematics.constraint_kernels import ConstraintRows
 from governor_mechanism.mechanics.kinematics.points import Origins, attachment_fields
 from governor_mechanism.model.joints import GROUND, Point
-from governor_mechanism.model.joints.constraint_row import RowKind
+from governor_mechanism.model.joints.base import RowKind
 from governor_mechanism.model.mechanism import Mechanism
 from governor_mechanism.model.output_variables import (
     ArcPosition,

@@ -14,7 +14,7 @@ from governor_mechanism.mechanics.dynamics.forces.inputs import output_rate
 from governor_mechanism.mechanics.dynamics.forces.output_forces import LOAD, evaluate_force_law, evaluate_potential
 from governor_mechanism.mechanics.kinematics.constraint_kernels import N_ROW_COLUMNS, ConstraintRows, RowColumn, evaluate_rows
 from governor_mechanism.mechanics.kinematics.coordinate_assembly import AssemblyArrays, AssemblyWorkspace, make_assembly_workspace
-from governor_mechanism.model.joints.constraint_row import RowKind
+from governor_mechanism.model.joints.base import RowKind
 from governor_mechanism.numerics.jit import jit, jit_in_place, record_dtype
 from governor_mechanism.types import FloatArray, RecordArray
 

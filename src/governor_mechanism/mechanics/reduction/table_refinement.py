@@ -21,7 +21,7 @@ from governor_mechanism.mechanics.reduction.table import (
     coordinate_at,
     local_coordinate,
 )
-from governor_mechanism.model.joints.constraint_row import RowKind
+from governor_mechanism.model.joints.base import RowKind
 from governor_mechanism.numerics.array_copy import copy_array
 from governor_mechanism.numerics.chebyshev import CHEBYSHEV_NODES, N_CHEBYSHEV_NODES, barycentric_weights, evaluate_piece, fit_piece
 from governor_mechanism.numerics.jit import jit, jit_in_place

@@ -4,15 +4,13 @@ from governor_mechanism.model.joints.arc_slot import ArcSlot
 from governor_mechanism.model.joints.base import GROUND, Glyph, Joint, Point
 from governor_mechanism.model.joints.curve_slot import CurveSlot
 from governor_mechanism.model.joints.distance import Distance
-from governor_mechanism.model.joints.driver import Driver
+from governor_mechanism.model.joints.drivers import Driver, RotationalDriver, TranslationalDriver
 from governor_mechanism.model.joints.gear import Gear
 from governor_mechanism.model.joints.pin import Pin
 from governor_mechanism.model.joints.prismatic import Prismatic
 from governor_mechanism.model.joints.proportional_displacement import ProportionalDisplacement
 from governor_mechanism.model.joints.rack import RackAndPinion
-from governor_mechanism.model.joints.rotational_driver import RotationalDriver
 from governor_mechanism.model.joints.slider import Slider
-from governor_mechanism.model.joints.translational_driver import TranslationalDriver
 from governor_mechanism.model.joints.weld import Weld
 
 __all__ = [

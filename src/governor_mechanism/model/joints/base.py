@@ -1,14 +1,122 @@
 """Points on bodies, and what every joint has: data, constraint rows, keys in scene files, parts for engine impulse, and a drawing."""
 
+import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from enum import Enum, auto
+from enum import Enum, IntEnum, auto
 from typing import Any, ClassVar, Protocol, Self
 
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.model.joints.constraint_row import ConstraintRow
-from governor_mechanism.model.joints.impulse_parts import ImpulsePart
+from governor_mechanism.model.curves import Curve
+from governor_mechanism.model.time_functions import PrescribedMotion
 from governor_mechanism.units.fields import Declaration, class_words, quantity, require_valid_fields
+
+
+class RowKind(IntEnum):
+    """Kind of a constraint row; d is the vector from the point of the first body to that of the second.
+
+    DISTANCE: |d|. FIXED_DIRECTION: the component of d along a direction fixed in the plane, plus multiples of both body
+    angles and of the angle of a third body. BODY_NORMAL: the component of d normal to a line of the first body, or the
+    distance from a curve on that line. POLAR_CURVE: |d| less the radius of a closed curve of the first body in that
+    direction. LINE_ANGLE: the angle of d from the downward vertical (rad). FOLLOWER_HEIGHT: the height of a follower that
+    hangs by a link from a rod through the second point, plus the height of the first point. ARC_POSITION: the angle of d in
+    the axes of the first body, times a radius. LINE_ANGLE, FOLLOWER_HEIGHT and ARC_POSITION serve as outputs only. Of each
+    the constant of the row is subtracted.
+    """
+
+    DISTANCE = 0
+    FIXED_DIRECTION = 1
+    BODY_NORMAL = 2
+    LINE_ANGLE = 3
+    FOLLOWER_HEIGHT = 4
+    ARC_POSITION = 5
+    POLAR_CURVE = 6
+
+
+@dataclass(frozen=True)
+class ConstraintRow:
+    """One constraint equation of a joint.
+
+    `parameters` are the fields of `CONSTRAINT_ROW_DTYPE` that its kind has. `motion` drives the row, in units of `drive_scale` (m per
+    unit of the motion). `curve` is the guide curve of a curve slot. `third` is the name of a third body, or the ground, whose angle
+    the row contains.
+    """
+
+    kind: RowKind
+    parameters: Mapping[str, float]
+    motion: PrescribedMotion | None = None
+    drive_scale: float = 1.0
+    curve: Curve | None = None
+    third: str | None = None
+
+
+def coincidence_rows() -> list[ConstraintRow]:
+    """Return the rows that make two points coincide."""
+    return [ConstraintRow(RowKind.FIXED_DIRECTION, {name: 1.0}) for name in ("direction_x", "direction_y")]
+
+
+def direction(angle: float) -> dict[str, float]:
+    """Return the unit vector at an angle (rad) as fields of a row."""
+    return {"direction_x": math.cos(angle), "direction_y": math.sin(angle)}
+
+
+def relative_angle_row(angle: float, length_scale: float, motion: PrescribedMotion | None = None) -> ConstraintRow:
+    """Return the row that keeps the angle (rad) of the second body relative to the first, or drives it by a motion."""
+    factors = {"first_angle_factor": -length_scale, "second_angle_factor": length_scale}
+    return ConstraintRow(RowKind.FIXED_DIRECTION, {**factors, "constant": length_scale * angle}, motion, length_scale)
+
+
+@dataclass(frozen=True)
+class ImpulsePart:
+    """Base class of a constraint between the points or angles of two bodies."""
+
+
+@dataclass(frozen=True)
+class Pivot(ImpulsePart):
+    """Both points coincide."""
+
+
+@dataclass(frozen=True)
+class FixedDistance(ImpulsePart):
+    """The points keep a distance, m."""
+
+    distance: float
+
+
+@dataclass(frozen=True)
+class FixedAngle(ImpulsePart):
+    """The bodies keep a relative angle, rad."""
+
+    angle: float
+
+
+@dataclass(frozen=True)
+class AngleRatio(ImpulsePart):
+    """The angle of the second body is ratio times that of the first, plus an offset (rad)."""
+
+    ratio: float
+    offset: float
+
+
+@dataclass(frozen=True)
+class Guide(ImpulsePart):
+    """The second point stays on a line of the first body at an angle (rad), or on an open or closed curve in axes at that angle."""
+
+    angle: float
+    curve: Curve | None = None
+
+
+@dataclass(frozen=True)
+class DrivenOffset(ImpulsePart):
+    """The second point has a prescribed distance from a line of the first body at an angle (rad)."""
+
+    angle: float
+
+
+@dataclass(frozen=True)
+class DrivenAngle(ImpulsePart):
+    """The bodies have a prescribed relative angle."""
+
 
 GROUND = "ground"
 """Name of the plane that the mechanism moves in. The plane is fixed or turns with the spindle."""

@@ -3,9 +3,7 @@
 from dataclasses import dataclass
 
 from governor_mechanism.model.curves import Curve, PolarCurve
-from governor_mechanism.model.joints.base import Glyph, Joint
-from governor_mechanism.model.joints.constraint_row import ConstraintRow, RowKind
-from governor_mechanism.model.joints.impulse_parts import Guide, ImpulsePart
+from governor_mechanism.model.joints.base import ConstraintRow, Glyph, Guide, ImpulsePart, Joint, RowKind
 from governor_mechanism.units.fields import entry, quantity
 
 

@@ -4,9 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from governor_mechanism.model.joints.base import FirstConfiguration, Glyph, Joint
-from governor_mechanism.model.joints.constraint_row import ConstraintRow, RowKind
-from governor_mechanism.model.joints.impulse_parts import FixedDistance, ImpulsePart
+from governor_mechanism.model.joints.base import ConstraintRow, FirstConfiguration, FixedDistance, Glyph, ImpulsePart, Joint, RowKind
 from governor_mechanism.units.fields import quantity
 from governor_mechanism.units.problems import ProblemCode, mistake
 

@@ -5,9 +5,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.model.joints.base import GROUND, FirstConfiguration, Glyph, Joint
-from governor_mechanism.model.joints.constraint_row import ConstraintRow, RowKind
-from governor_mechanism.model.joints.impulse_parts import AngleRatio, ImpulsePart
+from governor_mechanism.model.joints.base import GROUND, AngleRatio, ConstraintRow, FirstConfiguration, Glyph, ImpulsePart, Joint, RowKind
 from governor_mechanism.units.fields import entry, quantity
 
 

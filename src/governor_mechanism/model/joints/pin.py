@@ -2,9 +2,7 @@
 
 from dataclasses import dataclass
 
-from governor_mechanism.model.joints.base import Glyph, Joint
-from governor_mechanism.model.joints.constraint_row import ConstraintRow, coincidence_rows
-from governor_mechanism.model.joints.impulse_parts import ImpulsePart, Pivot
+from governor_mechanism.model.joints.base import ConstraintRow, Glyph, ImpulsePart, Joint, Pivot, coincidence_rows
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -4,9 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from governor_mechanism.model.joints.base import FirstConfiguration, Glyph
-from governor_mechanism.model.joints.constraint_row import ConstraintRow, relative_angle_row
-from governor_mechanism.model.joints.impulse_parts import FixedAngle, ImpulsePart
+from governor_mechanism.model.joints.base import ConstraintRow, FirstConfiguration, FixedAngle, Glyph, ImpulsePart, relative_angle_row
 from governor_mechanism.model.joints.slider import Slider
 from governor_mechanism.model.joints.weld import turn_field
 

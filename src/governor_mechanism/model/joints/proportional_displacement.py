@@ -2,8 +2,7 @@
 
 from dataclasses import dataclass
 
-from governor_mechanism.model.joints.base import Joint
-from governor_mechanism.model.joints.constraint_row import ConstraintRow, RowKind, direction
+from governor_mechanism.model.joints.base import ConstraintRow, Joint, RowKind, direction
 from governor_mechanism.units.fields import quantity
 
 

@@ -5,8 +5,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.model.joints.base import FirstConfiguration, Glyph, Joint
-from governor_mechanism.model.joints.constraint_row import ConstraintRow, RowKind, direction
+from governor_mechanism.model.joints.base import ConstraintRow, FirstConfiguration, Glyph, Joint, RowKind, direction
 from governor_mechanism.units.fields import quantity
 
 

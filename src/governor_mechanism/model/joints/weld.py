@@ -5,9 +5,17 @@ from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
-from governor_mechanism.model.joints.base import FirstConfiguration, Glyph, Joint
-from governor_mechanism.model.joints.constraint_row import ConstraintRow, coincidence_rows, relative_angle_row
-from governor_mechanism.model.joints.impulse_parts import FixedAngle, ImpulsePart, Pivot
+from governor_mechanism.model.joints.base import (
+    ConstraintRow,
+    FirstConfiguration,
+    FixedAngle,
+    Glyph,
+    ImpulsePart,
+    Joint,
+    Pivot,
+    coincidence_rows,
+    relative_angle_row,
+)
 from governor_mechanism.units.fields import quantity
 
 turn_field = partial(

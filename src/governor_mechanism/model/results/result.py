@@ -1,15 +1,46 @@
-"""What all results have in common: columns and records that a class declares once, from which texts, files and figures follow."""
+"""What results have in common: columns declared once, from which texts, files and figures follow, and values by name."""
+
+from __future__ import annotations
 
 import os
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from operator import attrgetter
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import Any, ClassVar, TypeVar
 
+from governor_mechanism.errors import UnknownName, did_you_mean
 from governor_mechanism.model.results.pictures import Figure
 from governor_mechanism.types import DataFrame
-from governor_mechanism.units.text_table import fill_places, format_in_unit, format_table
+from governor_mechanism.units.text_table import fill_places, format_in_unit, format_table, summarise
+
+_Value = TypeVar("_Value")
+
+
+class NamedValues(dict[str, _Value]):
+    """Values by name; only the error of a missing name differs from a dictionary."""
+
+    def __init__(
+        self,
+        noun: str,  # what a name stands for, in the singular, as "reading"
+        values: Mapping[str, _Value],  # the values by name
+    ) -> None:
+        super().__init__(values)
+        self.noun = noun
+
+    def __repr__(self) -> str:
+        """Return the names with the range of each array."""
+        return f"{{{', '.join(f'{name!r}: {summarise(value)}' for name, value in self.items())}}}"
+
+    def __missing__(self, name: object) -> _Value:
+        """Raise UnknownName, which is a KeyError, with the nearest name."""
+        known = ", ".join(self) if self else "none"
+        raise UnknownName(f"no {self.noun} {name!r}; known are {known}.{did_you_mean(name, self)}")
+
+
+def name_values(noun: str, values: Mapping[str, _Value]) -> NamedValues[_Value]:
+    """Return values by name that answer an unknown name with the nearest one."""
+    return values if isinstance(values, NamedValues) else NamedValues(noun, values)
 
 
 @dataclass(frozen=True)

@@ -10,19 +10,15 @@ from typing import Any, ClassVar, Final, Protocol, Unpack
 from governor_mechanism.errors import MechanismError, RunFailed
 from governor_mechanism.model.events import Event
 from governor_mechanism.model.motion_state import MotionState
-from governor_mechanism.model.results.cost import Cost
-from governor_mechanism.model.results.energy import Energy
 from governor_mechanism.model.results.film_options import FilmKeywords, FilmOptions, show_film_options
-from governor_mechanism.model.results.named_values import name_values
-from governor_mechanism.model.results.outcome import Outcome
+from governor_mechanism.model.results.outcome import Cost, Outcome
 from governor_mechanism.model.results.pictures import Figure, Film
-from governor_mechanism.model.results.reaction import Reaction
-from governor_mechanism.model.results.result import Column, Result, item_column
-from governor_mechanism.model.results.speed_fluctuation import SpeedFluctuation
+from governor_mechanism.model.results.records import Energy, Reaction, SpeedFluctuation
+from governor_mechanism.model.results.result import Column, Result, item_column, name_values
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.types import DataFrame, Dataset, FloatArray
 from governor_mechanism.units.quantities import format_value
-from governor_mechanism.units.short_repr import summarise
+from governor_mechanism.units.text_table import summarise
 
 TIME_COLUMN: Final = "time"
 """Name of the column of the reported times."""
@@ -354,9 +350,9 @@ class Trajectory(Result):
         MechanismError
             If there is no such point, or the run has no reported time.
         """
-        from governor_mechanism.render.figures.point_paths import path_figure
+        from governor_mechanism.render.figures.kinematics import path_figure
 
-        return path_figure("Paths of points", self.scene.title, self.paths, points or self.scene.run.paths)
+        return path_figure(self.scene.title, self.paths, points or self.scene.run.paths)
 
     def plot_reactions(self, *joints: str, axes: str = "plane") -> Figure:
         """Draw the forces of joints as polar plots: the curve of the tip of the force on the second body, to one scale on both axes.

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from governor_mechanism.mechanics.kinematics.assembly import PositionSolver
-from governor_mechanism.model.joints.constraint_row import RowKind
+from governor_mechanism.model.joints.base import RowKind
 from governor_mechanism.observables.assemblies.blocks import Block
 from governor_mechanism.types import GROUND_INDEX, FloatArray, RecordArray
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.mechanics.kinematics.assembly import PositionSolver
 from governor_mechanism.model.joints import GROUND, Distance, Joint, Point, RotationalDriver, TranslationalDriver
-from governor_mechanism.model.joints.constraint_row import RowKind
+from governor_mechanism.model.joints.base import RowKind
 from governor_mechanism.model.mechanism import Mechanism
 from governor_mechanism.model.output_variables import BodyAngle, PointCoordinate, PointDistance, Reading
 from governor_mechanism.model.time_functions import PrescribedMotion

@@ -26,7 +26,7 @@ from governor_mechanism.studies.design.skeleton import CAUSE_NOUNS, Cause
 from governor_mechanism.studies.valve_gears import tabulate_valve_timing
 from governor_mechanism.types import FloatArray
 from governor_mechanism.units.constants import RPM
-from governor_mechanism.units.short_repr import short_repr
+from governor_mechanism.units.text_table import short_repr
 
 PROBE_RESISTANCE = 40.0
 """Resistance at the sleeve, N, from whose band of speed the static sleeve force follows; the result does not depend on it."""

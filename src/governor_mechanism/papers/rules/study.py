@@ -25,7 +25,7 @@ from governor_mechanism.papers.rules.joint_clearance import ClearanceCheck, chec
 from governor_mechanism.papers.rules.rule import RuleCheck
 from governor_mechanism.papers.rules.shaking import OilBrakeCheck, ShakingCheck, check_oil_brake, check_shaking
 from governor_mechanism.scenes.library import load_scene
-from governor_mechanism.units.short_repr import short_repr
+from governor_mechanism.units.text_table import short_repr
 
 ENGINE, MEAN_ENGINE, STRONG_ENGINE = "governed_engine", "governed_engine_mean_torque", "governed_engine_hartung"
 """Shipped scenes of one engine: its gas at every instant, the mean torque of its gas, and a strong governor."""

@@ -1,20 +1,80 @@
-"""The figure of a kinematic study: paths of points to one scale, and readings over the drive."""
+"""Figures of kinematics: paths of points to one scale, a study with readings over the drive, and the sheet of all assemblies."""
 
 from __future__ import annotations
 
+import math
+from collections.abc import Mapping, Sequence
 from textwrap import shorten
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
+from governor_mechanism.errors import MechanismError
 from governor_mechanism.render.figures.page import SERIES_LINE_STYLES, Page, Panel, add_legend, axis_limits_for
-from governor_mechanism.render.figures.point_paths import draw_paths
+from governor_mechanism.render.geometry.primitives import enclose_boxes
+from governor_mechanism.render.machines.generic.drawing import GenericDrawing
 from governor_mechanism.render.number_format import display_unit_of, format_label, format_name
-from governor_mechanism.render.style import INK, MUTED, SERIES_COLOURS
+from governor_mechanism.render.part_run import motion_at_rest
+from governor_mechanism.render.style import INK, MUTED, PAPER, SERIES_COLOURS, VERMILLION, Brush
+from governor_mechanism.studies.kinematics import Assemblies
 from governor_mechanism.types import FloatArray
 
 if TYPE_CHECKING:
     from governor_mechanism.studies.kinematics import KinematicStudy
+
+
+_PATHS_WIDTH, _PATHS_HEIGHT = 7.2, 6.4
+"""Size of the figure, inches."""
+_MILLIMETRES = 1e3
+_MAX_POINT_PATHS = 8
+"""Largest number of paths that are drawn if none is named."""
+_SAME_RATIO = 1e-6
+"""Distance of two curves, or size of one, relative to the largest curve, below which they are one curve, or it is a point."""
+_MIN_HALF_WIDTH = 1e-3
+"""Smallest half width of the panel, mm; a point may stand still."""
+
+
+def path_figure(
+    subtitle: str,
+    paths: Mapping[str, FloatArray],  # paths by the name of the point, m; shape (n, 2)
+    names: Sequence[str],  # what to draw; if empty the first paths of points that move, each curve once
+) -> Page:
+    """Return the figure of the paths of some points; raise MechanismError for a point without a path, or if there are none."""
+    different = [] if names else _different_curves(paths)
+    shown = list(names) or different[:_MAX_POINT_PATHS]
+    curves = {name: _MILLIMETRES * paths[name] for name in shown}
+    if not curves or not all(map(len, curves.values())):
+        raise MechanismError("there are no paths to draw: no point is named, no pin moves, or the run has no reported time")
+    page = Page(_PATHS_WIDTH, _PATHS_HEIGHT, "Paths of points", subtitle)
+    panel = page.add_panel((0.11, 0.1, 0.86, 0.74), "x [mm]", "y [mm]")
+    draw_paths(panel, {name: paths[name] for name in shown})
+    add_legend(panel, loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=min(len(curves), 4), borderaxespad=0.2)
+    left_out = [] if names else list(paths)[_MAX_POINT_PATHS:]
+    page.write_footnote("dots: start of the paths" + (f"; not shown: {', '.join(left_out)}" if left_out else ""))
+    return page
+
+
+def draw_paths(panel: Panel, paths: Mapping[str, FloatArray]) -> None:
+    """Draw paths (n, 2), m, by the names of their points, in mm to one scale on both axes, with a dot at their starts."""
+    curves = {name: _MILLIMETRES * path for name, path in paths.items()}
+    panel.show_points(np.concatenate(list(curves.values())), margin=0.1, min_half_width=_MIN_HALF_WIDTH)
+    for number, (name, curve) in enumerate(curves.items()):
+        colour = SERIES_COLOURS[number % len(SERIES_COLOURS)]
+        line_style = SERIES_LINE_STYLES[number % len(SERIES_LINE_STYLES)]
+        panel.plot(curve[:, 0], curve[:, 1], color=colour, linestyle=line_style, linewidth=1.6, label=name, zorder=3)
+        panel.plot(*curve[0], "o", color=colour, markeredgecolor=PAPER, markersize=6, zorder=4)
+
+
+def _different_curves(paths: Mapping[str, FloatArray]) -> list[str]:
+    """Return the names of the points that move, without those whose curve is that of an earlier one."""
+    size = max((float(np.ptp(path, axis=0).max(initial=0.0)) for path in paths.values() if len(path)), default=0.0)
+    names: list[str] = []
+    for name, path in paths.items():
+        moves = len(path) > 0 and float(np.ptp(path, axis=0).max()) > _SAME_RATIO * size
+        if moves and not any(float(np.abs(path - paths[other]).max()) <= _SAME_RATIO * size for other in names):
+            names.append(name)
+    return names
+
 
 _WIDTH, _MIN_HEIGHT, _PANEL_HEIGHT, _MARGINS = 11.0, 5.6, 1.65, 1.5
 """Width of the figure, its least height, and the heights of a panel and of the margins, inches."""
@@ -125,3 +185,52 @@ def _describe_linkage(study: KinematicStudy) -> str:
     """Return the speed of the drive, mobility, and the classes of the first four-bars, as a footnote."""
     classes = [f"{' - '.join(one.links)}: {one.grashof}" for one in study.four_bars]
     return "; ".join([study.drive_in_words, str(study.mobility), *classes[:2]])
+
+
+MAX_SHOWN: Final = 36
+"""Number of assemblies on a sheet; of more the first ones are drawn, and the sheet says so."""
+
+_CELL, _HEADING, _FOOT, _MARGIN = 2.1, 0.75, 0.3, 0.15
+"""Width and height of a cell, and height of the heading, of the foot, and width of the margins, inches."""
+
+_PIXEL = 0.45
+"""Width of a line of one pixel of a film, points: thumbnails are smaller than frames."""
+
+
+def assemblies_figure(assemblies: Assemblies) -> Page:
+    """Draw all assemblies on one scale, with their numbers; that in which the scene starts has a coloured one."""
+    count = min(len(assemblies), MAX_SHOWN)
+    n_columns = max(3, math.ceil(math.sqrt(1.6 * count)))
+    n_rows = math.ceil(count / n_columns)
+    width, height = 2 * _MARGIN + n_columns * _CELL, _HEADING + n_rows * _CELL + _FOOT
+    page = Page(width, height)
+    page.write_title(assemblies.scene.title, y=1 - 0.28 / height, size=13)
+    page.write_title(_subtitle(assemblies), y=1 - 0.55 / height, size=9, colour=MUTED)
+    poses = assemblies.poses[:count]
+    drawings = [GenericDrawing(run=motion_at_rest(assemblies.scene, one[None]), part=assemblies.scene.part) for one in poses]
+    left, right, bottom, top = enclose_boxes([drawing.bounds for drawing in drawings])
+    half = 0.55 * max(right - left, top - bottom)
+    for k, drawing in enumerate(drawings):
+        row, column = divmod(k, n_columns)
+        rect = (_MARGIN + column * _CELL) / width, (_FOOT + (n_rows - 1 - row) * _CELL) / height, _CELL / width, _CELL / height
+        panel = page.add_panel(rect, grid=None)
+        panel.axison = False
+        panel.show_region(((left + right) / 2, (bottom + top) / 2), half)
+        moment = drawing.first_moment
+        Brush(panel, _PIXEL).paint([*drawing.static_shapes, *drawing.moving_shapes(moment.pose, moment.time)])
+        colour, weight = (VERMILLION, "bold") if k + 1 == assemblies.taken else (MUTED, "normal")
+        panel.write_note(str(k + 1), (0.04, 0.92), xycoords="axes fraction", fontsize=11, color=colour, fontweight=weight)
+    page.write_footnote(_footnote(assemblies), y=0.1 / height)
+    return page
+
+
+def _subtitle(assemblies: Assemblies) -> str:
+    """Return the number of the assemblies and what holds them."""
+    return assemblies.summary.removeprefix(f"{assemblies.scene.title}: ")
+
+
+def _footnote(assemblies: Assemblies) -> str:
+    """Return what the coloured number means, and how many are not shown."""
+    shown = f"the first {MAX_SHOWN} of {len(assemblies)}; " if len(assemblies) > MAX_SHOWN else ""
+    taken = f"the scene starts in {assemblies.taken}; " if assemblies.taken else ""
+    return f"{shown}{taken}assembly = number chooses one"

@@ -317,9 +317,8 @@ def write_still(
     # time of the frame, s. None is the last reported time, at which the plots show the whole run
     time: float | None = None,
     size: int = 720,
-    part: str | None = None,  # name of the part to show. None shows all parts, as in a film
 ) -> Path:
-    """Write one frame of the film of a run as a picture."""
+    """Write one frame of the film of a run as a picture of all its parts."""
     target = Path(path)
     if target.suffix.lower() != ".png":
         raise MechanismError(f"a picture's name must end in .png; got {target.name!r}")
@@ -329,7 +328,7 @@ def write_still(
     moment = last if time is None else time
     if not first <= moment <= last:
         raise MechanismError(f"time of a picture must lie within the run, {first:g}..{last:g} s; got {moment:g} s")
-    painter = make_painter((run,), (first, last), np.array([moment]), 1.0, FilmOptions(size=size, part=part))
+    painter = make_painter((run,), (first, last), np.array([moment]), 1.0, FilmOptions(size=size))
     with atomic_write(target) as temporary:
         Image.fromarray(painter.paint(0)[..., :3].copy()).save(temporary, format="png")
     return target

@@ -153,13 +153,13 @@ def make_wall(position: Vec2, heading: float, half: float, depth: float, lean: i
     return Lines("wall", ((wall_point(-half, 0.0), wall_point(half, 0.0)), *strokes))
 
 
-def make_burst(role: str, positions: Sequence[Vec2], radius: float) -> Lines:
+def make_burst(positions: Sequence[Vec2], radius: float) -> Lines:
     """Return rays around each position, from 0.45 to 1 `radius` (m): the mark of an impact."""
     rays = [(math.cos(k * math.pi / 4 + 0.2), math.sin(k * math.pi / 4 + 0.2)) for k in range(8)]
     strokes = [
         tuple((x + fraction * radius * c, y + fraction * radius * s) for fraction in (0.45, 1.0)) for x, y in positions for c, s in rays
     ]
-    return Lines(role, tuple(strokes))
+    return Lines("burst", tuple(strokes))
 
 
 _N_EDGE_POINTS = 9

@@ -6,7 +6,7 @@ The machine stands with its cylinders below the shaft; the drawing lays it on it
 """
 
 import math
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from typing import Any
@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from governor_mechanism.effects.gas_pressure import pressure_in_stroke
-from governor_mechanism.machines.flywheel_engine import FLYWHEEL, expansion_gas
+from governor_mechanism.machines.flywheel_engine import EXPANSION, FLYWHEEL, THROTTLE
 from governor_mechanism.model.force_elements import CylinderGas
 from governor_mechanism.render.geometry.attached import Attached, DrawnPart, Flexible, Moment, axes_shifted, axes_turned, bar_between, fixed
 from governor_mechanism.render.geometry.outlines import make_bar, make_hatching, make_rectangle
@@ -299,6 +299,12 @@ _GAP, _LEFT, _RIGHT = 0.07, -0.12, 1.26
 _CASTING_HEIGHT = BORE_HEIGHT + 2 * WALL
 
 
+def expansion_gas(gases: Mapping[str, CylinderGas], opening: float, cut_off: float) -> CylinderGas:
+    """Return the gas behind the expansion piston at an opening of the throttle and a cut-off, without what moves it."""
+    pressure = gases[EXPANSION].pressure + (opening * gases[THROTTLE].pressure if THROTTLE in gases else 0.0)
+    return replace(gases[EXPANSION], pressure=pressure, switch_travel=cut_off, cut_off=None)
+
+
 class FlywheelEngineDrawing(MachineDrawing):
     """Drawing of an engine with a flywheel. Lengths in m."""
 
@@ -327,7 +333,7 @@ class FlywheelEngineDrawing(MachineDrawing):
     def _expansion_gas(self, k: int) -> CylinderGas:
         """Return the gas behind the expansion piston at the reported time k."""
         opening, cut_off = self._controls[k].tolist()
-        return expansion_gas(self.part.mechanism, opening, cut_off)
+        return expansion_gas(self._gases, opening, cut_off)
 
     @cached_property
     def _cylinders(self) -> tuple[CylinderView, ...]:

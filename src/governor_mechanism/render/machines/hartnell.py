@@ -356,4 +356,4 @@ def _impact_shapes(governor: HartnellProportions, time: float) -> Iterator[Drawn
     side = next((struck for reading in STOP_READINGS if (struck := governor.struck_side(reading, time))), 0)
     height = low - governor.sleeve_size[1] if side < 0 else high + (ROLLER_RADIUS + FLANGE_HEIGHT) * governor.arm
     points = [(sign * 0.2 * governor.arm, height) for sign in (-1.0, 1.0)] if side else []
-    yield make_burst("burst", points, 0.18 * governor.arm)
+    yield make_burst(points, 0.18 * governor.arm)

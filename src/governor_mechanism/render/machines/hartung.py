@@ -398,7 +398,7 @@ def _impact_shapes(governor: HartungProportions, sides: list[HartungSide], time:
         is_inner_stop = (struck_side > 0) == (stops.reading == "lever_angle")  # the lever angle increases inward
         face = -governor.weight_size[0] if is_inner_stop else governor.weight_size[0]
         points = [(side.sign * (abs(side.weight[0]) + face), _stop_height(governor)) for side in sides]
-        yield make_burst("burst", points if struck_side else [], 0.3 * governor.arm)
+        yield make_burst(points if struck_side else [], 0.3 * governor.arm)
 
 
 def _stop_height(governor: HartungProportions) -> float:

@@ -366,4 +366,4 @@ def _impact_shapes(governor: ParabolicProportions, height: float, time: float) -
     side, (low, high) = governor.struck_side(parts.LIFT_READING, time), _stop_heights(governor)
     y = low if side < 0 else high if side > 0 else height
     points = [(sign * _STOP_WIDTH * governor.arm, y) for sign in (-1.0, 1.0)] if side else []
-    yield make_burst("burst", points, 0.09 * governor.arm)
+    yield make_burst(points, 0.09 * governor.arm)

@@ -391,7 +391,7 @@ def _impact_shapes(governor: PendulumProportions, time: float) -> Iterator[Drawn
     if stops := governor.find_effect(Stops, *_ARM_READINGS):
         struck_side = governor.struck_side(stops.reading, time)
         angle = _stop_angles(governor, stops)[struck_side > 0]
-        yield make_burst("burst", [_quadrant_point(governor, sign, angle) for sign in signs] if struck_side else [], 0.085 * u)
+        yield make_burst([_quadrant_point(governor, sign, angle) for sign in signs] if struck_side else [], 0.085 * u)
     if governor.find_lift_effect(Stops):
         box = _collar_boxes(governor).get(governor.struck_side(parts.LIFT_READING, time))
-        yield make_burst("burst", [(sign * (box[1] + 0.01 * u), (box[3] + box[2]) / 2) for sign in signs] if box else [], 0.075 * u)
+        yield make_burst([(sign * (box[1] + 0.01 * u), (box[3] + box[2]) / 2) for sign in signs] if box else [], 0.075 * u)

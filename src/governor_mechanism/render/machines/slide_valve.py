@@ -26,7 +26,6 @@ from governor_mechanism.render.machines import steam_cylinder, steam_distributio
 from governor_mechanism.render.machines.machine_drawing import Dimension, MachineDrawing
 from governor_mechanism.render.machines.steam_cylinder import PositionAt
 from governor_mechanism.render.machines.steam_distribution import (
-    STEAM_PHASES,
     SteamKey,
     ValveGearPosition,
     changing_space_parts,
@@ -167,7 +166,7 @@ class EngineView:
         u, s, middle = self._gear.crank, self._gear.crank * self.scale, self._cylinder_middle
         for side in (1.0, -1.0):
             phase_at = partial(self._phase_at, position_at, side)
-            yield from changing_space_parts(STEAM_PHASES, phase_at, partial(self._space_at, position_at, side))
+            yield from changing_space_parts(phase_at, partial(self._space_at, position_at, side))
         # The piston stands at the left of the crosshead.
         rod = (middle - self._gear.drawn_rod) * self.scale
         yield Attached(frame=crosshead_axes, shapes=(make_bar("piston rod", (-rod, 0.0), (0.0, 0.0), _THIN_ROD_WIDTH * s),))

@@ -16,7 +16,6 @@ from governor_mechanism.render.geometry.outlines import make_hatching, make_rect
 from governor_mechanism.render.geometry.primitives import DrawnShape, Lines, Polygon, Vec2
 from governor_mechanism.render.machines.governor_parts import both_sides, mirror_outline
 from governor_mechanism.render.machines.steam_distribution import (
-    STEAM_PHASES,
     SteamDistribution,
     ValveGearPosition,
     changing_space_parts,
@@ -183,12 +182,12 @@ def piston_parts(crank: float, axis: float, piston_at: Callable[[Any], float], r
     yield Attached(frame=piston_axes, shapes=(make_rectangle("piston", -half_piston, half_piston, floor, ceiling), rings))
 
 
-def steam_space(role: str, crank: float, axis: float, piston: float, side: float) -> Polygon:
-    """Return the space between the piston and an end of the bore; `side` is 1 at the crank end, -1 at the head end."""
+def steam_space(crank: float, axis: float, piston: float, side: float) -> tuple[Vec2, ...]:
+    """Return the outline of the space between the piston and an end of the bore; `side` is 1 at the crank end, -1 at the head end."""
     u = crank
     floor, ceiling = axis - BORE_HALF_HEIGHT * u, axis + BORE_HALF_HEIGHT * u
     face_x, end_x = piston + side * PISTON_THICKNESS / 2 * u, side * BORE_HALF_LENGTH * u
-    return Polygon(role, ((face_x, floor), (end_x, floor), (end_x, ceiling), (face_x, ceiling)))
+    return (face_x, floor), (end_x, floor), (end_x, ceiling), (face_x, ceiling)
 
 
 PositionAt = Callable[[Moment], ValveGearPosition]
@@ -225,7 +224,7 @@ def cylinder_moving_parts(valve_gear: SteamDistribution, position_at: PositionAt
     for side in (1.0, -1.0):
         passage = _passage_outline(chest, u, side)
         phase_at = partial(_phase_at, valve_gear, position_at, side)
-        spaces = changing_space_parts(STEAM_PHASES, phase_at, partial(_space_at, u, position_at, side))
+        spaces = changing_space_parts(phase_at, partial(_space_at, u, position_at, side))
         for pair in zip(spaces, phase_parts(phase_at, passage), strict=True):
             yield from pair
         yield fixed([Lines("bore edge", ((*passage, passage[0]),))])
@@ -240,7 +239,7 @@ def _phase_at(valve_gear: SteamDistribution, position_at: PositionAt, side: floa
 
 def _space_at(crank: float, position_at: PositionAt, side: float, moment: Moment) -> tuple[Vec2, ...]:
     """Return the outline of the space between the piston and an end of the bore."""
-    return steam_space("", crank, _AXIS * crank, position_at(moment).piston_position, side).points
+    return steam_space(crank, _AXIS * crank, position_at(moment).piston_position, side)
 
 
 def _chest_of(valve_gear: SteamDistribution) -> SteamChest:

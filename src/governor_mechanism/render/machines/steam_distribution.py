@@ -1,7 +1,7 @@
 """Zeuner's diagram on the crank circle: the displacement of the valve on the ray of the crank, within the lap circles."""
 
 import math
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import partial
 from typing import Any, Protocol
@@ -87,17 +87,15 @@ def _is_phase(phase_at: Callable[[Any], str], role: str, moment: Any) -> bool:
     return phase_at(moment) == role
 
 
-def changing_space_parts(
-    roles: Iterable[str], role_at: Callable[[Any], str], outline_at: Callable[[Any], tuple[Vec2, ...]]
-) -> Iterator[Flexible]:
-    """Yield a space whose outline changes, in the colours of some roles, of which one is there; `role_at` is that of a moment."""
-    yield from (Flexible(shapes_at=partial(_changing_space, role_at, outline_at, role)) for role in roles)
+def changing_space_parts(phase_at: Callable[[Any], str], outline_at: Callable[[Any], tuple[Vec2, ...]]) -> Iterator[Flexible]:
+    """Yield a space whose outline changes, in the colour of each phase, of which one is there; `phase_at` is that of a moment."""
+    yield from (Flexible(shapes_at=partial(_changing_space, phase_at, outline_at, role)) for role in STEAM_PHASES)
 
 
 def _changing_space(
-    role_at: Callable[[Any], str], outline_at: Callable[[Any], tuple[Vec2, ...]], role: str, moment: Any
+    phase_at: Callable[[Any], str], outline_at: Callable[[Any], tuple[Vec2, ...]], role: str, moment: Any
 ) -> list[DrawnShape]:
-    return [Polygon(role, outline_at(moment) if role_at(moment) == role else ())]
+    return [Polygon(role, outline_at(moment) if phase_at(moment) == role else ())]
 
 
 def sense_of_rotation(times: FloatArray, angles: FloatArray, time: float) -> float:

@@ -17,7 +17,6 @@ from governor_mechanism.render.machines import steam_cylinder, steam_distributio
 from governor_mechanism.render.machines.generic.drawing import GenericDrawing
 from governor_mechanism.render.machines.steam_cylinder import SteamChest
 from governor_mechanism.render.machines.steam_distribution import (
-    STEAM_PHASES,
     SteamDistribution,
     SteamKey,
     ValveGearPosition,
@@ -121,7 +120,7 @@ class EngineInPlace:
         for side in (1.0, -1.0):
             phase_at = partial(gear.phase_at, side)
             pipe = make_band("", self._pipe(side), self._pipe_width).points
-            spaces = changing_space_parts(STEAM_PHASES, phase_at, partial(self._space_at, side))
+            spaces = changing_space_parts(phase_at, partial(self._space_at, side))
             for pair in zip(phase_parts(phase_at, pipe), self.bore_axes.place_parts(spaces), strict=True):
                 yield from pair
             yield from self.chest_axes.place_parts(port_parts(chest, phase_at, side))
@@ -138,7 +137,7 @@ class EngineInPlace:
 
     def _space_at(self, side: float, moment: Moment) -> tuple[Vec2, ...]:
         """Return the outline of the space between the piston and an end of the bore, in the axes of the bore."""
-        return steam_cylinder.steam_space("", self._gear.crank, 0.0, self._piston_at(moment), side).points
+        return steam_cylinder.steam_space(self._gear.crank, 0.0, self._piston_at(moment), side)
 
     @property
     def _mid_stroke(self) -> Vec2:

@@ -13,9 +13,7 @@ L. Zehnder, Dinglers Polytechnisches Journal 225 (1877), pp. 1-14.
 
 import math
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, replace
-from enum import StrEnum
-from typing import Any
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -24,23 +22,19 @@ from governor_mechanism.closed_form.pendulum import PendulumGovernor
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.model.results.result import Column, format_columns
 from governor_mechanism.numerics.roots import find_root
+from governor_mechanism.studies.design.pendulum_inputs import DEFAULT_INPUTS, GovernorKind, PendulumInputs, Requirement, resolve_inputs
 from governor_mechanism.studies.design.skeleton import (
-    GOVERNED,
     SPEED_CHANGE,
-    Bounds,
     Check,
     CheckedDesign,
-    design_input,
-    design_word,
     gravity_value,
     limit,
     mass_ratio_limits,
     relative_range,
-    require_valid,
     sleeve_damping,
     speed_steps,
 )
-from governor_mechanism.units.constants import KILOGRAM_FORCE_1853, RPM
+from governor_mechanism.units.constants import RPM
 from governor_mechanism.units.text_table import fill_places, in_unit, read_place
 
 START_RADIUS_CONSTANTS = (1000.0, 1.0)
@@ -72,66 +66,6 @@ DURATION_LIMITS = (0.5, 60.0)
 
 POINTS_PER_PERIOD = 200
 """Reported times in a period."""
-
-_SPEEDS = Bounds(
-    lowest=1 * RPM, highest=10_000 * RPM, rule="{lowest:.6g rpm} to {highest:.6g rpm}", found="{value:.6g rpm}"
-)  # a speed outside has a wrong unit
-
-
-class GovernorKind(StrEnum):
-    """Zehnder's kinds of pendulum governors, which are cases of one calculation."""
-
-    WATT = "watt"
-    IMPROVED_WATT = "improved-watt"
-    PORTER = "porter"
-
-
-@dataclass(frozen=True, kw_only=True)
-class PendulumInputs:
-    """Inputs of a design in SI; None stands for what follows from the kind or from the other inputs.
-
-    Without arm and offset, Watt's governor hangs on the axis, and the arms of the others are as long as the radius of curvature.
-    """
-
-    kind: str = design_word(
-        "porter",
-        tuple(GovernorKind),
-        "watt: no load on the sleeve, arms shorter than the radius of curvature; improved-watt: the same with arms as long as this radius, "
-        "which cross; porter: with a load on the sleeve",
-    )
-    lowest_speed: float | None = design_input("angular_speed", None, "speed of rest n1 in the lowest position", bounds=_SPEEDS)
-    highest_speed: float | None = design_input("angular_speed", None, "speed of rest n2 in the highest position", bounds=_SPEEDS)
-    mass_ratio: float | None = design_input("ratio", None, "mass m of the sleeve over the mass of a ball at the joint", sign="not negative")
-    insensitivity: float = design_input("ratio", 0.04, "range of speed in which the resistance holds the sleeve", bounds=GOVERNED)
-    speed_fluctuation: float = design_input(
-        "ratio", 0.025, "coefficient of speed fluctuation that the flywheel leaves", sign="not negative", bounds=GOVERNED
-    )
-    resistance: float | None = design_input("force", None, "resistance W at the sleeve; 6 kgf, or 1 kgf for Watt's governors")
-    arm: float | None = design_input("length", None, "length l of the arms up to the balls; it gives the offset, or the offset gives it")
-    offset: float | None = design_input("length", None, "distance of the suspension from the axis; negative for crossed arms", sign="any")
-    joint_ratio: float = design_input(
-        "ratio",
-        1.0,
-        "distance of the joint of arm and link from the suspension over the arm; 1 for links at the balls",
-        bounds=Bounds(highest=1.0, rule="at most 1: the joint of arm and link is not beyond the ball", found="{value:g}"),
-    )
-    start_radius: float | None = design_input("length", None, "distance x1 of the balls from the axis in the lowest position")
-    gravity: float = design_input("acceleration", 9.81, "gravitational acceleration")
-
-
-DEFAULT_INPUTS = PendulumInputs()
-"""A Porter governor for 120 to 126 rpm against 6 kgf."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class Requirement:
-    """What the procedure starts from, with nothing left open but the geometry: speeds rad/s, resistance N."""
-
-    kind: GovernorKind
-    lowest_speed: float
-    highest_speed: float
-    mass_ratio: float
-    resistance: float
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -410,33 +344,6 @@ def design_pendulum(
         speed_limits=(requirement.lowest_speed * (1 - margin), requirement.highest_speed * (1 + margin)),
         checks=tuple(_checks(resolved, requirement, start, governor)),
     )
-
-
-def resolve_inputs(inputs: PendulumInputs) -> tuple[PendulumInputs, Requirement]:
-    """Return the inputs with the values of their kind, and the requirement from which the procedure starts."""
-    kind = GovernorKind(inputs.kind)
-    porter = {"lowest_speed": 120 * RPM, "highest_speed": 126 * RPM, "mass_ratio": 4.0, "resistance": 6 * KILOGRAM_FORCE_1853}
-    watt = {"lowest_speed": 60 * RPM, "highest_speed": 63 * RPM, "mass_ratio": 0.0, "resistance": KILOGRAM_FORCE_1853}
-    defaults = porter if kind is GovernorKind.PORTER else watt
-    given = {name: getattr(inputs, name) for name in defaults if getattr(inputs, name) is not None}
-    values: dict[str, Any] = defaults | given
-    resolved = replace(inputs, **values)
-    require_valid(resolved, _contradictions)
-    return resolved, Requirement(kind=kind, **values)
-
-
-def _contradictions(inputs: PendulumInputs) -> Iterator[str]:
-    """Yield a sentence for each input at odds with another; a load on the sleeve belongs to a Porter governor."""
-    if inputs.lowest_speed >= inputs.highest_speed:  # type: ignore[operator]  # resolved
-        speeds = "lowest_speed ({lowest_speed:.6g rpm}), at the lowest position, must be below highest_speed ({highest_speed:.6g rpm})"
-        yield fill_places(f"{speeds}, or no position holds itself", inputs)
-    if inputs.kind == GovernorKind.PORTER and inputs.mass_ratio == 0:
-        yield "mass_ratio of a Porter governor must be above 0; one without a load on its sleeve is kind=watt or kind=improved-watt"
-    if inputs.kind != GovernorKind.PORTER and inputs.mass_ratio != 0:
-        rule = "mass_ratio of a {kind} governor must be 0: its sleeve carries no load; got {mass_ratio:g}; with a load it is kind=porter"
-        yield fill_places(rule, inputs)
-    if inputs.arm is not None and inputs.offset is not None:
-        yield "arm and offset are given, but each follows from the other and the start radius; give only one of them"
 
 
 def _place_start(inputs: PendulumInputs, requirement: Requirement) -> ParabolaStart:

@@ -20,7 +20,7 @@ from governor_mechanism.statics.controlling_force import ControllingForce, compu
 from governor_mechanism.statics.equilibria import find_equilibria
 from governor_mechanism.statics.equilibrium_speed import WorkingRange
 from governor_mechanism.statics.speed_curve import compute_insensitivity_band, equilibrium_speed_at
-from governor_mechanism.studies.design import flywheel, governed_engine, hartnell, hartung, pendulum
+from governor_mechanism.studies.design import flywheel, governed_engine, hartnell, hartung, pendulum, pendulum_inputs
 from governor_mechanism.studies.design.engine_governor import DEFAULT_INPUTS as ENGINE_INPUTS
 from governor_mechanism.studies.design.flywheel import FlywheelDesign, PaperComparison
 from governor_mechanism.studies.design.governed_engine import LOAD_CHANGE, GovernedEngineDesign, change_times
@@ -437,7 +437,7 @@ PROCEDURES: Mapping[str, Procedure] = {
     "hartung": Procedure(hartung.PAPER_INPUTS, hartung.design_hartung, compare=hartung.compare_with_paper),
     "flywheel": Procedure(flywheel.PAPER_INPUTS, flywheel.design_flywheel, simulate_wheels, flywheel.compare_with_paper),
     "governed-engine": Procedure(ENGINE_INPUTS, governed_engine.design_governed_engine, lambda design, _: simulate_governed_engine(design)),
-    "pendulum": Procedure(pendulum.DEFAULT_INPUTS, pendulum.design_pendulum, lambda design, _: simulate_pendulum(design)),
+    "pendulum": Procedure(pendulum_inputs.DEFAULT_INPUTS, pendulum.design_pendulum, lambda design, _: simulate_pendulum(design)),
     "hartnell": Procedure(hartnell.DEFAULT_INPUTS, hartnell.design_hartnell, lambda design, _: simulate_hartnell(design)),
 }
 """The procedures by the names of the command line."""

@@ -18,8 +18,7 @@ from governor_mechanism.scenes.parser import parse_scene_document
 from governor_mechanism.units.constants import RPM
 from governor_mechanism.units.problems import ProblemCollector
 from governor_mechanism.units.quantities import QUANTITY_KINDS, format_quantity, format_value, number_or_text, parse_quantity
-from governor_mechanism.units.short_repr import short_repr
-from governor_mechanism.units.text_table import Places, fill_places
+from governor_mechanism.units.text_table import Places, fill_places, short_repr
 
 MAX_INPUT = 1e30
 """Largest input of a design, SI: its powers are still numbers."""

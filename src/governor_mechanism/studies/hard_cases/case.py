@@ -175,9 +175,9 @@ def pendulum_period(amplitude: float, frequency: float) -> float:
     return 4 * float(ellipk(math.sin(0.5 * amplitude) ** 2)) / frequency
 
 
-def force_free_rotation(times: FloatArray, start: float, rate: float, inertia: Callable[[float], float]) -> Motion:
-    """Return the angle and its rate of a crank without forces: inertia(angle) rate^2 is constant."""
-    momentum = math.sqrt(inertia(start)) * rate
+def force_free_rotation(times: FloatArray, start: float, inertia: Callable[[float], float]) -> Motion:
+    """Return the angle and its rate, 1 rad/s at first, of a crank without forces: inertia(angle) rate^2 is constant."""
+    momentum = math.sqrt(inertia(start))
 
     def slope(time: float, angle: FloatArray) -> list[float]:
         return [momentum / math.sqrt(inertia(float(angle[0])))]
@@ -193,16 +193,16 @@ def integrate(slope: Callable[[float, FloatArray], list[float]], start: list[flo
     return states
 
 
-def bouncing_fall(times: FloatArray, height: float, rate: float, restitution: float, gravity: float) -> Motion:
+def bouncing_fall(times: FloatArray, height: float, rate: float, restitution: float) -> Motion:
     """Return height and velocity of a weight above a stop at height 0."""
     values, rates = np.zeros_like(times), np.zeros_like(times)
     begin = 0.0
     while True:
-        fall = (rate + math.sqrt(rate**2 + 2 * gravity * height)) / gravity
+        fall = (rate + math.sqrt(rate**2 + 2 * GRAVITY * height)) / GRAVITY
         inside = (times >= begin) & (times <= begin + fall)
         since = times[inside] - begin
-        values[inside], rates[inside] = height + rate * since - 0.5 * gravity * since**2, rate - gravity * since
-        begin, height, rate = begin + fall, 0.0, restitution * (gravity * fall - rate)
+        values[inside], rates[inside] = height + rate * since - 0.5 * GRAVITY * since**2, rate - GRAVITY * since
+        begin, height, rate = begin + fall, 0.0, restitution * (GRAVITY * fall - rate)
         if begin >= times[-1] or not rate > 1e-12:  # rests: what is left of the bounces is below rounding
             return values, rates
 

@@ -62,7 +62,7 @@ def _equal_crank_and_rod_inertia(angle: float) -> float:
 
 
 def _solve_equal_crank_and_rod(n_passes: float, times: FloatArray) -> Solution:
-    angle, rate = force_free_rotation(times, math.radians(30), 1.0, _equal_crank_and_rod_inertia)
+    angle, rate = force_free_rotation(times, math.radians(30), _equal_crank_and_rod_inertia)
     return {"crank_angle": (angle, rate), "slider": (2 * np.cos(angle), -2 * np.sin(angle) * rate)}
 
 
@@ -135,7 +135,7 @@ def _coupler_angle(angle: float, shortening: float) -> float:
 
 
 def _solve_shorter_crank(shortening: float, times: FloatArray) -> Solution:
-    angle, rate = force_free_rotation(times, 0.5 * math.pi, 1.0, lambda at: _cranks_inertia(at, shortening))
+    angle, rate = force_free_rotation(times, 0.5 * math.pi, lambda at: _cranks_inertia(at, shortening))
     others = np.array([_second_crank(float(one), shortening) for one in angle])
     return {"angle0": (angle, rate), "angle1": (np.unwrap(others[:, 0]), others[:, 1] * rate)}
 

@@ -26,7 +26,7 @@ from governor_mechanism.studies.hard_cases import governor_cases, linkage_cases,
 from governor_mechanism.studies.hard_cases.case import HardCase
 from governor_mechanism.studies.plain_runs import compare_motions, compare_runs
 from governor_mechanism.units.quantities import format_value
-from governor_mechanism.units.short_repr import short_repr
+from governor_mechanism.units.text_table import short_repr
 
 
 class Verdict(Enum):

@@ -95,7 +95,7 @@ def _bouncing(restitution: float) -> Document:
 
 
 def _solve_bouncing(restitution: float, times: FloatArray) -> Solution:
-    return {"position": bouncing_fall(times, 0.1, 0.0, restitution, GRAVITY)}
+    return {"position": bouncing_fall(times, 0.1, 0.0, restitution)}
 
 
 def _started_on_stop(speed: float) -> Document:
@@ -104,7 +104,7 @@ def _started_on_stop(speed: float) -> Document:
 
 
 def _solve_started_on_stop(speed: float, times: FloatArray) -> Solution:
-    return {"position": bouncing_fall(times, 0.0, 0.5 * speed, 0.5, GRAVITY)}
+    return {"position": bouncing_fall(times, 0.0, 0.5 * speed, 0.5)}
 
 
 def _between_stops(gap: float) -> Document:

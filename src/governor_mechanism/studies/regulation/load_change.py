@@ -20,8 +20,7 @@ from governor_mechanism.numerics.hermite import interpolate_samples
 from governor_mechanism.studies.regulation.governed_engine import GovernedEngine, OperatingPoint
 from governor_mechanism.types import FloatArray
 from governor_mechanism.units.quantities import format_value, parse_quantity
-from governor_mechanism.units.short_repr import short_repr
-from governor_mechanism.units.text_table import format_table
+from governor_mechanism.units.text_table import format_table, short_repr
 
 SETTLING_BAND = 0.05
 """Half-width of the settling band about the last speed, relative to the whole change of speed: the usual one of speed governing."""

@@ -36,7 +36,7 @@ from governor_mechanism.studies.regulation.governed_engine import GovernedEngine
 from governor_mechanism.studies.sweep.parameters import SweepAxis, parse_axes
 from governor_mechanism.studies.sweep.workers import compute_in_parallel
 from governor_mechanism.types import ComplexArray, FloatArray
-from governor_mechanism.units.short_repr import short_repr
+from governor_mechanism.units.text_table import short_repr
 
 RUN_ACCURACY = 1e-10
 """Accuracy of the runs of a turn, whose differences give derivatives."""

@@ -16,7 +16,7 @@ from governor_mechanism.studies.sweep.parameters import AxisGrid, SweepAxis
 from governor_mechanism.studies.sweep.quantities import RunQuantity
 from governor_mechanism.studies.sweep.rows import RESULT_ROW_OUTCOMES, RowEnding, SweepRow, SweepRows, find_endings
 from governor_mechanism.units.quantities import format_value
-from governor_mechanism.units.short_repr import short_repr
+from governor_mechanism.units.text_table import short_repr
 
 MAX_PRINTED_ROWS = 20
 """Maximum number of rows printed; a longer table is summarised by its extremes."""

@@ -13,7 +13,7 @@ from governor_mechanism.errors import UnsupportedEffect
 from governor_mechanism.mechanics.kinematics.constraint_equations import make_curve_segments
 from governor_mechanism.mechanics.kinematics.constraint_kernels import evaluate_curve, evaluate_polar_curve
 from governor_mechanism.model.curves import Curve, PolarCurve
-from governor_mechanism.model.joints import Joint, impulse_parts
+from governor_mechanism.model.joints import Joint, base
 from governor_mechanism.types import NO_INDEX, FloatArray
 
 GROOVE_HALF_LENGTH_RATIO = 1e3
@@ -47,26 +47,24 @@ def make_joint_constraints(joint: Joint, first: AttachedPoint, second: AttachedP
     return JointConstraints(constraints, updates)
 
 
-def _make_part(
-    part: impulse_parts.ImpulsePart, first: AttachedPoint, second: AttachedPoint, length_scale: float, drive: int
-) -> JointConstraints:
+def _make_part(part: base.ImpulsePart, first: AttachedPoint, second: AttachedPoint, length_scale: float, drive: int) -> JointConstraints:
     """Return the pymunk constraints of one part of a joint."""
     match part:
-        case impulse_parts.Pivot():
+        case base.Pivot():
             return JointConstraints((_make_pivot(first, second),))
-        case impulse_parts.FixedDistance():
+        case base.FixedDistance():
             return JointConstraints((_make_pin(first, second, part.distance),))
-        case impulse_parts.FixedAngle():
+        case base.FixedAngle():
             return JointConstraints(_make_rotation_lock(first, second, part.angle))
-        case impulse_parts.AngleRatio():
+        case base.AngleRatio():
             return JointConstraints((pymunk.GearJoint(second.body, first.body, -part.offset, part.ratio),))
-        case impulse_parts.Guide(curve=None):
+        case base.Guide(curve=None):
             return _make_slider(part.angle, first, second, length_scale)
-        case impulse_parts.Guide():
+        case base.Guide():
             return _make_reanchored_pin(first, second, part.angle, length_scale, curve=part.curve)
-        case impulse_parts.DrivenOffset():
+        case base.DrivenOffset():
             return _make_reanchored_pin(first, second, part.angle, length_scale, drive=drive)
-        case impulse_parts.DrivenAngle():
+        case base.DrivenAngle():
             return _make_driven_turn(first, second, drive)
     raise TypeError(f"no pymunk constraint is defined for {type(part).__name__}")
 

@@ -12,7 +12,7 @@ from governor_mechanism.effects.registry import FORCE_LAWS
 from governor_mechanism.mechanics.dynamics.forces.inputs import output_rate
 from governor_mechanism.mechanics.kinematics.constraint_kernels import ConstraintRows, RowColumn
 from governor_mechanism.model.effect import OutputForce
-from governor_mechanism.model.joints.constraint_row import RowKind
+from governor_mechanism.model.joints.base import RowKind
 from governor_mechanism.numerics.jit import jit_in_place, record_dtype
 from governor_mechanism.types import GROUND_INDEX, NO_INDEX, FloatArray, RecordArray
 

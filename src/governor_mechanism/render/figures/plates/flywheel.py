@@ -6,10 +6,10 @@ from collections.abc import Sequence
 import numpy as np
 
 from governor_mechanism.effects.gas_pressure import pressure_in_stroke
-from governor_mechanism.machines.flywheel_engine import expansion_gas
 from governor_mechanism.model.force_elements import CylinderGas
 from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.render.figures.page import CHAIN_DOTTED, Panel, Plate
+from governor_mechanism.render.machines.flywheel_engine import expansion_gas
 from governor_mechanism.render.style import BLUE, GREEN, INK, MUTED, PAPER, SKY, VERMILLION
 from governor_mechanism.types import BoolArray, FloatArray
 
@@ -139,7 +139,7 @@ def _cylinders(run: Trajectory) -> list[tuple[str, str, tuple[CylinderGas, ...]]
     """Return name, colour and gas of each cylinder, with throttle and cut-off of the last stroke."""
     gases = {element.name: element for element in run.scene.part.mechanism.force_elements if isinstance(element, CylinderGas)}
     opening = run.readings["throttle_opening"][-1] if "throttle_opening" in run.readings else 1.0
-    expansion = expansion_gas(run.scene.part.mechanism, float(opening), float(run.readings["cut_off"][-1]))
+    expansion = expansion_gas(gases, float(opening), float(run.readings["cut_off"][-1]))
     cylinders = [("expansion cylinder", BLUE, (expansion,))]
     return cylinders + ([("compression pump", VERMILLION, (gases["suction"], gases["delivery"]))] if "suction" in gases else [])
 

@@ -70,7 +70,7 @@ def is_drawn_letter(name: str) -> bool:
     return name in _STROKES
 
 
-def make_letters(role: str, names: Sequence[str], middle: Vec2, height: float) -> Lines:
+def make_letters(names: Sequence[str], middle: Vec2, height: float) -> Lines:
     """Return letters beside one another around a position (m), with capitals of a height (m)."""
     strokes: list[Stroke] = []
     left = 0.0
@@ -81,7 +81,7 @@ def make_letters(role: str, names: Sequence[str], middle: Vec2, height: float) -
         left += width + 0.28
     offset = (0.5 * (left - 0.28), 0.38)
     x0, y0 = middle
-    return Lines(role, tuple(tuple((x0 + height * (x - offset[0]), y0 + height * (y - offset[1])) for x, y in one) for one in strokes))
+    return Lines("letter", tuple(tuple((x0 + height * (x - offset[0]), y0 + height * (y - offset[1])) for x, y in one) for one in strokes))
 
 
 _ARC_RADIUS, _RADIUS_STEP, _RAY_EXTENSION, _LETTER_DISTANCE, _LETTER_HEIGHT = 0.085, 0.075, 0.03, 0.042, 0.055
@@ -105,7 +105,7 @@ def reading_mark_parts(extents: MechanismExtents) -> Iterator[DrawnPart]:
     """Yield an arc with its letter between the axes of two bodies at their hinge, and the letters of the coordinates of a point."""
     for number, reading in enumerate(_marked_angles(extents)):
         yield extents.flex(partial(_angle_shapes, number), section_only=True)
-        letter = make_letters("letter", (reading.name,), (0.0, 0.0), _LETTER_HEIGHT * extents.length_scale)
+        letter = make_letters((reading.name,), (0.0, 0.0), _LETTER_HEIGHT * extents.length_scale)
         yield Attached(frame=partial(_letter_axes, extents, number), shapes=(letter,), section_only=True)
     yield from _coordinate_parts(extents)
 
@@ -161,7 +161,7 @@ def _coordinate_parts(extents: MechanismExtents) -> Iterator[Attached]:
         dot = Circle("tracer", point.x, point.y, 0.013 * u)
         yield Attached(frame=extents.body_axes(point.body), shapes=(dot,), section_only=True)
         listed = [one for name in names for one in (",", name)][1:]
-        letter = make_letters("letter", ["P", "(", *listed, ")"], (0.0, 0.0), _LETTER_HEIGHT * u)
+        letter = make_letters(["P", "(", *listed, ")"], (0.0, 0.0), _LETTER_HEIGHT * u)
         yield Attached(frame=partial(_coordinate_axes, extents, point), shapes=(letter,), section_only=True)
 
 

@@ -264,7 +264,7 @@ def _stop_shapes(stops: Stops, reading: PointCoordinate, limit: float, side: int
     is_struck = placed.extents.struck_side(stops.reading, placed.time) == side
     point = axes_to_plane(axes, limit - value + side * _STOP_GAP * u, 0.0)
     wall = make_wall(point, axes[2] + (math.pi if side > 0 else 0.0), 0.07 * u, 0.035 * u)
-    return [wall, make_burst("burst", [point] if is_struck else [], 0.07 * u)]
+    return [wall, make_burst([point] if is_struck else [], 0.07 * u)]
 
 
 def _offset_element(effect: Dashpot | OutputSpring, reading: PointCoordinate, placed: PlacedMechanism) -> list[DrawnShape]:

@@ -1,0 +1,128 @@
+"""Records of a run: its energies and reactions over time, and the speed fluctuation of a shaft."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from governor_mechanism.types import FloatArray
+from governor_mechanism.units.text_table import short_repr
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Energy:
+    """Energies at the reported times, J; shape (n,).
+
+    Attributes
+    ----------
+    kinetic
+        Kinetic energy of the motion in the plane.
+    potential
+        Potential energy of gravity and springs.
+    rotation
+        Kinetic energy of the rotation about the spindle, J omega^2 / 2, including that of a free spindle.
+    jacobi
+        Jacobi integral, constant in an exact run: kinetic + potential - rotation (+ rotation for a free spindle), minus the work of
+        drivers, dampers, forces and torques. Its changes are errors.
+    dissipated_energy
+        Energy that dashpots, dry friction and stops have dissipated since the start.
+    scale
+        Energy scale of the scene, J.
+    """
+
+    kinetic: FloatArray
+    potential: FloatArray
+    rotation: FloatArray
+    jacobi: FloatArray
+    dissipated_energy: FloatArray
+    scale: float
+
+    __repr__ = short_repr
+
+    def _repr_html_(self) -> str:
+        """Return what a notebook shows: a row for each quantity."""
+        from governor_mechanism.notebook.result_table import result_html
+
+        return result_html(self)
+
+    @property
+    def drift(self) -> float:
+        """Largest change of the Jacobi integral, relative to `scale`."""
+        return float(np.max(np.abs(self.jacobi - self.jacobi[0]))) / self.scale if self.jacobi.size else 0.0
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Reaction:
+    """Reaction of a joint on its second body at its second point, at the reported times.
+
+    The first body takes the opposite force at that point. Gears and racks are different: their first body takes a moment of its own,
+    -ratio times that of the second body, or radius times the force along the rack.
+
+    Attributes
+    ----------
+    force
+        Components along the axes of the plane, N; shape (n, 2).
+    moment
+        Moment, N m, anticlockwise; shape (n,).
+    determined
+        Whether rigid-body mechanics determines the reaction; shape (n,). False for redundant joints, where it is one of many solutions.
+    """
+
+    force: FloatArray
+    moment: FloatArray
+    determined: NDArray[np.bool_]
+
+    __repr__ = short_repr
+
+    def _repr_html_(self) -> str:
+        """Return what a notebook shows: a row for each quantity."""
+        from governor_mechanism.notebook.result_table import result_html
+
+        return result_html(self)
+
+    @property
+    def magnitude(self) -> FloatArray:
+        """Magnitude of the force, N; shape (n,)."""
+        return np.hypot(self.force[:, 0], self.force[:, 1])
+
+
+@dataclass(frozen=True, kw_only=True)
+class SpeedFluctuation:
+    """Extreme speeds of a shaft in the last complete turn of a run.
+
+    Attributes
+    ----------
+    lowest, highest
+        Lowest and highest speed, rad/s.
+    lowest_angle, highest_angle
+        Angles at which the shaft has them, rad.
+    """
+
+    lowest: float
+    highest: float
+    lowest_angle: float
+    highest_angle: float
+
+    @property
+    def mean(self) -> float:
+        """Arithmetic mean of both speeds, rad/s."""
+        return 0.5 * (self.lowest + self.highest)
+
+    @property
+    def coefficient(self) -> float:
+        """Coefficient of speed fluctuation, (highest - lowest) / mean."""
+        return (self.highest - self.lowest) / self.mean
+
+    def __str__(self) -> str:
+        low, high = (f"{speed:.6g} rad/s at {math.degrees(angle) % 360:.4g} deg" for speed, angle in self._extremes)
+        return f"in the last turn {low} to {high}, coefficient of speed fluctuation {self.coefficient:.5g}"
+
+    @property
+    def _extremes(self) -> tuple[tuple[float, float], ...]:
+        return (self.lowest, self.lowest_angle), (self.highest, self.highest_angle)
+
+    def as_json(self) -> dict[str, float]:
+        """Return the speeds, angles, mean and coefficient by name."""
+        names = ("lowest", "highest", "lowest_angle", "highest_angle", "mean", "coefficient")
+        return {name: getattr(self, name) for name in names}
