@@ -2,6 +2,7 @@
 
 import asyncio
 import json
+import re
 import socket
 import threading
 import time
@@ -9,6 +10,7 @@ import tomllib
 from base64 import b64decode
 from contextlib import closing
 from http.client import HTTPConnection
+from urllib.parse import urljoin
 
 import pytest
 import uvicorn
@@ -87,7 +89,19 @@ def test_the_page_and_the_list_are_served(port):
     assert b'href="jansen/"' in text
 
 
-@pytest.mark.parametrize("path", ["/", "/wrong/", f"/{TOKEN}/nothing/", f"/{TOKEN}/mine/../../etc/passwd"])
+def test_two_scenes_stand_beside_each_other(port):
+    answer, text = ask(port, f"/{TOKEN}/beside/mine/jansen/")
+    assert answer.status == 200
+    for name in ("mine", "jansen"):
+        (address,) = re.findall(rf'src="((?:\.\./)+{name}/)"', text.decode())
+        assert urljoin(f"/{TOKEN}/beside/mine/jansen/", address) == f"/{TOKEN}/{name}/"
+    assert b"frame-src 'self'" in text
+
+
+@pytest.mark.parametrize(
+    "path",
+    [f"/{TOKEN}/beside/mine/", f"/{TOKEN}/beside/mine/nothing/", "/", "/wrong/", f"/{TOKEN}/nothing/", f"/{TOKEN}/mine/../../etc/passwd"],
+)
 def test_a_wrong_token_or_path_is_not_found(port, path):
     assert ask(port, path)[0].status == 404
 
@@ -182,4 +196,4 @@ def test_a_busy_port_and_a_scene_that_cannot_run_are_sentences():
         other.bind((HOST, 0))
         other.listen()
         with pytest.raises(gm.MechanismError, match=r"port \d+ cannot be had"):
-            serve(None, other.getsockname()[1], opens_browser=False, tell=print)
+            serve([], other.getsockname()[1], opens_browser=False, tell=print)

@@ -154,15 +154,16 @@ def film(
     return write_film(run, path, FilmOptions(**options), titles=titles, progress=progress)
 
 
-def open(scene: gm.SceneSource | None = None, *, port: int = 0, browser: bool = True) -> None:
+def open(*scenes: gm.SceneSource, port: int = 0, browser: bool = True) -> None:
     """Open a scene in the browser, where its quantities are changed and its points dragged; it ends with an interrupt.
+
+    Several scenes stand beside each other; without any, there is a list to choose from. Each is the path of a file, the name of a
+    shipped scene, or a scene.
 
     Each change is answered by a certified run. The page is served to this machine alone, under an address that no other page knows.
 
     Parameters
     ----------
-    scene
-        A scene, the path of a file, or the name of a shipped scene; a list to choose from if None.
     port
         Port of the page; 0 takes any free one.
     browser
@@ -171,11 +172,11 @@ def open(scene: gm.SceneSource | None = None, *, port: int = 0, browser: bool = 
     Raises
     ------
     MechanismError
-        If the extra `live` is not installed, the scene cannot be run, or the port is taken.
+        If the extra `live` is not installed, a scene cannot be run, there are more than four, or the port is taken.
     """
     try:
         from governor_mechanism.live.server import serve
     except ImportError as error:
         text = f"the live page needs starlette, uvicorn and websockets ({error}); install the extra: pip install 'governor-mechanism[live]'"
         raise MechanismError(text) from None
-    serve(None if scene is None else as_scene(scene), port, opens_browser=browser, tell=lambda address: print(f"{address}\nCtrl-C ends it"))
+    serve([as_scene(one) for one in scenes], port, opens_browser=browser, tell=lambda address: print(f"{address}\nCtrl-C ends it"))

@@ -147,11 +147,11 @@ def _format_files(files: Sequence[Path]) -> str:
 
 
 def open_scene(
-    scene: Annotated[
-        str | None,
+    scenes: Annotated[
+        list[str] | None,
         typer.Argument(
-            metavar="SCENE",
-            help="A scene file (TOML), or the name of a shipped scene; without one, a list to choose from.",
+            metavar="SCENE...",
+            help="Scene files (TOML) or names of shipped scenes, up to four beside each other; without one, a list to choose from.",
             autocompletion=complete_scene,
         ),
     ] = None,
@@ -165,5 +165,5 @@ def open_scene(
     Each change is answered by a certified run. The page is served to this machine alone, until Ctrl-C. What was made can be saved as
     a scene file, a film, a page or a table.
     """
-    open_page(None if scene is None else load_changed(scene, changes), port=port, browser=browser)
+    open_page(*(load_changed(scene, changes) for scene in scenes or ()), port=port, browser=browser)
     return console.CommandResult(text=[])

@@ -1,8 +1,10 @@
 """The live page: that of a recorded run, with a panel of what may be changed; and the list of scenes to begin with."""
 
+from collections.abc import Sequence
 from html import escape
 from string import Template
 from typing import Final, Literal
+from urllib.parse import quote
 
 from governor_mechanism.live.session import Session, show_whole_run
 from governor_mechanism.render.page.page_data import collect_data
@@ -42,6 +44,12 @@ def make_list_page() -> str:
     sections = "".join(f"<h2>{escape(family)}</h2><ul>{''.join(map(_item, scenes))}</ul>" for family, scenes in families.items())
     style = f"{colour_rules()}\n{read_page_file('page.css')}"
     return Template(read_page_file("scenes.html")).substitute(style=style, sections=sections)
+
+
+def make_beside_page(names: Sequence[str]) -> str:
+    """Return a page with the pages of several scenes beside each other."""
+    frames = "".join(f'<iframe src="{"../" * (len(names) + 1)}{quote(name)}/" title="{escape(name)}"></iframe>' for name in names)
+    return Template(read_page_file("beside.html")).substitute(style=colour_rules(), frames=frames, title=escape(" and ".join(names)))
 
 
 def _item(scene: tuple[str, str]) -> str:

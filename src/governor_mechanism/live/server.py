@@ -5,7 +5,7 @@ import json
 import secrets
 import socket
 import webbrowser
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
 from threading import Lock
@@ -26,7 +26,7 @@ import governor_mechanism as gm
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.live.conversation import Later, respond
 from governor_mechanism.live.messages import MAX_MESSAGE_SIZE
-from governor_mechanism.live.page import make_list_page, make_live_page
+from governor_mechanism.live.page import make_beside_page, make_list_page, make_live_page
 from governor_mechanism.live.session import Session
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.scenes.library import list_catalogue_entries, list_contents
@@ -39,6 +39,9 @@ PAGE_HEADERS: Final = {"Cache-Control": "no-store", "X-Content-Type-Options": "n
 
 MAX_SESSIONS: Final = 20
 """Largest number of scenes that are open at once."""
+
+MAX_BESIDE: Final = 4
+"""Largest number of scenes beside each other."""
 
 REFUSED: Final = 1008
 """Code with which a web socket is closed that breaks a rule."""
@@ -81,6 +84,7 @@ class Workbench:
         scene = f"/{self.token}/{{name}}"
         routes = [
             Route(f"/{self.token}/", self.list_scenes),
+            Route(f"/{self.token}/beside/{{names:path}}/", self.show_beside),
             Route(f"{scene}/", self.show_page),
             WebSocketRoute(f"{scene}/live", self.talk),
         ]
@@ -93,7 +97,7 @@ class Workbench:
             name = connection.path_params["name"]
             with self.starting:
                 if name not in self.sessions:
-                    if name not in {*list_contents(), *list_catalogue_entries(None)} or len(self.sessions) >= MAX_SESSIONS:
+                    if not self._is_known(name) or len(self.sessions) >= MAX_SESSIONS:
                         raise HTTPException(404, f"there is no scene {name!r} here, or too many are open")
                     self.sessions[name] = Session(gm.load(name))
                 return self.sessions[name]
@@ -108,6 +112,17 @@ class Workbench:
         """Answer with the page of a scene."""
         session = await self.find_session(request)
         return HTMLResponse(await run_in_threadpool(make_live_page, session), headers=PAGE_HEADERS)
+
+    async def show_beside(self, request: Request) -> Response:
+        """Answer with the pages of several scenes beside each other."""
+        names = request.path_params["names"].split("/")
+        if not 1 < len(names) <= MAX_BESIDE or not all(map(self._is_known, names)):
+            raise HTTPException(404, f"2 to {MAX_BESIDE} scenes stand beside each other")
+        return HTMLResponse(make_beside_page(names), headers=PAGE_HEADERS)
+
+    def _is_known(self, name: str) -> bool:
+        """Return whether a scene is open, or comes with the package."""
+        return name in self.sessions or name in {*list_contents(), *list_catalogue_entries(None)}
 
     async def talk(self, socket: WebSocket) -> None:
         """Answer the changes of one page until it closes: each answer is that to the newest state."""
@@ -153,13 +168,18 @@ async def _send_later(socket: WebSocket, compute: Later) -> None:
         await socket.send_text(json.dumps(answer, allow_nan=False))
 
 
-def serve(scene: Scene | None, port: int, *, opens_browser: bool, tell: Callable[[str], None]) -> None:
-    """Serve the page of a scene, or a list of scenes, until the process is interrupted; `tell` gets its address.
+def serve(scenes: Sequence[Scene], port: int, *, opens_browser: bool, tell: Callable[[str], None]) -> None:
+    """Serve one scene, several beside each other, or a list of scenes, until the process is interrupted; `tell` gets the address.
 
-    Raises MechanismError if the scene cannot be run, or the port is taken.
+    Raises MechanismError if a scene cannot be run, there are too many, or the port is taken.
     """
-    name = "" if scene is None else Path(scene.source).stem or "scene"
-    opened = {} if scene is None else {name: Session(scene)}
+    if len(scenes) > MAX_BESIDE:
+        raise MechanismError(f"at most {MAX_BESIDE} scenes stand beside each other; found {len(scenes)}")
+    opened: dict[str, Session] = {}
+    for scene in scenes:
+        stem = Path(scene.source).stem or "scene"
+        name = next(one for one in (stem, *(f"{stem}-{number}" for number in range(2, MAX_BESIDE + 1))) if one not in opened)
+        opened[name] = Session(scene)
     with socket.socket() as listener:
         try:
             listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
@@ -169,7 +189,8 @@ def serve(scene: Scene | None, port: int, *, opens_browser: bool, tell: Callable
             raise MechanismError(text) from None
         taken = listener.getsockname()[1]
         workbench = Workbench(secrets.token_urlsafe(16), opened)
-        address = f"http://{HOST}:{taken}/{workbench.token}/{quote(name)}{'/' if name else ''}"
+        beside = "beside/" if len(opened) > 1 else ""
+        address = f"http://{HOST}:{taken}/{workbench.token}/{beside}{''.join(f'{quote(name)}/' for name in opened)}"
         tell(address)
         if opens_browser:
             webbrowser.open(address)
