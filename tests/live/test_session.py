@@ -10,10 +10,11 @@ import pytest
 
 import governor_mechanism as gm
 from governor_mechanism.live.conversation import respond
+from governor_mechanism.live.describing import show_whole_run
 from governor_mechanism.live.grips import find_grips
 from governor_mechanism.live.quantities import find_quantities, split_quantity
 from governor_mechanism.live.saving import write_scene
-from governor_mechanism.live.session import Session, show_whole_run
+from governor_mechanism.live.session import Session
 
 
 @pytest.fixture

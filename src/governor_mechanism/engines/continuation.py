@@ -78,7 +78,7 @@ def _continue_part(scene: Scene, part: Part, delay: float, poses: FloatArray, ve
     """Return a part whose inputs begin later, by a delay (s), with drives and a free spindle as they move in a state."""
     prefix = f"{part.name}." if len(scene.parts) > 1 else ""
     own_poses = poses[[scene.mechanism.body_index(prefix + body.name) for body in part.mechanism.bodies]]
-    delayed = _delayed(part, delay)
+    delayed: Part = _delayed(part, delay)
     mechanism, spindle = _continue_drives(delayed.mechanism, own_poses), delayed.spindle
     if isinstance(spindle, FreeSpindle) and spindle.start_speed is not None:
         plane = next(one for one in scene.system.planes if one.prefix == prefix)

@@ -4,7 +4,7 @@ from base64 import b64encode
 from collections.abc import Callable, Mapping
 from typing import Any, Final
 
-from governor_mechanism.errors import MechanismError
+from governor_mechanism.errors import GovernorMechanismError, MechanismError
 from governor_mechanism.live.inspection import describe_assemblies, describe_valve
 from governor_mechanism.live.messages import Request, parse_message
 from governor_mechanism.live.saving import export_run, write_scene
@@ -36,9 +36,9 @@ def respond(session: Session, text: str) -> Answer | Later | None:
         return refuse(error)
 
 
-def refuse(error: MechanismError) -> Answer:
+def refuse(error: GovernorMechanismError) -> Answer:
     """Return the answer to what cannot be done."""
-    return {"refused": "; ".join(error.problems)}
+    return {"refused": "; ".join(error.problems) if isinstance(error, MechanismError) else str(error)}
 
 
 def _hello(session: Session, request: Request) -> None:
@@ -46,6 +46,7 @@ def _hello(session: Session, request: Request) -> None:
 
 
 def _change(session: Session, request: Request) -> None:
+    session.shown_time = request.time
     session.change(request.values, is_last=request.is_last)
 
 
@@ -59,6 +60,19 @@ def _redo(session: Session, request: Request) -> None:
 
 def _reset(session: Session, request: Request) -> None:
     session.reset()
+
+
+def _extend(session: Session, request: Request) -> Later:
+    """Return what lets a motion go on."""
+
+    def extend() -> Answer:
+        try:
+            motion = session.extend_motion(request.tab, request.time, request.duration, is_new=request.is_new)
+        except GovernorMechanismError as error:
+            motion = {"refused": refuse(error)["refused"]}
+        return {"motion": motion | {"number": request.number}}
+
+    return extend
 
 
 def _export(session: Session, request: Request) -> Later:
@@ -111,6 +125,7 @@ ACTIONS: Final[Mapping[str, Callable[[Session, Request], Answer | Later | None]]
     "undo": _undo,
     "redo": _redo,
     "reset": _reset,
+    "extend": _extend,
     "export": _export,
     "save": _save,
     "valve": _valve,

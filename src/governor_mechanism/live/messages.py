@@ -37,6 +37,16 @@ class Request:
         Numbers by key in their units, of a change.
     is_last
         Whether a change is the last one of a drag.
+    time
+        Time that the page shows, or from which the motion goes on, s.
+    duration
+        Time by which a motion goes on, s.
+    tab
+        Name of the tab to which a motion belongs.
+    is_new
+        Whether a motion goes on from the run of the document, and not from the motion before.
+    number
+        Number of the request, which its answer repeats.
     ending
         Kind of a file that the browser saves.
     name
@@ -52,6 +62,11 @@ class Request:
     action: str
     values: Mapping[str, float] = field(default_factory=dict)
     is_last: bool = True
+    time: float = 0.0
+    duration: float = 0.0
+    tab: str = ""
+    is_new: bool = False
+    number: float = 0.0
     ending: str = ""
     name: str = ""
     overwrites: bool = False
@@ -96,6 +111,13 @@ def _read_values(values: Any) -> dict[str, float]:
     return {key: float(value) for key, value in values.items()}
 
 
+def _read_number(value: Any) -> float:
+    """Return a finite number."""
+    if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
+        raise MechanismError(f"a finite number is expected; found {format_value(value)}")
+    return float(value)
+
+
 def _read_flag(value: Any) -> bool:
     """Return true or false."""
     if not isinstance(value, bool):
@@ -129,11 +151,12 @@ def _one_of(words: tuple[str, ...]) -> Callable[[Any], str]:
 
 
 FIELDS: Final[Mapping[str, Mapping[str, Callable[[Any], Any]]]] = {
-    "change": {"values": _read_values, "isLast": _read_flag},
+    "change": {"values": _read_values, "isLast": _read_flag, "time": _read_number},
     "hello": {},
     "undo": {},
     "redo": {},
     "reset": {},
+    "extend": {"tab": _read_text, "time": _read_number, "duration": _read_number, "isNew": _read_flag, "number": _read_number},
     "export": {"ending": _one_of(FILE_ENDINGS), "theme": _one_of(THEMES)},
     "save": {"name": _read_text, "overwrites": _read_flag},
     "valve": {"theme": _one_of(THEMES)},

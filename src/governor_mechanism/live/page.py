@@ -6,7 +6,8 @@ from string import Template
 from typing import Final, Literal
 from urllib.parse import quote
 
-from governor_mechanism.live.session import Session, show_whole_run
+from governor_mechanism.live.describing import show_whole_run
+from governor_mechanism.live.session import Session
 from governor_mechanism.render.page.page_data import collect_data
 from governor_mechanism.render.page.writer import fill_page, read_page_file
 from governor_mechanism.render.style import ROLE_STYLES, colour_rules
@@ -15,7 +16,7 @@ from governor_mechanism.scenes.library import list_catalogue_entries, list_conte
 CONNECTIONS: Final = "; connect-src 'self'"
 """What the page may ask beside its own text: the web socket of its server."""
 
-SCRIPTS: Final = ("saving", "inspection", "locks", "ghost", "address", "panel", "results", "grips", "connection")
+SCRIPTS: Final = ("saving", "inspection", "locks", "ghost", "address", "panel", "results", "grips", "motion", "connection")
 """Files of the script in `render/page/script/live`, in their order; what connects the page comes last."""
 
 LINKS: Final = {"server": ("server", CONNECTIONS), "notebook": ("frame", "")}

@@ -43,6 +43,12 @@ MAX_SESSIONS: Final = 20
 MAX_BESIDE: Final = 4
 """Largest number of scenes beside each other."""
 
+HELD_PAUSE: Final = 0.3
+"""Time, s, for which a hand does not move before the whole run is sent, and not only one moment of it."""
+
+LAST_PAUSE: Final = 0.01
+"""The same after the last change of a hand."""
+
 REFUSED: Final = 1008
 """Code with which a web socket is closed that breaks a rule."""
 
@@ -153,12 +159,21 @@ class Workbench:
 
 
 async def _answer(socket: WebSocket, session: Session, changed: asyncio.Event) -> None:
-    """Send the state whenever it has changed; what changes while one is computed is answered by the next."""
+    """Send the state whenever it has changed: first the drawing at one moment, and all of it once no newer change waits."""
+    is_first = True
     while True:
         await changed.wait()
         changed.clear()
-        state = await run_in_threadpool(lambda: session.describe(session.solve()))
-        await socket.send_text(json.dumps(state, allow_nan=False))
+        snapshot = await run_in_threadpool(session.solve)
+        if not is_first:
+            moment = await run_in_threadpool(session.describe_moment, snapshot)
+            await socket.send_text(json.dumps(moment, allow_nan=False))
+            with suppress(TimeoutError):
+                await asyncio.wait_for(changed.wait(), HELD_PAUSE if session.is_held else LAST_PAUSE)
+        if not changed.is_set():
+            state = await run_in_threadpool(session.describe, snapshot)
+            await socket.send_text(json.dumps(state, allow_nan=False))
+        is_first = False
 
 
 async def _send_later(socket: WebSocket, compute: Later) -> None:

@@ -1,41 +1,35 @@
 """One mechanism under the hand: its scene file, what was changed, and the run that answers."""
 
-import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from threading import Lock
 from typing import Any, Final
 
+import numpy as np
+
 import governor_mechanism as gm
 from governor_mechanism.errors import GovernorMechanismError, MechanismError
+from governor_mechanism.live.describing import choose_pace, describe_outcome, describe_readings, show_whole_run
 from governor_mechanism.live.equilibria import EquilibriumPlot
 from governor_mechanism.live.grips import find_grips
 from governor_mechanism.live.inspection import list_inspections
+from governor_mechanism.live.motion import Motion
 from governor_mechanism.live.quantities import Quantity, find_quantities
 from governor_mechanism.live.saving import SceneFile
 from governor_mechanism.machines.custom import CUSTOM_MACHINE
 from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.model.scene import Scene
-from governor_mechanism.render.film.timing import select_slow_down
-from governor_mechanism.render.number_format import format_closing_lines, format_name
-from governor_mechanism.render.page.page_data import collect_data
+from governor_mechanism.render.geometry.primitives import BoundingBox
+from governor_mechanism.render.page.page_data import collect_data, collect_pictures
 from governor_mechanism.render.page.views import ShownRun, show_run
-from governor_mechanism.render.page.writer import (
-    MAX_TRUE_TIME_DURATION,
-    choose_sample_times,
-    describe_accuracy,
-    list_dimensions,
-    list_effects,
-    raise_exponents,
-)
+from governor_mechanism.render.page.writer import describe_accuracy, list_dimensions, list_effects, raise_exponents
 from governor_mechanism.scenes.changed_document import document_of, replace_document_value
-from governor_mechanism.units.quantities import format_quantity
-
-MAX_LINE_LENGTH: Final = 120
-"""Largest length of the line on the accuracy."""
 
 MAX_UNDONE: Final = 500
 """Number of changes that can be undone."""
+
+MAX_MOTIONS: Final = 8
+"""Largest number of tabs whose motions are kept."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -88,11 +82,20 @@ class Session:
             raise MechanismError(run.message)
         self._last = Snapshot(document=self._document, run=run, problem="", number=0)
         self._equilibria = EquilibriumPlot(scene)
+        self.shown_time = 0.0
+        """Time, s, that the page shows which asked for the last change."""
+        self._boxes: Sequence[BoundingBox] = ()
+        self._motions: dict[str, Motion] = {}
 
     @property
     def document(self) -> Mapping[str, Any]:
         """The document with all changes."""
         return self._document
+
+    @property
+    def is_held(self) -> bool:
+        """Whether a hand holds a slider or a point."""
+        return self._is_dragging
 
     @property
     def run(self) -> Trajectory:
@@ -188,42 +191,65 @@ class Session:
             self._last = Snapshot(document=document, run=run or self._last.run, problem=problem, number=number)
             return self._last
 
-    def describe(self, snapshot: Snapshot) -> dict[str, Any]:
-        """Return what the page shows of a snapshot, as values that JSON knows."""
+    def extend_motion(self, tab: str, time: float, duration: float, *, is_new: bool) -> dict[str, Any]:
+        """Return the motion that one tab shows from a time (s) on, for a duration (s), under the present document.
+
+        A new one goes on from the run of the document. Raises MechanismError if the document allows no run.
+        """
+        snapshot = self.solve()
+        with self._changing:
+            if is_new or tab not in self._motions:
+                others = [pair for pair in self._motions.items() if pair[0] != tab][1 - MAX_MOTIONS :]
+                self._motions = dict([*others, (tab, Motion(snapshot.run, self._boxes))])
+            motion = self._motions[tab]
+        return motion.extend(snapshot.run.scene, time, duration) | {"problem": snapshot.problem}
+
+    def describe_moment(self, snapshot: Snapshot) -> dict[str, Any]:
+        """Return what the page shows at once of a snapshot: its drawing at the shown time, in the box of the last whole run."""
+        if snapshot.problem:
+            return self._describe_state(snapshot, None)
         run = snapshot.run
-        shown, slow_down = show_whole_run(run)
-        quantities = self._offer_quantities(snapshot.document)
-        grips = [] if snapshot.problem else [*find_grips(run.scene, shown.views[0])]
-        grips = [one for one in grips if all(key in quantities for key, *_ in one.effects)]
+        limits, slow_down = choose_pace(run)
+        times = np.clip(np.array([self.shown_time]), *limits)
+        shown = show_run(run, None, limits, times, slow_down, boxes=self._boxes)
+        return self._describe_state(snapshot, shown) | {"moment": collect_pictures(shown, slow_down)}
+
+    def describe(self, snapshot: Snapshot) -> dict[str, Any]:
+        """Return all that the page shows of a snapshot, as values that JSON knows; while a hand holds something, nothing is rescaled."""
+        run = snapshot.run
+        shown, slow_down = show_whole_run(run, self._boxes if self.is_held else ())
+        self._boxes = [view.box for view in shown.views]
         facts = {
             "accuracy": describe_accuracy(run, shown.times),
             "effects": list_effects(run.scene),
             "dimensions": list_dimensions(run.scene),
         }
+        return self._describe_state(snapshot, shown) | {
+            "data": collect_data(shown, slow_down),
+            "equilibria": self._equilibria.draw(run.scene),
+            "facts": {name: [(term, raise_exponents(text)) for term, text in rows] for name, rows in facts.items()},
+        }
+
+    def _describe_state(self, snapshot: Snapshot, shown: ShownRun | None) -> dict[str, Any]:
+        """Return what belongs to every answer to a state of the document."""
+        run = snapshot.run
+        quantities = self._offer_quantities(snapshot.document)
+        grips = [*find_grips(run.scene, shown.views[0])] if shown and not snapshot.problem else []
+        grips = [one for one in grips if all(key in quantities for key, *_ in one.effects)]
         return {
             "number": snapshot.number,
             "problem": snapshot.problem,
-            "data": collect_data(shown, slow_down),
             "quantities": [asdict(one) for one in quantities.values()],
             "grips": [asdict(one) for one in grips],
-            "equilibria": self._equilibria.draw(run.scene),
-            "readings": _describe_readings(run),
-            "accuracy": _describe_outcome(run),
-            "facts": {name: [(term, raise_exponents(text)) for term, text in rows] for name, rows in facts.items()},
+            "readings": describe_readings(run),
+            "accuracy": describe_outcome(run),
             "fileName": self.file.name,
             "changes": self.find_changes(),
             "inspections": list_inspections(run),
-            "frames": [[view.picture.scale, view.box[0], view.box[3]] for view in shown.views],
+            "frames": [[view.picture.scale, view.box[0], view.box[3]] for view in shown.views] if shown else [],
             "canUndo": bool(self._done),
             "canRedo": bool(self._undone),
         }
-
-
-def show_whole_run(run: Trajectory) -> tuple[ShownRun, float]:
-    """Return what a page shows of a whole run, and how many seconds of film a second of it takes at first."""
-    limits = float(run.times[0]), float(run.times[-1])
-    slow_down = select_slow_down(limits, limits, None, MAX_TRUE_TIME_DURATION)
-    return show_run(run, None, limits, choose_sample_times(run, limits, slow_down), slow_down), slow_down
 
 
 def _try_run(document: Mapping[str, Any]) -> tuple[Trajectory | None, str]:
@@ -238,21 +264,3 @@ def _try_run(document: Mapping[str, Any]) -> tuple[Trajectory | None, str]:
         problems = (run.message,)
     sentence = "; ".join(problems)
     return None, f"{sentence[:1].upper()}{sentence[1:]}. The pictures show the last possible state."
-
-
-def _describe_outcome(run: Trajectory) -> str:
-    """Return in a line how a run ended, how accurate it is, and what was computed."""
-    lines, _ = format_closing_lines(run, MAX_LINE_LENGTH)
-    return "; ".join([*lines, f"engine {run.cost.engine}, {1e3 * run.cost.wall_time:.3g} ms"])
-
-
-def _describe_readings(run: Trajectory) -> list[dict[str, Any]]:
-    """Return the readings at the end of a run, SI and in words, with the estimates of their errors."""
-    described = []
-    for name, values in run.readings.items():
-        value, unit = float(values[-1]), run.units.get(name, "")
-        if math.isfinite(value):
-            text = format_quantity(value, unit)
-            described.append({"name": name, "words": format_name(name), "unit": unit, "value": value, "text": text})
-            described[-1]["error"] = run.reading_errors.get(name)
-    return described

@@ -102,7 +102,7 @@ def horizontal_extents(
     top: float,
 ) -> list[Vec2]:
     """Return the horizontal extent of each circle and each convex polygon between two heights, at each moment at which it is there."""
-    extents = []
+    extents = list[Vec2]()
     for shape in shapes:
         points = shape.placed_points()
         if shape.kind == "circle":

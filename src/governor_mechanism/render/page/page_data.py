@@ -219,13 +219,17 @@ _DISPLACEMENT_DECIMALS = 5
 
 def collect_data(shown: ShownRun, slow_down: float) -> dict[str, Any]:
     """Return the data of a run whose seconds take `slow_down` seconds at first."""
+    return collect_pictures(shown, slow_down) | {"plots": [_collect_plot(plot) for plot in choose_plots(shown)]}
+
+
+def collect_pictures(shown: ShownRun, slow_down: float) -> dict[str, Any]:
+    """Return the data of a run without its plots."""
     return {
         "times": {"start": float(shown.times[0]), "stop": float(shown.times[-1]), "count": len(shown.times)},
         "slowDown": slow_down,
         "angleQuantum": ANGLE_QUANTUM,
         "amplitudeQuantum": AMPLITUDE_QUANTUM,
         "views": [_collect_view(view, len(shown.times)) for view in shown.views],
-        "plots": [_collect_plot(plot) for plot in choose_plots(shown)],
     }
 
 

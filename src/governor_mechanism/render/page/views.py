@@ -139,28 +139,36 @@ def show_run(
     slow_down: float,  # seconds of film per second of the run
     paths: Sequence[str] | None = None,  # names of the points whose paths are drawn; those of the scene if None
     layers: Sequence[FilmLayer] = (),  # what is drawn of the motion
+    boxes: Sequence[BoundingBox] = (),  # boxes of the views, if they are to be those of an earlier drawing; else they fit this run
 ) -> ShownRun:
     """Return what a page shows of a run, or of one part of it."""
     governed = find_governed_engine(run.scene) if part is None else None
     shown = (governed.engine, governed.governor) if governed else find_parts(run, part)
     parts = [FrameData(run, one, time_span, times, slow_down) for one in shown]
     if governed is None:
-        views = [_view_part(data, len(parts) > 1, PointPaths(data, paths), layers) for data in parts]
+        given: Sequence[BoundingBox | None] = boxes or [None] * len(parts)
+        views = [_view_part(data, len(parts) > 1, PointPaths(data, paths), layers, box) for data, box in zip(parts, given, strict=True)]
         return ShownRun(run=run, times=times, parts=parts, views=views)
     drawing = EngineRoomDrawing(run, governed, parts[0].drawing, parts[1].drawing)
-    governor = _view_part(parts[1], True, PointPaths(parts[1], ()), has_plane=False)
+    governor = _view_part(parts[1], True, PointPaths(parts[1], ()), box=boxes[1] if boxes else None, has_plane=False)
     return ShownRun(
         run=run, times=times, parts=parts, views=[_view_room(drawing, parts[1], times), governor], governed=governed, room=drawing
     )
 
 
 def _view_part(
-    data: FrameData, is_one_of_many: bool, paths: PointPaths, layers: Sequence[FilmLayer] = (), *, has_plane: bool = True
+    data: FrameData,
+    is_one_of_many: bool,
+    paths: PointPaths,
+    layers: Sequence[FilmLayer] = (),
+    box: BoundingBox | None = None,
+    *,
+    has_plane: bool = True,
 ) -> PageView:
-    """Return the view of one part, with paths of its points and layers of its motion."""
+    """Return the view of one part, with paths of its points and layers of its motion, in a given box or one that fits."""
     drawing = data.drawing
-    motion = MotionLayers(data, drawing.bounds, layers if shows_bodies(data) else ())
-    box = motion.enclosing_box(paths.enclosing_box(drawing.bounds))
+    motion = MotionLayers(data, box or drawing.bounds, layers if shows_bodies(data) else ())
+    box = box or motion.enclosing_box(paths.enclosing_box(drawing.bounds))
     samples = {float(time): k for k, time in enumerate(data.times)}
     traced = drawing.traced_path(data.poses)
     trails = [Trail(role="trace", places=traced)] if traced is not None else []

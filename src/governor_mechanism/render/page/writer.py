@@ -114,13 +114,13 @@ MIN_SAMPLES, MAX_SAMPLES = 60, 3000
 """Range of the number of samples; the upper bound keeps the file small."""
 
 
-def choose_sample_times(run: Trajectory, time_span: Vec2, slow_down: float) -> FloatArray:
+def choose_sample_times(run: Trajectory, time_span: Vec2, slow_down: float, least: int = MIN_SAMPLES) -> FloatArray:
     """Return the sample times (n,) s of the shown part of a run whose seconds take `slow_down` seconds of film."""
     start, stop = time_span
     duration = stop - start
     if duration <= 0.0:
         return np.array([start])
-    count = max(SAMPLE_RATE * slow_down * duration, _fastest_rotation(run) * duration / MAX_ROTATION, MIN_SAMPLES)
+    count = max(SAMPLE_RATE * slow_down * duration, _fastest_rotation(run) * duration / MAX_ROTATION, least)
     return np.linspace(start, stop, min(math.ceil(count), MAX_SAMPLES) + 1)
 
 

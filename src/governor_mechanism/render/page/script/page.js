@@ -191,10 +191,10 @@ function connectControls(page) {
     " ": player.toggle,
     ArrowRight: (event) => move(event.shiftKey ? LONG_ARROW_STEP : ARROW_STEP),
     ArrowLeft: (event) => move(event.shiftKey ? -LONG_ARROW_STEP : -ARROW_STEP),
-    Home: () => player.seek(page.data.times.start),
+    Home: () => player.seek(page.span.start),
     End: () => {
       player.pause();
-      player.seek(page.data.times.stop);
+      player.seek(page.span.stop);
     },
     "+": () => player.setSpeed(player.speedIndex + 1),
     "=": () => player.setSpeed(player.speedIndex + 1),
@@ -211,11 +211,13 @@ function connectControls(page) {
 
 /** Show what the clock says, in pictures, plots and controls. */
 function refresh(page) {
-  const { data, player } = page;
-  const place = placeOf(player.time, data.times);
+  const { player } = page;
+  page.beforeRefresh?.();
+  const place = placeOf(player.time, page.data.times);
   page.pictures.forEach((picture) => picture.update(place, player.rate()));
-  page.plots.forEach((plot) => plot.node.classList.contains("peeked") || plot.update(place));
-  const time = formatTime(player.time, data.times);
+  const placeInPlots = placeOf(player.time, page.plotTimes);
+  page.plots.forEach((plot) => plot.node.classList.contains("peeked") || plot.update(placeInPlots));
+  const time = formatTime(player.time, page.span);
   find("time").textContent = `${time} s`;
   find("scrub").value = player.time;
   find("scrub").setAttribute("aria-valuetext", `${time} seconds`);
@@ -227,11 +229,20 @@ function refresh(page) {
   find("play").classList.toggle("is-playing", player.isPlaying);
 }
 
-/** Show a run in the place of the one before; the clock stays where it is, if the run is as long. */
-function showRun(page, data) {
-  for (const id of ["stage", "plots", "more-plots", "parts"]) find(id).replaceChildren();
+/** Show the drawings of a run, or of a part of it, in the place of those before. */
+function showPictures(page, data) {
+  for (const id of ["stage", "parts"]) find(id).replaceChildren();
   page.data = data;
   page.pictures = makePictures(data);
+  page.forces = listForces(page.pictures);
+  listParts();
+  showForces(page);
+}
+
+/** Show plots in the place of those before. */
+function showPlots(page, data) {
+  for (const id of ["plots", "more-plots"]) find(id).replaceChildren();
+  page.plotTimes = data.times;
   page.plots = makePlots(data, (time, kind) => {
     const place = kind === "peek" ? placeOf(time, data.times) : null;
     page.plots.forEach((plot) => plot.peek(place));
@@ -239,16 +250,25 @@ function showRun(page, data) {
     if (kind === "seek") page.player.seek(time);
     else if (kind === "leave") refresh(page);
   });
-  page.forces = listForces(page.pictures);
-  listParts();
-  showForces(page);
-  Object.assign(find("scrub"), { min: data.times.start, max: data.times.stop, step: "any" });
+}
+
+/** Set the times between which the clock moves; it stays where it is, if that is between them. */
+function setSpan(page, start, stop) {
+  page.span = { start, stop };
+  Object.assign(find("scrub"), { min: start, max: stop, step: "any" });
   page.player.seek(page.player.time);
+}
+
+/** Show a run in the place of the one before. */
+function showRun(page, data) {
+  showPictures(page, data);
+  showPlots(page, data);
+  setSpan(page, data.times.start, data.times.stop);
 }
 
 /** Make the page. */
 function startPage() {
-  const page = { data: null, pictures: [], plots: [], forces: null, player: null };
+  const page = { data: null, span: null, plotTimes: null, pictures: [], plots: [], forces: null, player: null, goesOn: false };
   page.data = decodeData(JSON.parse(find("run-data").textContent));
   page.player = makePlayer(page, () => refresh(page));
   page.player.time = page.data.times.start;

@@ -8,7 +8,7 @@ const LONGEST_STEP = 0.1;
 /** Pause (s of film) at the end before the run begins again. */
 const END_PAUSE = 1;
 
-/** The clock of a page; it calls `onChange` whenever what is shown changes. */
+/** The clock of a page; it calls `onChange` whenever what is shown changes. At the end of a motion that goes on it waits for more. */
 function makePlayer(page, onChange) {
   const player = { time: 0, isPlaying: false, speedIndex: FIRST_SPEED };
   let last = null;
@@ -20,8 +20,8 @@ function makePlayer(page, onChange) {
     if (!player.isPlaying) return;
     const step = last === null ? 0 : Math.min((now - last) / 1000, LONGEST_STEP);
     last = now;
-    const { start, stop } = page.data.times;
-    if (player.time < stop) {
+    const { start, stop } = page.span;
+    if (player.time < stop || page.goesOn) {
       player.time = Math.min(player.time + step * player.rate(), stop);
       waited = 0;
     } else {
@@ -33,9 +33,9 @@ function makePlayer(page, onChange) {
   };
 
   player.play = () => {
-    const { start, stop } = page.data.times;
+    const { start, stop } = page.span;
     if (player.isPlaying || stop <= start) return;
-    if (player.time >= stop) player.time = start;
+    if (player.time >= stop && !page.goesOn) player.time = start;
     player.isPlaying = true;
     last = null;
     requestAnimationFrame(advance);
@@ -47,7 +47,7 @@ function makePlayer(page, onChange) {
   };
   player.toggle = () => (player.isPlaying ? player.pause() : player.play());
   player.seek = (time) => {
-    const { start, stop } = page.data.times;
+    const { start, stop } = page.span;
     player.time = Math.min(Math.max(time, start), stop);
     waited = 0;
     onChange();

@@ -7,19 +7,39 @@ function startWorkbench(page) {
   let waiting = null;
   const change = (values, isLast) => {
     const isFirst = waiting === null;
-    waiting = { action: "change", values: { ...(waiting?.values || {}), ...values }, isLast };
-    if (isLast) {
+    waiting = { action: "change", values: { ...(waiting?.values || {}), ...values }, isLast, time: page.player.time };
+    const sendWaiting = () => {
+      if (!waiting) return;
       send(waiting);
       waiting = null;
-    } else if (isFirst) {
-      requestAnimationFrame(() => {
-        if (waiting) send(waiting);
-        waiting = null;
-      });
-    }
+      motion.change();
+    };
+    if (isLast) sendWaiting();
+    else if (isFirst) requestAnimationFrame(sendWaiting);
   };
-  const panel = makePanel(change, (action) => send({ action }));
-  const grips = makeGrips(page, change);
+  const act = (action) => {
+    send({ action });
+    motion.change();
+  };
+  const panel = makePanel(change, act);
+  const motion = makeMotion(page, send, (piece) => (piece.refused ? panel.tell(piece.refused, true) : panel.showMotion(piece)));
+  const goOn = makeButton("Let it move", () => (motion.isOn ? showWholeRun() : motion.start(page.player.time)));
+  goOn.title = "the motion goes on from what is shown, and what you change acts at once";
+  panel.buttons.append(goOn);
+  const showGoing = () => {
+    goOn.textContent = motion.isOn ? "Back to the run" : "Let it move";
+  };
+  let whole = null; // the last answer with a whole run
+  let wasPlaying = false; // before only one moment was shown
+  const showWholeRun = () => {
+    motion.stop();
+    showGoing();
+    if (whole) receive(whole);
+  };
+  const grips = makeGrips(page, change, {
+    pull: () => motion.isOn && showWholeRun(),
+    letGo: () => motion.start(page.span.start),
+  });
   const saving = makeSaving(send);
   const sections = [makeValveSection(send), makeAssemblySection(send)];
   const ghost = makeGhost(page);
@@ -35,7 +55,7 @@ function startWorkbench(page) {
       const action = key === "y" || (key === "z" && event.shiftKey) ? "redo" : key === "z" ? "undo" : "";
       if (!action) return;
       event.preventDefault();
-      send({ action });
+      act(action);
     },
     true,
   );
@@ -44,22 +64,46 @@ function startWorkbench(page) {
       panel.tell(state.refused, true);
       return;
     }
+    if (state.motion) {
+      motion.hear(state.motion);
+      showGoing();
+      return;
+    }
     if (!("number" in state)) {
       for (const one of [saving, ...sections]) one.hear(state);
       return;
     }
-    const focused = document.activeElement?.dataset?.grip;
     find("stage").classList.toggle("is-past", Boolean(state.problem));
-    if (!state.problem) {
-      showRun(page, decodeData(state.data));
-      showEquilibria(state.equilibria);
-      grips.show(state, focused);
-    }
-    panel.show(state);
-    for (const one of [saving, ...sections, ghost, address]) one.show(state);
+    if (!state.problem && !motion.isOn) showState(state);
+    if (!motion.isOn) panel.show(state);
+    else panel.showQuantities(state);
+    ghost.show(state);
     showLocks(state);
-    for (const [id, facts] of Object.entries(state.facts)) showFacts(find(id), facts);
-    document.documentElement.dataset.number = state.number;
+    if (state.facts) {
+      for (const one of [saving, ...sections, address]) one.show(state);
+      whole = state;
+      if (!state.problem && motion.isOn) showEquilibria(state.equilibria);
+      for (const [id, facts] of Object.entries(state.facts)) showFacts(find(id), facts);
+      document.documentElement.dataset.number = state.number;
+    }
+    document.documentElement.dataset.picture = state.number;
+  };
+  const showState = (state) => {
+    const focused = document.activeElement?.dataset?.grip;
+    if (state.moment) {
+      // The run of the last values is not yet here: one moment of it is shown, and the clock waits.
+      wasPlaying ||= page.player.isPlaying;
+      page.player.pause();
+      showKeepingEquilibria(page, decodeData(state.moment));
+      page.pictures.forEach((picture) => picture.update({ k: 0, fraction: 0 }, page.player.rate()));
+    } else {
+      showRun(page, state.isDecoded ? state.data : decodeData(state.data));
+      state.isDecoded = true;
+      showEquilibria(state.equilibria);
+      if (wasPlaying) page.player.play();
+      wasPlaying = false;
+    }
+    grips.show(state, focused);
   };
   const link = openLink(receive, (sentence) => panel.tell(sentence, true));
 }

@@ -14,7 +14,7 @@ function makeGhost(page) {
   label.append(box, " ghost");
   label.title = "the state as it was opened, or kept, behind the present one";
   const button = makeButton("Keep as ghost", () => {
-    if (!present) return;
+    if (!present?.data) return;
     keep(present);
     attach();
   });
@@ -49,9 +49,9 @@ function makeGhost(page) {
     }
   };
   const show = (state) => {
-    if (!state.data || state.problem) return;
+    if (state.problem) return;
     present = state;
-    if (!kept) keep(state);
+    if (!kept && state.data) keep(state);
     attach();
   };
   return { node, show, attach };

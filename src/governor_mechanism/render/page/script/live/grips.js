@@ -14,7 +14,7 @@ function movedValues(grip, values, dx, dy) {
 }
 
 /** Grips on a picture. What moves only where the motion starts shows that start while it is held, and lets go at the end. */
-function makeGrips(page, onChange) {
+function makeGrips(page, onChange, motion) {
   let held = null;
   const drag = (event, isLast) => {
     const [dx, dy] = [event.clientX - held.x, event.clientY - held.y].map((one) => one / held.pixels);
@@ -25,7 +25,7 @@ function makeGrips(page, onChange) {
     window.addEventListener(kind, (event) => {
       if (!held) return;
       drag(event, true);
-      if (held.grip.starts_motion) page.player.play();
+      if (held.grip.starts_motion) motion.letGo();
       held = null;
     });
   }
@@ -35,8 +35,9 @@ function makeGrips(page, onChange) {
     const pixels = picture.getBoundingClientRect().width / picture.viewBox.baseVal.width;
     held = { grip, values, x: event.clientX, y: event.clientY, pixels };
     if (!grip.starts_motion) return;
+    motion.pull();
     page.player.pause();
-    page.player.seek(page.data.times.start);
+    page.player.seek(page.span.start);
   };
   const press = (grip, picture, values, event) => {
     const { width, height } = picture.viewBox.baseVal;

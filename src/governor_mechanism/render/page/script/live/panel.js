@@ -90,19 +90,26 @@ function makePanel(onChange, onAction) {
     }
   };
 
-  const show = (state) => {
+  const showQuantities = (state) => {
     const isNew = state.quantities.length !== rows.size || state.quantities.some((one) => rows.get(one.key)?.unit !== one.unit);
     if (isNew) build(state.quantities);
     for (const one of state.quantities) if (!rows.get(one.key).isHeld) rows.get(one.key).show(one.value);
     undo.disabled = !state.canUndo;
     redo.disabled = !state.canRedo;
     reset.disabled = !state.canUndo;
+  };
+  const show = (state) => {
+    showQuantities(state);
     tell(state.problem || state.accuracy, Boolean(state.problem));
-    showReadings(table, state.readings);
+    showReadings(table, state.readings, "At the end of the run");
+  };
+  const showMotion = (motion) => {
+    tell(motion.note || motion.problem || (motion.isOver ? motion.message : motion.accuracy), Boolean(motion.note || motion.problem));
+    showReadings(table, motion.readings, `At t = ${Number(motion.stop.toPrecision(4))} s`);
   };
   const tell = (text, isProblem) => {
     status.textContent = text;
     status.classList.toggle("is-problem", isProblem);
   };
-  return { node, show, tell };
+  return { node, buttons, show, showQuantities, showMotion, tell };
 }

@@ -1,10 +1,10 @@
 // What the answer of the server shows beside the drawing: readings, equilibria, facts.
 
-/** The readings at the end of the run, with their estimates. */
-function showReadings(table, readings) {
+/** The readings at one time, with their estimates. */
+function showReadings(table, readings, when) {
   table.replaceChildren();
   const caption = table.createCaption();
-  caption.textContent = "At the end of the run";
+  caption.textContent = when;
   for (const one of readings) {
     const row = table.insertRow();
     row.append(makeNode("th", "", one.words), makeNode("td", "", one.text));

@@ -1,0 +1,46 @@
+"""Runs as a page shows them: samples, pace, readings and accuracy in words."""
+
+import math
+from collections.abc import Sequence
+from typing import Any, Final
+
+from governor_mechanism.model.results.trajectory import Trajectory
+from governor_mechanism.render.film.timing import select_slow_down
+from governor_mechanism.render.geometry.primitives import BoundingBox, Vec2
+from governor_mechanism.render.number_format import format_closing_lines, format_name
+from governor_mechanism.render.page.views import ShownRun, show_run
+from governor_mechanism.render.page.writer import MAX_TRUE_TIME_DURATION, choose_sample_times
+from governor_mechanism.units.quantities import format_quantity
+
+MAX_LINE_LENGTH: Final = 120
+"""Largest length of the line on the accuracy."""
+
+
+def choose_pace(run: Trajectory) -> tuple[Vec2, float]:
+    """Return the limits of the time of a run, s, and how many seconds of film a second of it takes at first."""
+    limits = float(run.times[0]), float(run.times[-1])
+    return limits, select_slow_down(limits, limits, None, MAX_TRUE_TIME_DURATION)
+
+
+def show_whole_run(run: Trajectory, boxes: Sequence[BoundingBox] = ()) -> tuple[ShownRun, float]:
+    """Return what a page shows of a whole run, in given boxes or in those that fit, and its pace."""
+    limits, slow_down = choose_pace(run)
+    return show_run(run, None, limits, choose_sample_times(run, limits, slow_down), slow_down, boxes=boxes), slow_down
+
+
+def describe_outcome(run: Trajectory) -> str:
+    """Return in a line how a run ended, how accurate it is, and what was computed."""
+    lines, _ = format_closing_lines(run, MAX_LINE_LENGTH)
+    return "; ".join([*lines, f"engine {run.cost.engine}, {1e3 * run.cost.wall_time:.3g} ms"])
+
+
+def describe_readings(run: Trajectory) -> list[dict[str, Any]]:
+    """Return the readings at the end of a run, SI and in words, with the estimates of their errors."""
+    described = []
+    for name, values in run.readings.items():
+        value, unit = float(values[-1]), run.units.get(name, "")
+        if math.isfinite(value):
+            text = format_quantity(value, unit)
+            described.append({"name": name, "words": format_name(name), "unit": unit, "value": value, "text": text})
+            described[-1]["error"] = run.reading_errors.get(name)
+    return described
