@@ -12,8 +12,7 @@ import governor_mechanism as gm
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.live.describing import choose_pace, describe_readings
 from governor_mechanism.model.events import Event
-from governor_mechanism.model.results.reaction import Reaction
-from governor_mechanism.model.results.speed_fluctuation import SpeedFluctuation
+from governor_mechanism.model.results.records import Reaction, SpeedFluctuation
 from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.render.geometry.primitives import BoundingBox, enclose_boxes
