@@ -354,26 +354,16 @@ def test_a_run_needs_only_the_packages_of_its_own_engine(engine, allowed, tmp_pa
     assert not modules_loaded_by(code, tmp_path) & ({*NOT_FOR_RUNS, "pymunk"} - allowed)
 
 
-def test_the_command_run_imports_what_draws_and_what_writes_its_files(tmp_path):
+@pytest.mark.parametrize(("words", "allowed"), [("", {"matplotlib", "PIL", "numpy.ma"}), ("--no-figure", set())])
+def test_the_command_run_imports_what_draws_only_for_a_figure(words, allowed, tmp_path):
     code = (
         "from governor_mechanism.cli.main import main\n"
-        "sys.argv = ['governor-mechanism', 'run', 'porter', '--no-film', '--seconds', '0.1']\n"
+        f"sys.argv = ['governor-mechanism', 'run', 'porter', '--no-film', '--seconds', '0.1', *{words.split()}]\n"
         "try: main()\n"
         "except SystemExit as end: assert not end.code"
     )
     loaded = modules_loaded_by(code, tmp_path)
-    assert not loaded & {
-        "scipy.linalg",
-        "scipy.optimize",
-        "scipy.interpolate",
-        "numba",
-        "pymunk",
-        "pint",
-        "rich",
-        "joblib",
-        "matplotlib.pyplot",
-    }
-    assert {"matplotlib", "scipy.io"} <= loaded  # for the figure and the netCDF file
+    assert loaded & {*NOT_FOR_RUNS, "pymunk", "matplotlib.pyplot"} - {"typer"} == allowed
 
 
 def test_what_the_tests_add_to_the_path_bears_the_name_of_no_other_module(pytestconfig):
