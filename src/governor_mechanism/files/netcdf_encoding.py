@@ -1,4 +1,4 @@
-"""The classic netCDF format with 64-bit offsets, as far as a run needs it: arrays of fixed size. Its readers are those of scipy and xarray."""
+"""The classic netCDF format with 64-bit offsets, as far as a run needs it: arrays of fixed size. scipy and xarray read it."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, Final, Protocol
