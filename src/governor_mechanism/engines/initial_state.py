@@ -22,9 +22,7 @@ from governor_mechanism.model.part import EQUILIBRIUM, Spindle
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.numerics.least_squares import numerical_rank
 from governor_mechanism.numerics.once_per_object import once_per_object
-from governor_mechanism.statics.equilibria import find_equilibria
 from governor_mechanism.statics.equilibrium_speed import equilibrium_speed_squared, has_spindle_dependent_loads
-from governor_mechanism.statics.steady_state import settle
 from governor_mechanism.types import FloatArray
 from governor_mechanism.units.constants import RPM
 from governor_mechanism.units.quantities import format_quantity
@@ -111,6 +109,8 @@ def _shaft_reading(scene: Scene, plane: TurningPlane) -> str:
 
 def _find_steady_rotation(scene: Scene, position_solver: PositionSolver, plane: TurningPlane) -> Motion:
     """Return poses and velocities of the equilibrium of the whole scene, near the initial guess."""
+    from governor_mechanism.statics.steady_state import settle  # few scenes need it, and it takes time
+
     part, mechanism = scene.part_of(plane.prefix + SHAFT_NAME)[0], scene.mechanism
     values = {name: float(value) for name, value in scene.start.values.items() if value != EQUILIBRIUM}
     poses = _assemble(position_solver, values)
@@ -269,6 +269,8 @@ def _require_in_range(limit: Limit, value: float, message_start: str) -> None:
 
 def stable_equilibrium_poses(scene: Scene) -> FloatArray:
     """Return the poses of the only stable equilibrium at the first spindle speed. Raise an error if there is none or more than one."""
+    from governor_mechanism.statics.equilibria import find_equilibria  # few scenes need it, and it takes time
+
     name, depends_on_speed = scene.part.mechanism.coordinate, has_spindle_dependent_loads(scene)
     try:
         equilibria = find_equilibria(scene)
