@@ -6,7 +6,6 @@ types that the library does not know, or if a kernel keeps memory.
 """
 
 import argparse
-import copyreg
 import sys
 import time
 from collections import Counter
@@ -19,9 +18,6 @@ import governor_mechanism as gm
 from governor_mechanism.numerics.jit import Kernel
 from governor_mechanism.numerics.kernel_library import count_live_blocks
 from uses import USES
-
-# Numba's cache pickles the kernels that a kernel calls; one that was called in the library holds its machine code, which has no pickle.
-copyreg.pickle(Kernel, lambda kernel: (Kernel, (kernel.__wrapped__,)))
 
 ENGINES = ("reduced", "multibody", "impulse")
 

@@ -39,6 +39,10 @@ class Kernel:
         """Call the machine code."""
         return self._machine_code(*args)
 
+    def __getstate__(self) -> dict[str, Any]:
+        """Return what a copy needs: machine code cannot be copied, and numba copies the kernels that a kernel calls for its cache."""
+        return {name: value for name, value in self.__dict__.items() if name not in ("_machine_code", "_dispatcher")}
+
     @cached_property
     def _machine_code(self) -> Callable[..., Any]:
         """What calls the machine code: in the library, or compiled by numba."""
