@@ -1,6 +1,7 @@
 """Runs of many kinds of mechanisms, made by hand from geometry."""
 
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 
 import numpy as np
 
@@ -8,7 +9,6 @@ from governor_mechanism.effects.gravity import Gravity
 from governor_mechanism.model.curves import PolynomialCurve, SplineCurve
 from governor_mechanism.model.force_elements import Damper, Force, ForceElement, Spring, Torque, TorsionDamper, TorsionSpring
 from governor_mechanism.model.joints import (
-    GROUND,
     ArcSlot,
     CurveSlot,
     Distance,
@@ -23,30 +23,22 @@ from governor_mechanism.model.joints import (
     TranslationalDriver,
     Weld,
 )
-from governor_mechanism.model.mechanism import Body, Mechanism, SecondMoments
+from governor_mechanism.model.mechanism import Body
 from governor_mechanism.model.output_variables import BodyAngle, PointCoordinate, Reading
-from governor_mechanism.model.part import FIXED_PLANE, Part
 from governor_mechanism.model.results.outcome import Outcome
 from governor_mechanism.model.results.records import Energy
 from governor_mechanism.model.results.trajectory import Trajectory
-from governor_mechanism.model.scene import RunSettings, Scene
 from governor_mechanism.model.time_functions import InputFunction, PrescribedMotion
 from governor_mechanism.types import FloatArray
+from scene_parts import body_point, ground_point, make_mechanism, point_mass, rotating_body, scene_of
 from stub_run import FAKE_COST
 
 MachineDescription = tuple[list[Body], list[Joint], list[ForceElement], Mapping[str, FloatArray]]
 
-PLATE_MOMENTS = SecondMoments(xx=0.002, yy=0.002)
 
-
-def body_point(body: str, x: float = 0.0, y: float = 0.0) -> Point:
-    """A point on a body."""
-    return Point(body=body, x=x, y=y)
-
-
-def ground_point(x: float = 0.0, y: float = 0.0) -> Point:
-    """A point on the ground."""
-    return body_point(GROUND, x, y)
+def plate(name: str, mass: float) -> Body:
+    """A body with a moment of inertia."""
+    return rotating_body(name, mass, 0.004)
 
 
 def fake_machine_run(name: str, duration: float = 2.0, count: int = 201, *, readings: int = 1, title: str | None = None) -> Trajectory:
@@ -57,22 +49,10 @@ def fake_machine_run(name: str, duration: float = 2.0, count: int = 201, *, read
     velocities = np.gradient(poses, times, axis=0, edge_order=2)
     angles = [BodyAngle(name=f"turn_of_{body.name}", quantity="angle", body=body.name) for body in bodies]
     wanted: list[Reading] = [*angles, *TRACED_READINGS.get(name, ())]
-    mechanism = Mechanism(
-        bodies=tuple(bodies),
-        joints=tuple(joints),
-        readings=tuple(wanted),
-        coordinate=wanted[0].name,
-        length_scale=0.3,
-        initial_guess=tuple(map(tuple, poses[0].tolist())),
-        force_elements=tuple(loads),
-    )
+    mechanism = make_mechanism(bodies, joints, wanted, list(map(tuple, poses[0].tolist())), loads=loads, size=0.3)
     values = {f"reading_{k}_of_the_machine": (k + 1) * np.sin(5 * times / duration + k) for k in range(readings)}
-    part = Part(name="part", machine="custom", dimensions={}, mechanism=mechanism, plane=FIXED_PLANE, effects=(Gravity(),))
-    scene = Scene(
-        title=name.capitalize() if title is None else title,
-        parts=(part,),
-        run=RunSettings(duration=duration, output_interval=duration / (count - 1)),
-    )
+    made = scene_of(mechanism, Gravity(), duration=duration, output_interval=duration / (count - 1))
+    scene = replace(made, title=name.capitalize() if title is None else title)
     zero = np.zeros(count)
     return Trajectory(
         scene=scene,
@@ -97,11 +77,7 @@ def slider_crank(phase: FloatArray) -> MachineDescription:
     pin = crank * np.cos(angle), crank * np.sin(angle)
     lean = -np.arcsin(pin[1] / rod)
     piston = pin[0] + rod * np.cos(lean)
-    bodies = [
-        Body(name="crank", mass=1.0, second_moments=PLATE_MOMENTS),
-        Body(name="rod", mass=1.0, second_moments=PLATE_MOMENTS),
-        Body(name="piston", mass=2.0, can_rotate=False),
-    ]
+    bodies = [plate("crank", 1.0), plate("rod", 1.0), point_mass("piston", 2.0)]
     joints: list[Joint] = [
         Pin(name="main", first=ground_point(), second=body_point("crank", -crank / 2)),
         Pin(name="crank pin", first=body_point("crank", crank / 2), second=body_point("rod", -rod / 2)),
@@ -130,7 +106,7 @@ def four_bar(phase: FloatArray) -> MachineDescription:
     turn = lean + rise
     top = x + coupler * np.cos(turn), y + coupler * np.sin(turn)
     back = np.arctan2(top[1], top[0] - base)
-    bodies = [Body(name=name, mass=1.0, second_moments=PLATE_MOMENTS) for name in ("crank", "coupler", "rocker")]
+    bodies = [plate(name, 1.0) for name in ("crank", "coupler", "rocker")]
     centre = (0.12, 0.03)
     joints: list[Joint] = [
         Pin(name="a", first=ground_point(), second=body_point("crank", -crank / 2)),
@@ -157,7 +133,7 @@ def four_bar(phase: FloatArray) -> MachineDescription:
 
 
 def two_gears(phase: FloatArray) -> MachineDescription:
-    bodies = [Body(name=name, mass=1.0, second_moments=PLATE_MOMENTS) for name in ("wheel", "pinion", "arm")]
+    bodies = [plate(name, 1.0) for name in ("wheel", "pinion", "arm")]
     joints: list[Joint] = [
         Pin(name="a", first=ground_point(), second=body_point("wheel")),
         Pin(name="b", first=ground_point(0.24), second=body_point("pinion")),
@@ -175,7 +151,7 @@ def two_gears(phase: FloatArray) -> MachineDescription:
 
 
 def inside_gear(phase: FloatArray) -> MachineDescription:
-    bodies = [Body(name=name, mass=1.0, second_moments=PLATE_MOMENTS) for name in ("ring", "pinion")]
+    bodies = [plate(name, 1.0) for name in ("ring", "pinion")]
     joints: list[Joint] = [
         Pin(name="a", first=ground_point(), second=body_point("ring")),
         Pin(name="b", first=ground_point(0.1, 0.1), second=body_point("pinion")),
@@ -187,7 +163,7 @@ def inside_gear(phase: FloatArray) -> MachineDescription:
 def rack(phase: FloatArray) -> MachineDescription:
     radius = 0.1
     angle = 1.2 * np.sin(phase)
-    bodies = [Body(name="pinion", mass=1.0, second_moments=PLATE_MOMENTS), Body(name="rack", mass=1.0, can_rotate=False)]
+    bodies = [plate("pinion", 1.0), point_mass("rack", 1.0)]
     joints: list[Joint] = [
         Pin(name="a", first=ground_point(), second=body_point("pinion")),
         Prismatic(name="guide", first=ground_point(0.0, -radius), second=body_point("rack"), angle=0.0),
@@ -198,7 +174,7 @@ def rack(phase: FloatArray) -> MachineDescription:
 
 def bead(phase: FloatArray) -> MachineDescription:
     x = 0.15 * np.sin(phase)
-    bodies = [Body(name="bead", mass=0.2, can_rotate=False)]
+    bodies = [point_mass("bead", 0.2)]
     joints: list[Joint] = [
         CurveSlot(name="wire", first=ground_point(), second=body_point("bead"), curve=PolynomialCurve(coefficients=(0.0, 0.0, 4.0)))
     ]
@@ -210,7 +186,7 @@ def cam(phase: FloatArray) -> MachineDescription:
     from scipy.interpolate import CubicSpline
 
     way = 0.15 * np.sin(phase)
-    bodies = [Body(name="cam", mass=1.0, can_rotate=False), Body(name="follower", mass=1.0, can_rotate=False)]
+    bodies = [point_mass("cam", 1.0), point_mass("follower", 1.0)]
     joints: list[Joint] = [
         Prismatic(name="bed", first=ground_point(0.0, -0.12), second=body_point("cam", 0.0, -0.12), angle=0.0),
         TranslationalDriver(
@@ -231,14 +207,14 @@ def arc(phase: FloatArray) -> MachineDescription:
     angle = -np.pi / 2 + 0.6 * np.sin(phase)
     x, y = 0.2 * np.cos(angle), 0.2 * np.sin(angle)
     lean = 0.5 * np.sin(phase + 1)
-    bodies = [Body(name="pendulum", mass=1.0, second_moments=PLATE_MOMENTS)]
+    bodies = [plate("pendulum", 1.0)]
     joints: list[Joint] = [ArcSlot(name="slot", first=ground_point(), second=body_point("pendulum", 0.0, 0.15), radius=0.2)]
     return bodies, joints, [], {"pendulum": (x + 0.15 * np.sin(lean), y - 0.15 * np.cos(lean), lean)}
 
 
 def hung_mass(phase: FloatArray) -> MachineDescription:
     y = -0.35 + 0.08 * np.sin(phase)
-    bodies = [Body(name="mass", mass=1.0, can_rotate=False), Body(name="below", mass=1.0)]
+    bodies = [point_mass("mass", 1.0), Body(name="below", mass=1.0)]
     joints: list[Joint] = [Slider(name="guide", first=ground_point(), second=body_point("mass"), angle=np.pi / 2)]
     loads: list[ForceElement] = [
         Spring(name="spring", first=ground_point(), second=body_point("mass"), stiffness=100.0),
@@ -251,11 +227,7 @@ def hung_mass(phase: FloatArray) -> MachineDescription:
 def quick_return(phase: FloatArray) -> MachineDescription:
     x, y = 0.08 * np.cos(phase), 0.2 + 0.08 * np.sin(phase)
     lean = np.arctan2(y, x)
-    bodies = [
-        Body(name="crank", mass=1.0, second_moments=PLATE_MOMENTS),
-        Body(name="lever", mass=1.0, second_moments=PLATE_MOMENTS),
-        Body(name="bob", mass=2.0, can_rotate=False),
-    ]
+    bodies = [plate("crank", 1.0), plate("lever", 1.0), point_mass("bob", 2.0)]
     joints: list[Joint] = [
         Pin(name="a", first=ground_point(0.0, 0.2), second=body_point("crank", -0.04)),
         Pin(name="o", first=ground_point(), second=body_point("lever", -0.2)),
