@@ -11,11 +11,11 @@ import time
 from pathlib import Path
 
 import pytest
-from typer.testing import CliRunner
 
 import governor_mechanism
+from command_line import invoke as call
 from governor_mechanism.cli.console import InterruptHandler
-from governor_mechanism.cli.main import app, main
+from governor_mechanism.cli.main import main
 from governor_mechanism.files.results import format_run
 from governor_mechanism.scenes.library import shipped_scenes
 
@@ -30,10 +30,6 @@ workers.TRIAL_TIME = workers.PROCESS_START_TIME = 0.0
 main()""",
 ]
 """The command, which here starts processes for a sweep even where they do not pay."""
-
-
-def call(*words: str):
-    return CliRunner().invoke(app, list(words))
 
 
 def call_main(monkeypatch, capfd, *words: str) -> tuple[int, str, str]:

@@ -1,17 +1,15 @@
 """The command `compare` as a person uses it."""
 
 import json
+from functools import partial
 from pathlib import Path
 
 import pytest
 from PIL import Image
-from typer.testing import CliRunner
 
-from governor_mechanism.cli.main import app
+from command_line import invoke
 
-
-def call(*words: str):
-    return CliRunner().invoke(app, ["compare", *words])
+call = partial(invoke, "compare")
 
 
 @pytest.mark.long

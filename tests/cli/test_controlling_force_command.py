@@ -5,14 +5,9 @@ import math
 
 import numpy as np
 import pytest
-from typer.testing import CliRunner
 
 import governor_mechanism as gm
-from governor_mechanism.cli.main import app
-
-
-def call(*words: str):
-    return CliRunner().invoke(app, list(words))
+from command_line import invoke as call
 
 
 @pytest.mark.long

@@ -1,14 +1,14 @@
 """The command `crosscheck` with a kernel of the user: what it prints, what it writes, how it ends."""
 
 import json
+from functools import partial
 from pathlib import Path
 from xml.etree import ElementTree
 
 import pytest
 from PIL import Image
-from typer.testing import CliRunner
 
-from governor_mechanism.cli.main import app
+from command_line import invoke
 
 KERNELS = """
 import math
@@ -37,8 +37,7 @@ def kernels(tmp_path: Path) -> Path:
     return path
 
 
-def call(*words: object):
-    return CliRunner().invoke(app, ["crosscheck", *map(str, words)])
+call = partial(invoke, "crosscheck")
 
 
 def test_a_right_kernel_ends_with_0_and_writes_record_figure_and_junit(kernels: Path, tmp_path: Path):

@@ -1,17 +1,15 @@
 """The command `design` as a person uses it."""
 
 import json
+from functools import partial
 from pathlib import Path
 
 import pytest
-from typer.testing import CliRunner
 
 import governor_mechanism as gm
-from governor_mechanism.cli.main import app
+from command_line import invoke
 
-
-def call(*words: str):
-    return CliRunner().invoke(app, ["design", *words])
+call = partial(invoke, "design")
 
 
 def test_the_papers_governor_is_designed_with_what_is_not_right_marked(tmp_path: Path) -> None:

@@ -3,10 +3,9 @@
 import re
 
 import pytest
-from typer.testing import CliRunner
 
 import governor_mechanism as gm
-from governor_mechanism.cli.main import app
+from command_line import invoke
 from governor_mechanism.cli.options import COMMAND_WORDS, FILM_PARAMETERS, gather_film_options, in_command_words
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.model.results.film_options import PYTHON_WORDS, FilmLayout, FilmOptionError, FilmOptions, FilmView
@@ -41,7 +40,7 @@ def test_one_theme_is_for_figures_and_films():
 
 
 def test_a_time_in_another_unit_is_refused(tmp_path):
-    result = CliRunner().invoke(app, ["run", "porter", "--out", str(tmp_path), "--start", "2 mm"])
+    result = invoke("run", "porter", "--out", str(tmp_path), "--start", "2 mm")
     assert result.exit_code == 2
     assert '--start is a time; "2 mm" is a length' in " ".join(result.output.split())
 
@@ -81,7 +80,7 @@ def test_a_time_in_another_unit_is_refused(tmp_path):
 )
 def test_what_a_film_does_not_take_is_refused_before_the_simulation(options, message, monkeypatch, tmp_path):
     monkeypatch.setattr(gm, "run", lambda *arguments, **named: pytest.fail("simulated"))
-    result = CliRunner().invoke(app, ["run", "porter", "--out", str(tmp_path), *options])
+    result = invoke("run", "porter", "--out", str(tmp_path), *options)
     assert result.exit_code == 2
     assert re.search(message, " ".join(result.output.split()))
 
@@ -97,7 +96,7 @@ def test_what_a_film_does_not_take_is_refused_before_the_simulation(options, mes
 )
 def test_what_a_scene_does_not_show_is_refused_before_the_simulation(scene, options, message, monkeypatch, tmp_path):
     monkeypatch.setattr(gm, "run", lambda *arguments, **named: pytest.fail("simulated"))
-    result = CliRunner().invoke(app, ["run", scene, "--out", str(tmp_path), *options])
+    result = invoke("run", scene, "--out", str(tmp_path), *options)
     assert result.exit_code == 2
     assert re.search(message, " ".join(result.output.split()))
 
@@ -105,7 +104,7 @@ def test_what_a_scene_does_not_show_is_refused_before_the_simulation(scene, opti
 @pytest.mark.parametrize(("options", "message"), [(["--readings", "arm_angel"], "'arm_angle'"), (["--start", "20 s"], "within the run")])
 def test_a_comparison_refuses_what_its_film_does_not_take_before_the_simulation(options, message, monkeypatch, tmp_path):
     monkeypatch.setattr(gm, "compare", lambda *arguments, **named: pytest.fail("simulated"))
-    result = CliRunner().invoke(app, ["compare", "porter", "watt", "--out", str(tmp_path), *options])
+    result = invoke("compare", "porter", "watt", "--out", str(tmp_path), *options)
     assert result.exit_code == 2
     assert re.search(message, " ".join(result.output.split()))
 
@@ -115,7 +114,7 @@ def test_every_option_of_a_film_stands_for_one_of_the_command(command):
     """A name in a message that the command line does not know would be one that its user cannot type."""
     assert COMMAND_WORDS.keys() == PYTHON_WORDS.keys()
     words = {COMMAND_WORDS[name] for name in PYTHON_WORDS if name != "use_gif"}
-    help_text = CliRunner().invoke(app, [command, "--help"], terminal_width=300).output
+    help_text = invoke(command, "--help", terminal_width=300).output
     assert words <= set(re.findall(r"--[a-z][a-z-]*", help_text))
 
 
@@ -130,7 +129,7 @@ def test_the_film_of_one_part_of_a_scene_is_chosen():
 
 
 def test_a_refused_film_leaves_no_folder(tmp_path):
-    result = CliRunner().invoke(app, ["run", "slider_crank", "--view", "both", "--out", str(tmp_path / "out")])
+    result = invoke("run", "slider_crank", "--view", "both", "--out", str(tmp_path / "out"))
     assert result.exit_code == 2
     assert not list(tmp_path.iterdir())
 

@@ -7,16 +7,12 @@ from typing import Any
 
 import pytest
 import typer.main
-from typer.testing import CliRunner
 
 import governor_mechanism as gm
+from command_line import invoke as call
 from governor_mechanism.cli.compare import split_changes
 from governor_mechanism.cli.main import app, main
 from governor_mechanism.errors import MechanismError
-
-
-def call(*words: str):
-    return CliRunner().invoke(app, list(words))
 
 
 @pytest.fixture(autouse=True)

@@ -7,20 +7,15 @@ from pathlib import Path
 
 import pytest
 from PIL import Image
-from typer.testing import CliRunner
 
 import governor_mechanism as gm
-from governor_mechanism.cli.main import app
+from command_line import invoke as call
 from governor_mechanism.cli.options import TEMPLATES, complete_machine, complete_scene, load_changed, parse_changes, parse_film_size
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.files.results import count_events
 from governor_mechanism.model.events import Event, EventKind
 from governor_mechanism.scenes.json_schema import scene_schema
 from governor_mechanism.scenes.template import TEMPLATE_NAMES, scene_template
-
-
-def call(*words: str):
-    return CliRunner().invoke(app, list(words))
 
 
 def test_values_of_set_are_written_as_in_a_scene_file():
@@ -169,5 +164,5 @@ def test_the_shell_completes_scenes_files_and_machines(tmp_path, monkeypatch):
 
 def test_the_command_answers_the_shell(monkeypatch):
     settings = {"_GOVERNOR_MECHANISM_COMPLETE": "complete_bash", "COMP_WORDS": "governor-mechanism run porter_c", "COMP_CWORD": "2"}
-    result = CliRunner().invoke(app, [], prog_name="governor-mechanism", env=os.environ | settings)
+    result = call(prog_name="governor-mechanism", env=os.environ | settings)
     assert result.stdout.split() == ["porter_clearance", "porter_cyclic", "porter_cyclic_damped"]

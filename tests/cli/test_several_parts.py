@@ -11,11 +11,10 @@ import numpy as np
 import pytest
 from PIL import Image
 from scipy.io import netcdf_file
-from typer.testing import CliRunner
 
 import governor_mechanism as gm
+from command_line import invoke as call
 from coupled_scenes import coupled_scene, discs_part, engine_part, porter_part
-from governor_mechanism.cli.main import app
 from governor_mechanism.effects.centrifugal import Centrifugal
 from governor_mechanism.effects.dry_friction import DryFriction
 from governor_mechanism.model.coupling.couplings import ControlCoupling, GearCoupling
@@ -40,10 +39,6 @@ def scene(tmp_path_factory):
     path = tmp_path_factory.mktemp("scene") / "engine.toml"
     path.write_text(text, encoding="utf-8")
     return str(path)
-
-
-def call(*words):
-    return CliRunner().invoke(app, list(words))
 
 
 @pytest.mark.long

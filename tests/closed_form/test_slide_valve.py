@@ -14,6 +14,7 @@ from governor_mechanism.closed_form import slide_valve as closed
 from governor_mechanism.closed_form.slide_valve import VALVE_EVENTS, Eccentric
 from governor_mechanism.closed_form.slider_crank import CrankTrain, travel_from_outer_dead_centre
 from governor_mechanism.errors import MechanismError
+from printed_numbers import half_unit_of_last_digit
 from reference import marks
 
 LAPS = {"outside_lap": marks.OUTSIDE_LAP, "inside_lap": marks.INSIDE_LAP}
@@ -41,7 +42,7 @@ def error_by(curve: Callable[..., Any], eccentric: Eccentric, angle: Any) -> Any
 
 def is_printed(value: float, printed: float, digits: int = 12) -> None:
     """The value rounds to the printed one, zeros to the rounding of metres and radians."""
-    assert abs(value - printed) <= max(marks.half_unit_of_last_digit(printed, digits), 1e-16), (value, printed)
+    assert abs(value - printed) <= max(half_unit_of_last_digit(printed, digits), 1e-16), (value, printed)
 
 
 def stroke(train: CrankTrain, angle: float, end: str) -> float:
@@ -59,13 +60,13 @@ def test_the_events_are_met_to_the_printed_digits(ratio: int, row: tuple[object,
     for angle, printed in zip(angles, (theory, exact), strict=True):
         is_printed(math.degrees(angle), printed)
     # the shift cancels from some 360 deg to as little as 0.09: four digits of double precision
-    assert abs(math.degrees(angles[1] - angles[0]) - shift) <= marks.half_unit_of_last_digit(shift) + 2e-13
+    assert abs(math.degrees(angles[1] - angles[0]) - shift) <= half_unit_of_last_digit(shift) + 2e-13
     finite, infinite = (CrankTrain(crank=marks.CRANK, rod=rod) for rod in (marks.CONNECTING_ROD, math.inf))
     end = name.split()[0]
     cases = [(infinite, angles[0]), (infinite, angles[1]), (finite, angles[0]), (finite, angles[1])]
     for (train, angle), printed in zip(cases, strokes, strict=True):
         # 1 less a part that is nearly 1: 1e-16 of rounding on top of the printed digits
-        assert abs(stroke(train, angle, end) - printed) <= marks.half_unit_of_last_digit(printed) + 2e-16
+        assert abs(stroke(train, angle, end) - printed) <= half_unit_of_last_digit(printed) + 2e-16
 
 
 @pytest.mark.parametrize("ratio", RATIOS)
@@ -79,7 +80,7 @@ def test_the_sizes_of_the_error_are_met(ratio: int) -> None:
     for law, name in ((closed.parabola_error, "binomial_extremes"), (closed.hyperbola_error, "exact_extremes")):
         for value, printed in zip(error_by(law, eccentric, extremes), sizes[name], strict=True):
             # differences of lengths near l: 1e-16 of rounding
-            assert abs(value - printed) <= marks.half_unit_of_last_digit(printed) + 4e-16 * ratio
+            assert abs(value - printed) <= half_unit_of_last_digit(printed) + 4e-16 * ratio
     dead = np.array([math.pi / 2, 3 * math.pi / 2]) - eccentric.advance
     for value, printed in zip(closed.valve_displacement(eccentric, crank_angle=dead), sizes["displacements"], strict=True):
         is_printed(value, printed)
@@ -107,7 +108,7 @@ def test_the_error_table_is_met(row: tuple[float, ...]) -> None:
         row[3:],
         strict=True,
     ):
-        assert abs(value - printed) <= marks.half_unit_of_last_digit(printed) + 1e-16
+        assert abs(value - printed) <= half_unit_of_last_digit(printed) + 1e-16
 
 
 @pytest.mark.parametrize("row", marks.ECCENTRIC_MOTION, ids=lambda row: f"{row[0]}deg")
@@ -115,8 +116,8 @@ def test_the_motion_of_the_eccentric_is_met(row: tuple[float, ...]) -> None:
     eccentric, moving = of_ratio(4), {"crank_angle": math.radians(row[0]), "crank_rate": 10.0}
     is_printed(closed.valve_distance(eccentric, crank_angle=moving["crank_angle"]), row[1])
     # speeds and accelerations pass through zero: 1e-15 of their size, r W and r W^2
-    assert abs(closed.valve_velocity(eccentric, **moving) - row[2]) <= marks.half_unit_of_last_digit(row[2]) + 1e-15
-    assert abs(closed.valve_acceleration(eccentric, **moving) - row[3]) <= marks.half_unit_of_last_digit(row[3]) + 2e-14
+    assert abs(closed.valve_velocity(eccentric, **moving) - row[2]) <= half_unit_of_last_digit(row[2]) + 1e-15
+    assert abs(closed.valve_acceleration(eccentric, **moving) - row[3]) <= half_unit_of_last_digit(row[3]) + 2e-14
 
 
 @given(eccentrics, st.floats(0.0, math.tau))

@@ -11,6 +11,7 @@ from numpy.testing import assert_allclose
 from governor_mechanism.closed_form import slider_crank as closed
 from governor_mechanism.closed_form.slider_crank import CrankTrain
 from governor_mechanism.errors import MechanismError
+from printed_numbers import half_unit_of_last_digit
 from reference import marks
 
 TRAIN = CrankTrain(crank=marks.CRANK, rod=marks.CONNECTING_ROD)
@@ -40,7 +41,7 @@ trains = st.builds(
 
 def is_printed(value: float, printed: float, room: float) -> None:
     """The value rounds to the printed one, and `room` of rounding."""
-    assert abs(value - printed) <= marks.half_unit_of_last_digit(printed) + room, (value, printed)
+    assert abs(value - printed) <= half_unit_of_last_digit(printed) + room, (value, printed)
 
 
 @pytest.mark.parametrize("row", marks.SLIDER_CRANK_MOTION, ids=lambda row: f"{row[0]}deg")

@@ -5,11 +5,10 @@ import tomllib
 from pathlib import Path
 
 import pytest
-from typer.testing import CliRunner
 
 import governor_mechanism as gm
+from command_line import invoke
 from documentation_pages import PAGES, ROOT, check_options, commands, named_scenes, snippets, snippets_of
-from governor_mechanism.cli.main import app
 from governor_mechanism.model.joints import Gear
 from governor_mechanism.scenes.library import catalogue_scenes, shipped_scenes
 from governor_mechanism.scenes.parser import parse_scene_document
@@ -64,7 +63,7 @@ def test_commands_run(page, tmp_path, monkeypatch):
             arguments.append("--no-film")
         if command in ("run", "compare", "equilibria", "crosscheck", "design") and not {"--format", "--no-figure"} & set(rest):
             arguments.append("--no-figure")
-        result = CliRunner().invoke(app, arguments)
+        result = invoke(*arguments)
         assert result.exit_code == 0, f"{' '.join(arguments)}: {result.output}"
         if target:
             Path(target).write_text(named_scenes(page).get(target, result.stdout), encoding="utf-8")

@@ -10,11 +10,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from typer.testing import CliRunner
 
 import governor_mechanism as gm
+from command_line import invoke
 from documentation_pages import ROOT, check_options
-from governor_mechanism.cli.main import app
 from governor_mechanism.cli.studies import PaperChoice
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.papers.errata.drawings import DRAWINGS, draw_erratum
@@ -297,7 +296,7 @@ def test_errata_are_a_result_like_others(tmp_path):
 
 def test_the_command_takes_the_papers_of_the_study(tmp_path):
     assert [choice.value for choice in PaperChoice] == [paper.value for paper in Paper]
-    answer = CliRunner().invoke(app, ["errata", "--paper", "marks", "--no-figure", "--out", str(tmp_path), "--json"])
+    answer = invoke("errata", "--paper", "marks", "--no-figure", "--out", str(tmp_path), "--json")
     assert answer.exit_code == 0
     assert [one["name"] for one in json.loads(answer.stdout)["errata"]] == [one.name for one in gm.errata("marks")]
     assert not list(tmp_path.iterdir())

@@ -12,7 +12,8 @@ from governor_mechanism.effects.dashpot import Dashpot
 from governor_mechanism.model.part import Spindle, Start
 from governor_mechanism.model.scene import RunSettings
 from governor_mechanism.scenes.library import shipped_scenes
-from reference.zehnder import CYCLIC_MOTION, FOLD_JUMP, FRICTION_BAND, PORTER_MASSIVE_RODS, half_unit_of_last_digit
+from printed_numbers import half_unit_of_last_digit
+from reference.zehnder import CYCLIC_MOTION, FOLD_JUMP, FRICTION_BAND, PORTER_MASSIVE_RODS
 
 MODELS = (
     "porter_dry_friction",

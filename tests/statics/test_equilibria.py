@@ -7,10 +7,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.optimize import brentq
-from typer.testing import CliRunner
 
 import governor_mechanism as gm
-from governor_mechanism.cli.main import app
+from command_line import invoke
 from governor_mechanism.mechanics.kinematics import continuation as walking
 from governor_mechanism.mechanics.kinematics import range_of_motion as travels
 from governor_mechanism.statics.speed_curve import equilibrium_speed_at
@@ -272,7 +271,7 @@ def test_one_question_follows_a_motion_once(monkeypatch):
 def command(*words, document, tmp_path):
     path = tmp_path / "scene.toml"
     path.write_text(scene(document).to_toml())
-    return CliRunner().invoke(app, ["equilibria", str(path), "--out", str(tmp_path), *words])
+    return invoke("equilibria", str(path), "--out", str(tmp_path), *words)
 
 
 def test_a_curve_that_is_held_nowhere_is_drawn(tmp_path):

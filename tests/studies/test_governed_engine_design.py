@@ -4,14 +4,14 @@ import json
 import math
 import re
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 import pytest
-from typer.testing import CliRunner
 
 import governor_mechanism as gm
-from governor_mechanism.cli.main import app
+from command_line import invoke
 from governor_mechanism.closed_form.governed_engine import pendulum_coefficients
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.scenes.changed_document import replace_document_value
@@ -28,8 +28,7 @@ VARIANTS = {
 }
 
 
-def call(*words: str):
-    return CliRunner().invoke(app, ["design", *words])
+call = partial(invoke, "design")
 
 
 def spindle_speed(governor, arm_angle):

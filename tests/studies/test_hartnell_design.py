@@ -5,10 +5,9 @@ import math
 
 import numpy as np
 import pytest
-from typer.testing import CliRunner
 
 import governor_mechanism as gm
-from governor_mechanism.cli.main import app
+from command_line import invoke
 from governor_mechanism.scenes.parser import read_scene_file
 from governor_mechanism.studies.design.simulated import simulate_hartnell
 from governor_mechanism.units.constants import RPM
@@ -94,7 +93,7 @@ def test_the_spring_ratio_of_the_refusal_is_where_its_rate_vanishes():
 
 def test_the_command_writes_a_scene_that_runs_and_a_figure(tmp_path):
     arguments = ["design", "hartnell", "--ball-mass", "3 kg", "--with", "lift=10 mm", "--out", str(tmp_path), "--json"]
-    result = CliRunner().invoke(app, arguments)
+    result = invoke(*arguments)
     assert result.exit_code == 0, result.output
     values = json.loads(result.stdout)
     assert values["machine"] == "hartnell"

@@ -21,15 +21,10 @@ from governor_mechanism.studies.design.hartung import (
 )
 from governor_mechanism.studies.design.skeleton import Cause
 from governor_mechanism.units.constants import KILOGRAM_FORCE_1853, TECHNICAL_ATMOSPHERE
+from printed_numbers import is_printed
 from reference import hartung
-from reference.zehnder import half_unit_of_last_digit
 
 FOUND = {step.quantity: step for step in compare_with_paper().numbers}
-
-
-def is_printed(value: float, printed: float, digits: int = 12) -> None:
-    """The value rounds to the printed one: tolerance half a unit of the last printed digit."""
-    assert abs(value - printed) <= half_unit_of_last_digit(printed, digits), (value, printed)
 
 
 @pytest.mark.parametrize(

@@ -7,10 +7,9 @@ import math
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
-from typer.testing import CliRunner
 
 import governor_mechanism as gm
-from governor_mechanism.cli.main import app
+from command_line import invoke
 from governor_mechanism.engines import ImpulseEngine, MultibodyEngine, ReducedEngine
 from governor_mechanism.errors import MechanismError
 
@@ -345,7 +344,7 @@ def test_a_saved_run_with_kinematic_readings_opens_again(tmp_path):
 
 
 def test_the_command_prints_facts_and_writes_table_record_and_figure(tmp_path):
-    result = CliRunner().invoke(app, ["kinematics", "slider_crank_torque", "--rate", "60 rpm", "--out", str(tmp_path)])
+    result = invoke("kinematics", "slider_crank_torque", "--rate", "60 rpm", "--out", str(tmp_path))
     assert result.exit_code == 0, result.output
     for words in (
         "361 positions over crank_angle, 0 deg to 360 deg; driven at 6.28319 rad/s",

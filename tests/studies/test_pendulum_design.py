@@ -2,13 +2,13 @@
 
 import json
 import math
+from functools import partial
 from pathlib import Path
 
 import pytest
-from typer.testing import CliRunner
 
 import governor_mechanism as gm
-from governor_mechanism.cli.main import app
+from command_line import invoke
 from governor_mechanism.closed_form import pendulum
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.studies.design.simulated import simulate_pendulum
@@ -25,8 +25,7 @@ VARIANTS = {
 }
 
 
-def call(*words: str):
-    return CliRunner().invoke(app, ["design", "pendulum", *words])
+call = partial(invoke, "design", "pendulum")
 
 
 def step_values(design):

@@ -14,7 +14,8 @@ from governor_mechanism.effects.dry_friction import DryFriction
 from governor_mechanism.render.figures.regulation import clearance_figure, cyclic_figure, fold_jump_figure, settling_figure
 from governor_mechanism.studies.regulation.cyclic_irregularity import study_clearance, study_cyclic_motion
 from governor_mechanism.studies.regulation.speed_changes import SettlingStudy, study_fold_jump, study_settling
-from reference.zehnder import CYCLIC_MOTION, FOLD_JUMP, SLOW_FOLD_JUMP, half_unit_of_last_digit
+from printed_numbers import half_unit_of_last_digit
+from reference.zehnder import CYCLIC_MOTION, FOLD_JUMP, SLOW_FOLD_JUMP
 
 
 def by_lagrange(rate, start, angle, way):

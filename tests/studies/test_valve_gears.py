@@ -6,11 +6,10 @@ from functools import cache
 
 import numpy as np
 import pytest
-from typer.testing import CliRunner
 
 import governor_mechanism as gm
 from closure_solver import ClosureEquations, si
-from governor_mechanism.cli.main import app
+from command_line import invoke
 from governor_mechanism.observables.valve_motion import valve_motion_of
 from governor_mechanism.render.figures.plates.reversed_gear import valve_gears_figure
 from governor_mechanism.scenes.library import shipped_scenes
@@ -110,7 +109,7 @@ def test_the_figure_shows_every_gear_in_both_directions():
 
 
 def test_the_command_writes_figure_and_record(tmp_path):
-    result = CliRunner().invoke(app, ["valve-gears", "gooch", "joy", "--count", "3", "--json", "--out", str(tmp_path)])
+    result = invoke("valve-gears", "gooch", "joy", "--count", "3", "--json", "--out", str(tmp_path))
     assert result.exit_code == 0, result.output
     gears = json.loads(result.stdout)["gears"]
     assert [len(one["positions"]) for one in gears] == [3, 3]

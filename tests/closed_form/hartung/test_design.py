@@ -11,19 +11,14 @@ from hypothesis import strategies as st
 from governor_mechanism.closed_form import hartung as closed
 from governor_mechanism.closed_form import hartung_design
 from governor_mechanism.errors import MechanismError
+from printed_numbers import is_printed
 from reference import hartung
-from reference.zehnder import half_unit_of_last_digit
 
 KGF = hartung.GRAVITY
 SPRING = hartung.SPRING
 # The printed inputs of the spring: kgf, cm, cm.
 WIRE, COIL, SHEAR = 0.012, 0.08, 750_000 * KGF * 1e4
 RATE = hartung.SPRING_RATE
-
-
-def is_printed(value: Any, printed: float, digits: int = 12) -> None:
-    """The value rounds to the printed one: tolerance half a unit of the last printed digit."""
-    assert abs(float(value) - printed) <= half_unit_of_last_digit(printed, digits), (value, printed)
 
 
 def test_the_angle_follows_from_the_printed_forces() -> None:

@@ -14,16 +14,11 @@ from governor_mechanism.closed_form import hartung as closed
 from governor_mechanism.closed_form.hartung import HartungGovernor
 from governor_mechanism.errors import MechanismError
 from hartung_scenes import sleeve_height_at
+from printed_numbers import is_printed
 from reference import hartung
-from reference.zehnder import half_unit_of_last_digit
 
 PAPERS = HartungGovernor(**hartung.GOVERNOR)
 HUNG = HartungGovernor(**hartung.GOVERNOR, hanger=hartung.HANGER_LENGTH)
-
-
-def is_printed(value: float, printed: float, digits: int = 12) -> None:
-    """The value rounds to the printed one: tolerance half a unit of the last printed digit."""
-    assert abs(value - printed) <= half_unit_of_last_digit(printed, digits), (value, printed)
 
 
 def spring_force(governor: HartungGovernor, angle: float) -> float:

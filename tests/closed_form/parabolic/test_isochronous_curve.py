@@ -15,6 +15,7 @@ from governor_mechanism.closed_form import parabolic as isochronous
 from governor_mechanism.closed_form import pendulum
 from governor_mechanism.closed_form.pendulum import PendulumGovernor
 from governor_mechanism.errors import MechanismError
+from printed_numbers import half_unit_of_last_digit, is_printed
 from reference import zehnder
 
 DESIGN = zehnder.DESIGN
@@ -24,11 +25,6 @@ PARAMETER = isochronous.double_parameter(spindle_speed=SPEEDS[0], mass_ratio=RAT
 START = (1000 * math.sqrt(1 + RATIO) / DESIGN["speeds_rpm"][0] - 1) / 100  # Zehnder's rule, in cm and rpm
 START_ANGLE = math.atan(2 * START / PARAMETER)
 RADIUS = isochronous.radius_of_curvature(abscissa=START, double_parameter=PARAMETER)
-
-
-def is_printed(value: float, printed: float, digits: int = 12) -> None:
-    """The value rounds to the printed one: tolerance half a unit of the last printed digit."""
-    assert abs(value - printed) <= zehnder.half_unit_of_last_digit(printed, digits), (value, printed)
 
 
 def design(arm: float) -> PendulumGovernor:
@@ -66,7 +62,7 @@ def test_the_upper_position_of_the_design_is_the_only_one_above_the_start(row: t
     if arm is not None:
         is_printed(length, arm)
     governor = design(length)
-    assert abs(governor.offset - offset) <= max(zehnder.half_unit_of_last_digit(offset), 1e-16)  # zero to rounding on the axis
+    assert abs(governor.offset - offset) <= max(half_unit_of_last_digit(offset), 1e-16)  # zero to rounding on the axis
     found = pendulum.equilibrium_angles(governor, spindle_speed=SPEEDS[1], lowest=START_ANGLE)
     assert found.size == 1
     is_printed(math.degrees(found[0]), degrees)
@@ -80,7 +76,7 @@ def test_the_speed_changes_on_leaving_the_osculation_point_as_recomputed(row: tu
     for share, change in zip(zehnder.OSCULATION_ARMS, row[1:], strict=True):
         speed = pendulum.equilibrium_speed(design(share * RADIUS), arm_angle=angle)
         # the change cancels from 1 to as little as 3e-4: 1e-15 of double precision on top of the printed digits
-        assert abs(speed / SPEEDS[0] - 1 - change) <= zehnder.half_unit_of_last_digit(change) + 1e-15
+        assert abs(speed / SPEEDS[0] - 1 - change) <= half_unit_of_last_digit(change) + 1e-15
 
 
 def test_the_speed_is_least_at_the_osculation_point() -> None:

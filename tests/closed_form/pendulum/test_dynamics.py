@@ -15,16 +15,12 @@ from scipy.integrate import solve_ivp
 from governor_mechanism.closed_form import pendulum
 from governor_mechanism.closed_form.pendulum import PendulumGovernor
 from governor_mechanism.errors import MechanismError
+from printed_numbers import is_printed
 from reference import pendulum as linkage
 from reference import zehnder
 
 RPM = math.tau / 60
 ROWS = [(name, row) for name, table in zehnder.EQUILIBRIUM_TABLES.items() for row in table["rows"]]
-
-
-def is_printed(value: float, printed: float, digits: int = 12) -> None:
-    """The value rounds to the printed one: tolerance half a unit of the last printed digit."""
-    assert abs(value - printed) <= zehnder.half_unit_of_last_digit(printed, digits), (value, printed)
 
 
 def governor_of(table: dict[str, Any]) -> PendulumGovernor:

@@ -6,7 +6,6 @@ zeros left out. The paper prints no dimensions but the ratio l : r = 4; these ar
 """
 
 import csv
-import math
 from pathlib import Path
 
 ECCENTRIC, ADVANCE_DEG = 0.06, 30.0
@@ -93,8 +92,3 @@ ECCENTRIC_MOTION = [
     (240, 0.18, 0, 4.5),
     (300, 0.204307490277, 0.453085327885, 3.74933059239),
 ]
-
-
-def half_unit_of_last_digit(value: float, digits: int = 12) -> float:
-    """Half a unit of the last printed digit, one hundredth more for the rounding of double precision."""
-    return 0.505 * 10.0 ** (math.floor(math.log10(abs(value))) - digits + 1) if value else 0.0

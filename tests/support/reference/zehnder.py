@@ -8,12 +8,6 @@ PendulumGovernor; mass is per ball, per arm, per link.
 
 import math
 
-
-def half_unit_of_last_digit(value: float, digits: int = 12) -> float:
-    """Half a unit of the last printed digit, one hundredth more for the rounding of double precision."""
-    return 0.505 * 10.0 ** (math.floor(math.log10(abs(value))) - digits + 1) if value else 0.0
-
-
 # Columns of every table of rows: arm angle (deg), spindle speed (rad/s), the same in rpm, stiffness K (N m/rad),
 # in-plane inertia I (kg m2), squared frequency at constant speed (1/s2), squared frequency of the free spindle (1/s2).
 
