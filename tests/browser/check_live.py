@@ -2,6 +2,7 @@
 
 import asyncio
 import json
+import random
 import re
 import socket
 import threading
@@ -17,8 +18,8 @@ from governor_mechanism.live.server import HOST, Workbench
 from governor_mechanism.live.session import Session
 from governor_mechanism.notebook.exploration import make_widget
 
-SCENES = ("porter", "hartung_dubois", "stephenson_arc_middle", "jansen", "scott_russell")
-N_CHANGES = 4
+SCENES = ("porter", "hartung_dubois", "stephenson_arc_middle", "jansen", "governed_engine")
+N_CHANGES = 20
 WAITING_TIME = 60.0
 
 
@@ -26,7 +27,7 @@ WAITING_TIME = 60.0
 def bench():
     """A server of the scenes, each for a short run."""
     shorter = {"run.duration": "0.5 s"}
-    workbench = Workbench("token", {name: Session(gm.load(name).replace(shorter)) for name in SCENES})
+    workbench = Workbench("token", {name: Session(gm.load(name).replace(shorter)) for name in (*SCENES, "scott_russell")})
     with socket.socket() as listener:
         listener.bind((HOST, 0))
         port = listener.getsockname()[1]
@@ -90,30 +91,137 @@ def check_readings(tab: Tab, session: Session) -> None:
         assert value == pytest.approx(run.readings[name][-1], rel=1e-12, abs=1e-12)
 
 
+def wait_for_change(session: Session, before) -> None:
+    """Wait until a change has reached the session."""
+    deadline = time.monotonic() + WAITING_TIME
+    while session.document == before:
+        assert time.monotonic() < deadline
+        time.sleep(0.02)
+
+
+def move_slider(tab: Tab, key: str, steps: int) -> None:
+    """Press an arrow key on the slider of a quantity."""
+    row = f"document.getElementById('value of {key}').closest('.quantity')"
+    tab.evaluate(f"{row}.closest('details').open = true; {row}.querySelector('input[type=range]').focus()")
+    for _ in range(abs(steps)):
+        tab.press("ArrowRight" if steps > 0 else "ArrowLeft")
+
+
+def drag_slider(tab: Tab, key: str, shift: float) -> None:
+    """Drag the thumb of the slider of a quantity by some pixels."""
+    row = f"document.getElementById('value of {key}').closest('.quantity')"
+    script = (
+        f"(() => {{ const row = {row}; row.closest('details').open = true; const one = row.querySelector('input[type=range]');"
+        " one.scrollIntoView({ block: 'center' }); const box = one.getBoundingClientRect(), thumb = 16;"
+        " const share = (one.value - one.min) / (one.max - one.min);"
+        " return [box.x + thumb / 2 + share * (box.width - thumb), box.y + box.height / 2]; })()"
+    )
+    x, y = tab.evaluate(script)
+    tab.point("mouseMoved", x, y)
+    tab.point("mousePressed", x, y)
+    tab.command("Input.dispatchMouseEvent", type="mouseMoved", x=x + shift, y=y, button="left", buttons=1)
+    tab.point("mouseReleased", x + shift, y)
+
+
 @pytest.mark.parametrize("name", SCENES)
-def test_typed_values_are_answered_by_the_run_of_the_same_scene(tab, bench, name):
+def test_random_changes_are_answered_by_the_run_of_the_same_scene(tab, bench, name):
     workbench, address = bench
     session = workbench.sessions[name]
     tab.open(f"{address}{name}/", width=1366)
     wait_for(tab, session)
-    quantities = [one for one in session.find_quantities().values() if one.group in ("dimensions", "spindle") and one.value]
-    before = session.document
-    for k, quantity in enumerate(quantities[:N_CHANGES]):
-        type_value(tab, quantity.key, quantity.value * (1.003 if k % 2 else 0.997))
-        deadline = time.monotonic() + WAITING_TIME
-        while session.document == before:
-            assert time.monotonic() < deadline
-            time.sleep(0.02)
-        before = session.document
+    choice = random.Random(name)
+    quantities = [one for one in session.find_quantities().values() if re.search("dimensions|spindle", one.key) and one.value]
+    n_possible = 0
+    for k in range(N_CHANGES):
+        quantity, before = choice.choice(quantities), session.document
+        value = session.find_quantities()[quantity.key].value
+        match k % 4:
+            case 0:
+                type_value(tab, quantity.key, value * choice.choice([0.997, 1.003]))
+            case 1:
+                move_slider(tab, quantity.key, choice.choice([-1, 1]))
+            case 2:
+                drag_slider(tab, quantity.key, choice.choice([-2.0, 2.0]))
+            case 3:  # back to where two changes before led
+                tab.command("Input.dispatchKeyEvent", type="keyDown", key="z", modifiers=2)
+                tab.command("Input.dispatchKeyEvent", type="keyUp", key="z", modifiers=2)
+        wait_for_change(session, before)
+        time.sleep(0.05)  # the end of a drag is a message of its own
         wait_for(tab, session)
         if not session.solve().problem:
             check_readings(tab, session)
-    tab.command("Input.dispatchKeyEvent", type="keyDown", key="z", modifiers=2)
-    tab.command("Input.dispatchKeyEvent", type="keyUp", key="z", modifiers=2)
-    while session.document == before:
+            n_possible += 1
+    assert n_possible > N_CHANGES // 2
+    heard = tab.evaluate("document.querySelector('#workbench .unseen[role=status]').textContent")
+    assert all(one["text"] in heard for one in session.describe(session.solve())["readings"])
+    assert not tab.problems
+
+
+def test_the_keyboard_reaches_and_does_all(tab, bench):
+    workbench, address = bench
+    session = workbench.sessions["scott_russell"]
+    tab.open(f"{address}scott_russell/", width=1366, reduced_motion=True)
+    wait_for(tab, session)
+    tab.evaluate("document.querySelectorAll('#workbench details').forEach((one) => { one.open = true; })")
+    wanted = (
+        "[...document.querySelectorAll('button, input, select, a[href], summary, [tabindex]')]"
+        ".filter((one) => one.checkVisibility() && !one.disabled)"
+    )
+    tab.evaluate(f"window.wanted = new Set({wanted}); window.reached = new Set()")
+    for _ in range(3 * tab.evaluate("window.wanted.size")):
+        tab.press("Tab")
+        tab.evaluate("window.reached.add(document.activeElement)")
+    assert tab.evaluate("[...window.wanted].filter((one) => !window.reached.has(one) && one.isConnected).map((one) => one.outerHTML)") == []
+    before = session.document
+    tab.evaluate("document.getElementById('value of dimensions.crank').focus()")
+    tab.evaluate("document.activeElement.select()")
+    for letter in "-1.1":
+        tab.press(letter, letter)
+    assert tab.evaluate("document.activeElement.value") == "-1.1"  # no key of the clock is taken from what is typed
+    for letter in ("Backspace", "Backspace", "Backspace", "Backspace"):
+        tab.command("Input.dispatchKeyEvent", type="keyDown", key=letter, windowsVirtualKeyCode=8)
+        tab.command("Input.dispatchKeyEvent", type="keyUp", key=letter, windowsVirtualKeyCode=8)
+    for letter in "1.1":
+        tab.press(letter, letter)
+    tab.press("Enter", "\r")
+    wait_for_change(session, before)
+    wait_for(tab, session)
+    assert session.find_quantities()["dimensions.crank"].value == 1.1
+    tab.evaluate("[...document.querySelectorAll('#workbench button')].find((one) => one.textContent === 'Undo').focus()")
+    tab.press("Enter", "\r")
+    deadline = time.monotonic() + WAITING_TIME
+    while session.document != before:
+        assert time.monotonic() < deadline
+        time.sleep(0.02)
+    assert not tab.problems
+
+
+def test_a_telephone_in_the_dark_shows_all(tab, bench):
+    workbench, address = bench
+    tab.open(f"{address}porter/", width=390, height=844, dark=True)
+    wait_for(tab, workbench.sessions["porter"])
+    assert tab.evaluate("document.documentElement.scrollWidth") <= 390
+    light = "getComputedStyle(document.documentElement).backgroundColor.match(/\\d+/g).map(Number)"
+    assert max(tab.evaluate(light)) < 80
+    assert not tab.problems
+
+
+def test_the_address_holds_the_changes_and_a_link_to_it_makes_them(tab, bench):
+    workbench, address = bench
+    session = workbench.sessions["scott_russell"]
+    session.reset()
+    tab.open("about:blank")
+    tab.open(f"{address}scott_russell/#dimensions.crank=1.05", width=1366)
+    deadline = time.monotonic() + WAITING_TIME
+    while session.find_quantities()["dimensions.crank"].value != 1.05:
+        assert time.monotonic() < deadline
         time.sleep(0.02)
     wait_for(tab, session)
-    check_readings(tab, session)
+    assert tab.evaluate("document.querySelector('.ghost-layer') !== null")
+    session.reset()
+    while tab.evaluate("location.hash"):
+        assert time.monotonic() < deadline
+        time.sleep(0.02)
     assert not tab.problems
 
 

@@ -202,7 +202,7 @@ function connectControls(page) {
     f: () => find("forces").click(),
   };
   document.addEventListener("keydown", (event) => {
-    const isOwnKey = event.target.id === "speed" || (event.key === " " && event.target.closest("button, summary, input[type=checkbox]"));
+    const isOwnKey = event.target.closest("input:not(#scrub, [type=checkbox]), select") || (event.key === " " && event.target.closest("button, summary, input[type=checkbox]"));
     if (event.ctrlKey || event.metaKey || event.altKey || isOwnKey || !actions[event.key]) return;
     event.preventDefault();
     actions[event.key](event);

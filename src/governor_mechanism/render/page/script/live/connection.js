@@ -44,7 +44,8 @@ function startWorkbench(page) {
   const sections = [makeValveSection(send), makeAssemblySection(send)];
   const ghost = makeGhost(page);
   const address = makeAddress(change);
-  panel.node.append(ghost.node, ...sections.map((one) => one.node), saving.node);
+  const voice = makeVoice();
+  panel.node.append(voice.node, ghost.node, ...sections.map((one) => one.node), saving.node);
   document.querySelector("main").classList.add("is-live");
   find("controls").after(panel.node);
   document.addEventListener(
@@ -80,7 +81,7 @@ function startWorkbench(page) {
     ghost.show(state);
     showLocks(state);
     if (state.facts) {
-      for (const one of [saving, ...sections, address]) one.show(state);
+      for (const one of [saving, ...sections, address, voice]) one.show(state);
       whole = state;
       if (!state.problem && motion.isOn) showEquilibria(state.equilibria);
       for (const [id, facts] of Object.entries(state.facts)) showFacts(find(id), facts);

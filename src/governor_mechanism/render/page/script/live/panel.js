@@ -29,12 +29,13 @@ function makeRow(quantity, onChange) {
   Object.assign(typed, { type: "number", step: "any", inputMode: "decimal" });
   slider.setAttribute("aria-label", `${quantity.group} ${quantity.words}`);
   const row = { node, key: quantity.key, unit: quantity.unit, isHeld: false };
+  let isEdited = false; // a number that somebody writes is left as it is until it is sent
   row.show = (value) => {
     if (value < Number(slider.min)) slider.min = value;
     if (value > Number(slider.max)) slider.max = value;
     slider.value = value;
     slider.setAttribute("aria-valuetext", `${value} ${quantity.unit}`);
-    if (document.activeElement !== typed) typed.value = value;
+    if (!isEdited) typed.value = value;
   };
   const move = (isLast) => {
     const value = roundFor(Number(slider.value), step);
@@ -51,7 +52,10 @@ function makeRow(quantity, onChange) {
     slider.value = Number(slider.value) + sense * step;
     move(true);
   });
+  typed.addEventListener("input", () => (isEdited = true));
+  typed.addEventListener("blur", () => (isEdited = false));
   typed.addEventListener("change", () => {
+    isEdited = false;
     if (typed.value !== "" && Number.isFinite(typed.valueAsNumber)) onChange({ [quantity.key]: typed.valueAsNumber }, true);
   });
   node.append(label, slider, typed, makeNode("span", "unit", quantity.unit));
