@@ -84,7 +84,8 @@ def _continue_part(scene: Scene, part: Part, delay: float, poses: FloatArray, ve
         plane = next(one for one in scene.system.planes if one.prefix == prefix)
         speed = plane.ratio * float(velocities[scene.mechanism.body_index(plane.shaft), 2])
         spindle = replace(spindle, start_speed=speed)
-    return replace(delayed, mechanism=mechanism, spindle=spindle)
+    continued: Part = replace(delayed, mechanism=mechanism, spindle=spindle)
+    return continued
 
 
 def _continue_drives(mechanism: Mechanism, poses: FloatArray) -> Mechanism:

@@ -12,7 +12,7 @@ from typing import Any, ClassVar
 from governor_mechanism.effects.dashpot import Dashpot
 from governor_mechanism.effects.dry_friction import DryFriction
 from governor_mechanism.model.output_variables import FollowerHeight, PointCoordinate
-from governor_mechanism.render.geometry.attached import Attached, Frame, Moment, axes_along, axes_shifted
+from governor_mechanism.render.geometry.attached import Attached, Frame, Moment, axes_along, axes_shifted, fixed, once_per_moment
 from governor_mechanism.render.geometry.outlines import make_bar, make_hatched_block, make_rectangle, make_wall
 from governor_mechanism.render.geometry.primitives import (
     BoundingBox,
@@ -90,6 +90,20 @@ class GovernorDrawing(MachineDrawing):
     def dashpot_top(self) -> float:
         """Height of the top of a dashpot next to the sleeve (m)."""
 
+    @property
+    @abstractmethod
+    def fork_depth(self) -> float:
+        """Depth of the pin of the throttle's fork below the lugs (m)."""
+
+    @property
+    @abstractmethod
+    def throttle_gear(self) -> "ThrottleGear":
+        """The throttle that the sleeve moves."""
+
+    @abstractmethod
+    def sides(self, pose: FloatArray) -> list[Any]:
+        """Return the left and the right half at a pose (bodies, 3), as records of the places of their joints (m)."""
+
     @abstractmethod
     def sleeve_height(self, poses: FloatArray) -> FloatArray:
         """Return the height (...) of the sleeve lugs (m) at poses (..., bodies, 3)."""
@@ -114,6 +128,43 @@ class GovernorDrawing(MachineDrawing):
         """Lowest and highest lug height of the run (m)."""
         low, high = self.reading_range(LIFT_READING)
         return self.zero_lift_height + low, self.zero_lift_height + high
+
+    @property
+    def fork_pin_range(self) -> Vec2:
+        """Lowest and highest height of the pin of the throttle's fork in the run (m)."""
+        low, high = self.lug_height_range
+        return low - self.fork_depth, high - self.fork_depth
+
+    def throttle_parts(self) -> Iterator[Attached]:
+        """Yield what moves of the throttle gear."""
+        return self.throttle_gear.moving_parts(lambda moment: self.sleeve_axes(moment)[1] - self.fork_depth)
+
+    def drive_parts(self, top: float, unit: float, key_corner: Vec2) -> Iterator[Attached]:
+        """Yield the drive of the spindle below a height, what is fixed of the throttle gear, and the key of friction shoes (m)."""
+        yield fixed(spindle_drive_shapes(top, unit))
+        yield fixed(self.throttle_gear.background_shapes())
+        yield fixed(shoe_key_shapes(self, key_corner, unit))
+
+    @once_per_moment
+    def sides_at(self, moment: Moment) -> list[Any]:
+        """Return the left and the right half at a moment."""
+        return self.sides(moment.pose)
+
+    def place_of(self, number: int, joint: str, moment: Moment) -> Vec2:
+        """Return where a joint of the left (0) or the right (1) half is at a moment (m)."""
+        place: Vec2 = getattr(self.sides_at(moment)[number], joint)
+        return place
+
+    def axes_at(self, joint: str) -> list[Frame]:
+        """Return axes that move with a joint of the left and of the right half and stay upright, as the light on a ball does."""
+        return [axes_shifted(partial(self.place_of, number, joint)) for number in (0, 1)]
+
+    def axes_between(self, first: str, second: str) -> list[Frame]:
+        """Return axes from one joint to another of the left and of the right half."""
+        return [axes_along(partial(self._ends_at, number, first, second)) for number in (0, 1)]
+
+    def _ends_at(self, number: int, first: str, second: str, moment: Moment) -> tuple[Vec2, Vec2]:
+        return self.place_of(number, first, moment), self.place_of(number, second, moment)
 
     def find_lift_effect(self, kind: type[EffectT]) -> EffectT | None:
         """Return the effect of a kind on the sleeve lift, if the scene has one."""
@@ -202,7 +253,13 @@ def spindle_shoe_parts(governor: GovernorDrawing, depth: float, sizes: Vec2) -> 
     yield from friction_shoe_parts(governor, LIFT_READING, Attached(frame=governor.sleeve_axes, shapes=shoes, turns=False))
 
 
-def ball_shine(radius: float) -> Lines:
+def ball_parts(axes: Sequence[Frame], radius: float) -> Iterator[Attached]:
+    """Yield balls of a radius (m) at the origins of axes, and the light on them."""
+    yield from (Attached(frame=one, shapes=(Circle("ball", 0.0, 0.0, radius),)) for one in axes)
+    yield from (Attached(frame=one, shapes=(_ball_shine(radius),), section_only=True) for one in axes)
+
+
+def _ball_shine(radius: float) -> Lines:
     """Return two arcs inside the upper left rim of a ball of a radius (m) around the origin: the highlight of a sphere."""
     arcs = (
         arc_points((0.0, 0.0), math.radians(135 - half), math.radians(2 * half), ratio * radius, 12)

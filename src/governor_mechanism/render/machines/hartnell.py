@@ -3,7 +3,7 @@
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
-from functools import cached_property, partial
+from functools import cached_property
 
 import numpy as np
 
@@ -11,28 +11,11 @@ from governor_mechanism.effects.dry_friction import DryFriction
 from governor_mechanism.effects.spring import OutputSpring
 from governor_mechanism.effects.stops import Stops
 from governor_mechanism.machines.hartnell import LEFT_BALL, RIGHT_BALL
-from governor_mechanism.render.geometry.attached import (
-    Attached,
-    DrawnPart,
-    Flexible,
-    Frame,
-    Moment,
-    axes_along,
-    axes_shifted,
-    fixed,
-    once_per_moment,
-)
+from governor_mechanism.render.geometry.attached import Attached, DrawnPart, Flexible, Moment, fixed
 from governor_mechanism.render.geometry.outlines import make_bar, make_burst, make_rectangle
 from governor_mechanism.render.geometry.primitives import Circle, DrawnShape, Lines, Polygon, Vec2, drawn_ball_radius
 from governor_mechanism.render.machines import governor_parts as parts
-from governor_mechanism.render.machines.governor_parts import (
-    LIFT_READING,
-    CylinderSizes,
-    GovernorDrawing,
-    PistonSizes,
-    ThrottleGear,
-    spindle_drive_shapes,
-)
+from governor_mechanism.render.machines.governor_parts import LIFT_READING, CylinderSizes, GovernorDrawing, PistonSizes, ThrottleGear
 from governor_mechanism.render.machines.machine_drawing import Dimension
 from governor_mechanism.types import FloatArray
 
@@ -155,20 +138,6 @@ class HartnellProportions(GovernorDrawing):
         sine = (radius - self.pivot_radius) / self.arm
         return math.asin(sine) if abs(sine) < 1 else math.copysign(math.inf, sine)
 
-    @once_per_moment
-    def sides_at(self, moment: Moment) -> list[HartnellSide]:
-        """Return the left and the right half at a moment."""
-        return self.sides(moment.pose)
-
-    @cached_property
-    def crank_axes(self) -> list[Frame]:
-        """Axes of the left and the right bell crank, from the pivot to the ball."""
-        return [axes_along(partial(self._crank_ends, number)) for number in (0, 1)]
-
-    def _crank_ends(self, number: int, moment: Moment) -> tuple[Vec2, Vec2]:
-        side = self.sides_at(moment)[number]
-        return side.pivot, side.ball
-
     def sides(self, pose: FloatArray) -> list[HartnellSide]:
         """Return the left and the right half at a pose (bodies, 3)."""
         sides = []
@@ -203,9 +172,7 @@ class HartnellDrawing(HartnellProportions):
         yield fixed(_stop_shapes(self), turns=True)
         yield fixed(parts.cylinder_shapes(self))
         yield fixed(() if self.is_magnified else _lift_scale_shapes(self))
-        yield fixed(spindle_drive_shapes(foot - 0.32 * u, _GEAR_UNIT * u))
-        yield fixed(self.throttle_gear.background_shapes())
-        yield fixed(parts.shoe_key_shapes(self, (0.48 * u, foot + 0.05 * u), _GEAR_UNIT * u))
+        yield from self.drive_parts(foot - 0.32 * u, _GEAR_UNIT * u, (0.48 * u, foot + 0.05 * u))
 
     def _spindle_shapes(self, foot: float) -> Iterator[DrawnShape]:
         """Yield the spindle in its bearings."""
@@ -217,25 +184,21 @@ class HartnellDrawing(HartnellProportions):
 
     def moving_parts(self) -> Iterator[DrawnPart]:
         """Yield sleeve, spring, bell cranks and balls; the right half covers the left one."""
-        u, depth, first_sides = self.arm, self.sleeve_size[1], self.sides_at(self.first_moment)
+        u, depth = self.arm, self.sleeve_size[1]
+        first_sides: list[HartnellSide] = self.sides_at(self.first_moment)
+        crank_axes = self.axes_between("pivot", "ball")
         yield from parts.piston_parts(self, depth - 0.05 * u)
         yield Attached(frame=self.sleeve_axes, shapes=tuple(_sleeve_shapes(self)), turns=False)
-        yield from self.throttle_gear.moving_parts(lambda moment: self.sleeve_axes(moment)[1] - self.fork_depth)
+        yield from self.throttle_parts()
         if self.has_spring_above:
             yield Flexible(shapes_at=self._spring_shapes)
         yield from parts.spindle_shoe_parts(self, depth, (_SHOE_WIDTH, _SHOE_HEIGHT))
-        for side, frame in zip(first_sides, self.crank_axes, strict=True):
+        for side, frame in zip(first_sides, crank_axes, strict=True):
             yield self.attach(frame, _crank_shapes(u, side))
-        ball_axes = [axes_shifted(partial(self._ball_at, number)) for number in (0, 1)]
-        ball = Circle("ball", 0.0, 0.0, self.ball_radius)
-        yield from (Attached(frame=axes, shapes=(ball,)) for axes in ball_axes)
-        yield from (Attached(frame=axes, shapes=(parts.ball_shine(self.ball_radius),), section_only=True) for axes in ball_axes)
-        for side, frame in zip(first_sides, self.crank_axes, strict=True):
+        yield from parts.ball_parts(self.axes_at("ball"), self.ball_radius)
+        for side, frame in zip(first_sides, crank_axes, strict=True):
             yield self.attach(frame, [Circle("pivot", *point, _PIVOT_RADIUS * u) for point in (side.pivot, side.roller)])
         yield Flexible(shapes_at=lambda moment: _impact_shapes(self, moment.time))
-
-    def _ball_at(self, number: int, moment: Moment) -> Vec2:
-        return self.sides_at(moment)[number].ball
 
     def _spring_shapes(self, moment: Moment) -> list[DrawnShape]:
         """Return the spring between the flange of the sleeve and the cap."""
@@ -245,11 +208,11 @@ class HartnellDrawing(HartnellProportions):
     @cached_property
     def throttle_gear(self) -> ThrottleGear:
         """The throttle that the sleeve moves."""
-        u, (low, high) = self.arm, self.lug_height_range
+        u = self.arm
         return ThrottleGear(
             unit=_GEAR_UNIT * u,
             side=-1.0,
-            pin_range=(low - self.fork_depth, high - self.fork_depth),
+            pin_range=self.fork_pin_range,
             strap_half_width=1.06 * self.tube_half_width,
             pivot_distance=parts.throttle_pivot_distance(self, 0.9 * u, 0.3 * u),
             valve_height=_spindle_foot(self) - 0.15 * u,

@@ -16,7 +16,7 @@ from governor_mechanism.effects.dry_friction import DryFriction
 from governor_mechanism.effects.spring import OutputSpring
 from governor_mechanism.effects.stops import Stops
 from governor_mechanism.machines.hartung import LEFT_WEIGHT, RIGHT_WEIGHT, SLEEVE
-from governor_mechanism.render.geometry.attached import Attached, DrawnPart, Flexible, Frame, Moment, axes_along, fixed, once_per_moment
+from governor_mechanism.render.geometry.attached import Attached, DrawnPart, Flexible, Frame, Moment, fixed, once_per_moment
 from governor_mechanism.render.geometry.outlines import make_bar, make_box, make_burst, make_hatched_block, make_hatching, make_rectangle
 from governor_mechanism.render.geometry.primitives import (
     CAST_IRON_DENSITY,
@@ -29,13 +29,7 @@ from governor_mechanism.render.geometry.primitives import (
     axes_to_plane,
 )
 from governor_mechanism.render.machines import governor_parts as parts
-from governor_mechanism.render.machines.governor_parts import (
-    CylinderSizes,
-    GovernorDrawing,
-    PistonSizes,
-    ThrottleGear,
-    spindle_drive_shapes,
-)
+from governor_mechanism.render.machines.governor_parts import CylinderSizes, GovernorDrawing, PistonSizes, ThrottleGear
 from governor_mechanism.render.machines.machine_drawing import Dimension
 from governor_mechanism.types import FloatArray
 
@@ -126,29 +120,15 @@ class HartungProportions(GovernorDrawing):
         x, y = self.fulcrum_radius - self.arm * np.sin(lever_angle), self.fulcrum_height + self.arm * np.cos(lever_angle)
         return np.stack([x, y], axis=-1)
 
-    @once_per_moment
-    def sides_at(self, moment: Moment) -> list[HartungSide]:
-        """Return the left and the right half at a moment."""
-        return self.sides(moment.pose)
-
-    def _axes_between(self, number: int, first: str, second: str) -> Frame:
-        """Return axes from one joint to another of the left (0) or the right (1) half."""
-
-        def ends_at(moment: Moment) -> tuple[Vec2, Vec2]:
-            side = self.sides_at(moment)[number]
-            return getattr(side, first), getattr(side, second)
-
-        return axes_along(ends_at)
-
     @cached_property
     def crank_axes(self) -> list[Frame]:
         """Axes of the left and the right bell crank, from the fulcrum to the weight."""
-        return [self._axes_between(number, "fulcrum", "weight") for number in (0, 1)]
+        return self.axes_between("fulcrum", "weight")
 
     @cached_property
     def hanger_axes(self) -> list[Frame]:
         """Axes of the left and the right hanger, from the bell crank to the sleeve."""
-        return [self._axes_between(number, "sleeve_arm_end", "lug") for number in (0, 1)]
+        return self.axes_between("sleeve_arm_end", "lug")
 
     @cached_property
     def weight_axes(self) -> list[Frame]:
@@ -210,9 +190,7 @@ class HartungDrawing(HartungProportions):
         if not self.is_magnified:
             ticks = parts.lift_ticks(self.reading_range(parts.LIFT_READING), self.zero_lift_height, 0.1 * u, 0.3 * u)
             yield fixed(parts.lift_scale_shapes(self.sleeve_size[0] + 0.38 * u, ticks, (0.14 * u, 0.08 * u, 0.18 * u, 0.9 * u)))
-        yield fixed(spindle_drive_shapes(collar_height - 0.34 * u, _GEAR_UNIT * u))
-        yield fixed(self.throttle_gear.background_shapes())
-        yield fixed(parts.shoe_key_shapes(self, (-2.3 * u, collar_height), _GEAR_UNIT * u))
+        yield from self.drive_parts(collar_height - 0.34 * u, _GEAR_UNIT * u, (-2.3 * u, collar_height))
 
     def _spindle_shapes(self, collar_height: float) -> Iterator[DrawnShape]:
         """Yield the spindle in its bearings."""
@@ -224,10 +202,11 @@ class HartungDrawing(HartungProportions):
 
     def moving_parts(self) -> Iterator[DrawnPart]:
         """Yield sleeve, hangers, weights, bell cranks and springs; the right half covers the left one."""
-        u, first_sides = self.arm, self.sides_at(self.first_moment)
+        u = self.arm
+        first_sides: list[HartungSide] = self.sides_at(self.first_moment)
         yield from _moving_effect_parts(self)
         yield Attached(frame=self.sleeve_axes, shapes=tuple(_sleeve_shapes(self)), turns=False)
-        yield from self.throttle_gear.moving_parts(lambda moment: self.sleeve_axes(moment)[1] - self.fork_depth)
+        yield from self.throttle_parts()
         for number, side in enumerate(first_sides):
             yield Attached(frame=self.weight_axes[number], shapes=(_bore_shape(self, side),), section_only=True)
         # The strands of the springs behind the cross rod and in front of it; the walls of the weights hide rod and springs.
@@ -271,11 +250,11 @@ class HartungDrawing(HartungProportions):
     @cached_property
     def throttle_gear(self) -> ThrottleGear:
         """The throttle that the sleeve moves."""
-        u, (low, high), half_width = self.arm, self.lug_height_range, self.sleeve_size[0]
+        u, half_width = self.arm, self.sleeve_size[0]
         return ThrottleGear(
             unit=_GEAR_UNIT * u,
             side=1.0,
-            pin_range=(low - self.fork_depth, high - self.fork_depth),
+            pin_range=self.fork_pin_range,
             strap_half_width=0.66 * half_width,
             pivot_distance=max(0.42 * _GEAR_UNIT * u, half_width + 0.3 * u),
             valve_height=_spindle_collar_height(self) - 0.1 * u,

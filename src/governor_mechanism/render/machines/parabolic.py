@@ -7,6 +7,7 @@ and the sleeve have exactly this motion: half of their cells are above the cross
 import math
 from collections.abc import Iterator
 from functools import cached_property, partial
+from typing import NamedTuple
 
 import numpy as np
 
@@ -29,13 +30,7 @@ from governor_mechanism.render.geometry.primitives import CAST_IRON_DENSITY, Cir
 from governor_mechanism.render.machines import governor_parts as parts
 from governor_mechanism.render.machines.generic.force_elements import output_effect_parts
 from governor_mechanism.render.machines.generic.placed_mechanism import MechanismExtents
-from governor_mechanism.render.machines.governor_parts import (
-    CylinderSizes,
-    GovernorDrawing,
-    PistonSizes,
-    ThrottleGear,
-    spindle_drive_shapes,
-)
+from governor_mechanism.render.machines.governor_parts import CylinderSizes, GovernorDrawing, PistonSizes, ThrottleGear
 from governor_mechanism.render.machines.machine_drawing import Dimension
 from governor_mechanism.types import FloatArray
 
@@ -47,6 +42,12 @@ _HUB_CLEARANCE = 0.30
 """Distance of the sleeve's eye at its highest below the vertex of the parabola, as a fraction of the outer radius."""
 NECK_HALF_WIDTH, DRUM_TOP, FLANGE_HEIGHT, GROOVE_HEIGHT = 0.085, -0.085, 0.045, 0.07
 """Half width of the sleeve's neck; top of its drum above the eye; heights of flange and groove, as fractions of the outer radius."""
+
+
+class ParabolicSide(NamedTuple):
+    """One half of the governor at one pose: the centre of its ball (m)."""
+
+    ball: Vec2
 
 
 class ParabolicProportions(GovernorDrawing, MechanismExtents):
@@ -106,14 +107,10 @@ class ParabolicProportions(GovernorDrawing, MechanismExtents):
         """Height of the top of a dashpot next to the sleeve (m)."""
         return self.lug_height_range[0] - self.sleeve_size[1] - 0.06 * self.arm
 
-    def balls(self, pose: FloatArray) -> tuple[Vec2, Vec2]:
-        """Return the centres of the left and the right ball (m) at a pose (bodies, 3)."""
-        left, right = (pose[self.part.mechanism.body_index(name), :2].tolist() for name in (LEFT_BALL, RIGHT_BALL))
-        return (left[0], left[1]), (right[0], right[1])
-
-    def ball_at(self, number: int, moment: Moment) -> Vec2:
-        """Return the centre of the left (0) or the right (1) ball at a moment (m)."""
-        return self.balls(moment.pose)[number]
+    def sides(self, pose: FloatArray) -> list[ParabolicSide]:
+        """Return the left and the right half at a pose (bodies, 3)."""
+        places = (pose[self.part.mechanism.body_index(name), :2].tolist() for name in (LEFT_BALL, RIGHT_BALL))
+        return [ParabolicSide(ball=(x, y)) for x, y in places]
 
     @once_per_moment
     def tongs_at(self, moment: Moment) -> list[tuple[Vec2, Vec2, Vec2]]:
@@ -157,9 +154,7 @@ class ParabolicDrawing(ParabolicProportions):
         yield fixed(_frame_shapes(self), turns=True)
         yield from _fixed_effect_parts(self)
         yield fixed(() if self.is_magnified else _lift_scale_shapes(self))
-        yield fixed(spindle_drive_shapes(foot - 0.25 * u, u))
-        yield fixed(self.throttle_gear.background_shapes())
-        yield fixed(parts.shoe_key_shapes(self, (0.26 * u, foot - 0.03 * u), u))
+        yield from self.drive_parts(foot - 0.25 * u, u, (0.26 * u, foot - 0.03 * u))
 
     def _spindle_shapes(self, foot: float) -> Iterator[DrawnShape]:
         """Yield the spindle in its bearings."""
@@ -173,12 +168,9 @@ class ParabolicDrawing(ParabolicProportions):
         """Yield sleeve, crosshead, balls and lazy tongs, and the effects."""
         yield from _moving_effect_parts(self)
         yield Attached(frame=self.sleeve_axes, shapes=tuple(_sleeve_shapes(self)), turns=False)
-        yield from self.throttle_gear.moving_parts(lambda moment: self.sleeve_axes(moment)[1] - self.fork_depth)
-        yield Attached(frame=axes_shifted(lambda moment: (0.0, self.balls(moment.pose)[1][1])), shapes=tuple(_crosshead_shapes(self)))
-        ball_axes = [axes_shifted(partial(self.ball_at, number)) for number in (0, 1)]
-        ball = Circle("ball", 0.0, 0.0, self.ball_radius)
-        yield from (Attached(frame=axes, shapes=(ball,)) for axes in ball_axes)
-        yield from (Attached(frame=axes, shapes=(parts.ball_shine(self.ball_radius),), section_only=True) for axes in ball_axes)
+        yield from self.throttle_parts()
+        yield Attached(frame=axes_shifted(lambda moment: (0.0, self.place_of(1, "ball", moment)[1])), shapes=tuple(_crosshead_shapes(self)))
+        yield from parts.ball_parts(self.axes_at("ball"), self.ball_radius)
         yield from _tongs_parts(self)
         yield from output_effect_parts(self, without=parts.LIFT_READING)
         yield Flexible(shapes_at=lambda moment: _impact_shapes(self, self.sleeve_axes(moment)[1], moment.time))
@@ -186,11 +178,11 @@ class ParabolicDrawing(ParabolicProportions):
     @cached_property
     def throttle_gear(self) -> ThrottleGear:
         """The throttle that the sleeve moves."""
-        u, (low, high) = self.arm, self.lug_height_range
+        u = self.arm
         return ThrottleGear(
             unit=u,
             side=-1.0,
-            pin_range=(low - self.fork_depth, high - self.fork_depth),
+            pin_range=self.fork_pin_range,
             strap_half_width=0.66 * self.sleeve_size[0],
             pivot_distance=parts.throttle_pivot_distance(self, 0.46 * u, 0.15 * u),
             valve_height=_spindle_foot(self) - 0.12 * u,
@@ -204,7 +196,7 @@ class ParabolicDrawing(ParabolicProportions):
     def plan_shapes(self, pose: FloatArray, angle: float) -> Iterator[DrawnShape]:
         """Yield guides, sleeve and balls from above; a mark identifies the right ball."""
         c, s, end = math.cos(angle), math.sin(angle), (1.0 + _GUIDE_END) * self.arm
-        left, right = ((ball[0] * c, ball[0] * s) for ball in self.balls(pose))
+        left, right = ((side.ball[0] * c, side.ball[0] * s) for side in self.sides(pose))
         yield make_bar("frame plate", (-end * c, -end * s), (end * c, end * s), _STRIP_WIDTH * self.arm)
         yield Circle("sleeve", 0.0, 0.0, self.sleeve_size[0])
         yield Lines("plan arm", ((left, right),))

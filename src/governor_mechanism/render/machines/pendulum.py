@@ -16,13 +16,7 @@ from governor_mechanism.render.geometry.primitives import Circle, DrawnShape, Li
 from governor_mechanism.render.geometry.recording import horizontal_extents, record_parts
 from governor_mechanism.render.machines import governor_parts as parts
 from governor_mechanism.render.machines import pendulum_parts
-from governor_mechanism.render.machines.governor_parts import (
-    LIFT_READING,
-    ThrottleGear,
-    mirror_outline,
-    spindle_drive_shapes,
-    throttle_pivot_distance,
-)
+from governor_mechanism.render.machines.governor_parts import LIFT_READING, ThrottleGear, mirror_outline, throttle_pivot_distance
 from governor_mechanism.render.machines.pendulum_parts import ARM_WIDTH, GROOVE_RATIO, LINK_WIDTH, PendulumProportions, spindle_foot_height
 from governor_mechanism.types import FloatArray
 
@@ -30,25 +24,6 @@ from governor_mechanism.types import FloatArray
 _COLLAR_GROOVE_DEPTH, _DRUM_FORK_RATIO = 0.148, 0.60
 """Depth of the groove of a light collar below the lugs, and that of the strap on a drum, relative to the depth of its foot."""
 _PIVOT_DISTANCE, _PIVOT_GAP, _VALVE_DEPTH = 0.40, 0.14, 0.10
-
-
-def fork_depth(governor: PendulumProportions) -> float:
-    """Return the depth of the fork's pin below the lugs (m): in the groove of a light collar, or at the strap around a drum."""
-    is_loaded = SLEEVE in governor.body_names
-    return _DRUM_FORK_RATIO * governor.sleeve_size[1] if is_loaded else _COLLAR_GROOVE_DEPTH * governor.arm
-
-
-def make_throttle_gear(governor: PendulumProportions) -> ThrottleGear:
-    """Return the throttle gear of a governor, beyond its sleeve and its dashpot."""
-    u, half_width, (low, high), depth = governor.arm, governor.sleeve_size[0], governor.lug_height_range, fork_depth(governor)
-    return ThrottleGear(
-        unit=u,
-        side=-1.0,
-        pin_range=(low - depth, high - depth),
-        strap_half_width=1.03 * half_width if SLEEVE in governor.body_names else (GROOVE_RATIO + 0.04) * half_width,
-        pivot_distance=throttle_pivot_distance(governor, max(_PIVOT_DISTANCE * u, half_width + _PIVOT_GAP * u), _PIVOT_GAP * u),
-        valve_height=spindle_foot_height(governor) - _VALVE_DEPTH * u,
-    )
 
 
 # Lengths as fractions of the arm.
@@ -257,9 +232,7 @@ class PendulumDrawing(PendulumProportions):
         yield fixed([make_rectangle("frame", -0.062 * u, 0.062 * u, -0.062 * u, 0.085 * u), cross_piece], turns=True)
         yield fixed(() if self.is_magnified else _lift_scale_shapes(self))
         yield fixed(lens_frame(self), section_only=True)
-        yield fixed(spindle_drive_shapes(spindle_foot - 0.19 * u, u))
-        yield fixed(self.throttle_gear.background_shapes())
-        yield fixed(parts.shoe_key_shapes(self, (0.24 * u, spindle_foot + 0.05 * u), u))
+        yield from self.drive_parts(spindle_foot - 0.19 * u, u, (0.24 * u, spindle_foot + 0.05 * u))
 
     def _spindle_shapes(self, spindle_foot: float) -> Iterator[DrawnShape]:
         """Yield the spindle in its bearings."""
@@ -273,10 +246,8 @@ class PendulumDrawing(PendulumProportions):
         """Yield sleeve, links, arms, balls, pins and their effects; the right half covers the left one."""
         yield from pendulum_parts.sleeve_effect_parts(self)
         yield from sleeve_parts(self)
-        yield from self.throttle_gear.moving_parts(lambda moment: self.sleeve_axes(moment)[1] - self.fork_depth)
+        yield from self.throttle_parts()
         yield from self.linkage_parts()
-        shine = (parts.ball_shine(self.ball_radius),)
-        yield from (Attached(frame=axes, shapes=shine, section_only=True) for axes in self.ball_axes)
         for number in (0, 1):
             yield from (self._pin(number, joint) for joint in ("arm_pivot", "link_joint", "link_end"))
         yield from pendulum_parts.arm_effect_parts(self)
@@ -290,13 +261,22 @@ class PendulumDrawing(PendulumProportions):
 
     @cached_property
     def throttle_gear(self) -> ThrottleGear:
-        """The throttle that the sleeve moves."""
-        return make_throttle_gear(self)
+        """The throttle that the sleeve moves, beyond the sleeve and its dashpot."""
+        u, half_width = self.arm, self.sleeve_size[0]
+        return ThrottleGear(
+            unit=u,
+            side=-1.0,
+            pin_range=self.fork_pin_range,
+            strap_half_width=1.03 * half_width if SLEEVE in self.body_names else (GROOVE_RATIO + 0.04) * half_width,
+            pivot_distance=throttle_pivot_distance(self, max(_PIVOT_DISTANCE * u, half_width + _PIVOT_GAP * u), _PIVOT_GAP * u),
+            valve_height=spindle_foot_height(self) - _VALVE_DEPTH * u,
+        )
 
     @cached_property
     def fork_depth(self) -> float:
-        """Depth of the pin of the fork below the lugs (m)."""
-        return fork_depth(self)
+        """Depth of the pin of the fork below the lugs (m): in the groove of a light collar, or at the strap around a drum."""
+        is_loaded = SLEEVE in self.body_names
+        return _DRUM_FORK_RATIO * self.sleeve_size[1] if is_loaded else _COLLAR_GROOVE_DEPTH * self.arm
 
     def plan_shapes(self, pose: FloatArray, angle: float) -> Iterator[DrawnShape]:
         """Yield sleeve, arms and balls from above; a mark identifies the right ball."""
@@ -317,8 +297,7 @@ class PendulumDrawing(PendulumProportions):
         for number, side in enumerate(first_sides):
             yield self.attach(self.link_axes[number], [make_bar(role, side.link_joint, side.link_end, width * u)])
             yield self.attach(self.arm_axes[number], [make_bar("arm", side.arm_pivot, side.ball, ARM_WIDTH * u)])
-        ball = Circle("ball", 0.0, 0.0, self.ball_radius)
-        yield from (Attached(frame=axes, shapes=(ball,)) for axes in self.ball_axes)
+        yield from parts.ball_parts(self.axes_at("ball"), self.ball_radius)
 
 
 def _lift_scale_shapes(governor: PendulumDrawing) -> Iterator[DrawnShape]:

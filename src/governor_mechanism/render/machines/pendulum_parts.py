@@ -19,17 +19,7 @@ from governor_mechanism.effects.stops import Stops
 from governor_mechanism.machines.pendulum import LEFT_BALL, RIGHT_BALL, SLEEVE
 from governor_mechanism.model.joints import Point
 from governor_mechanism.model.output_variables import LineAngle
-from governor_mechanism.render.geometry.attached import (
-    Attached,
-    DrawnPart,
-    Flexible,
-    Frame,
-    Moment,
-    axes_along,
-    axes_shifted,
-    fixed,
-    once_per_moment,
-)
+from governor_mechanism.render.geometry.attached import Attached, DrawnPart, Flexible, Frame, Moment, fixed
 from governor_mechanism.render.geometry.outlines import make_band, make_bar, make_burst, make_hatched_block, make_rectangle
 from governor_mechanism.render.geometry.primitives import (
     CAST_IRON_DENSITY,
@@ -156,34 +146,15 @@ class PendulumProportions(GovernorDrawing):
             return height
         return self.taut_link_height(poses)
 
-    @once_per_moment
-    def sides_at(self, moment: Moment) -> list[PendulumSide]:
-        """Return the left and the right half at a moment."""
-        return self.sides(moment.pose)
-
-    def place_of(self, number: int, joint: str, moment: Moment) -> Vec2:
-        """Return where a joint of the left (0) or the right (1) half is at a moment (m)."""
-        place: Vec2 = getattr(self.sides_at(moment)[number], joint)
-        return place
-
-    def axes_between(self, number: int, first: str, second: str) -> Frame:
-        """Return axes from one joint to another of the left (0) or the right (1) half."""
-        return axes_along(lambda moment: (self.place_of(number, first, moment), self.place_of(number, second, moment)))
-
     @cached_property
     def arm_axes(self) -> list[Frame]:
         """Axes of the left and the right arm, from the pivot to the ball."""
-        return [self.axes_between(number, "arm_pivot", "ball") for number in (0, 1)]
-
-    @cached_property
-    def ball_axes(self) -> list[Frame]:
-        """Axes that move with the left and the right ball and stay upright, as the light on them does."""
-        return [axes_shifted(partial(self.place_of, number, "ball")) for number in (0, 1)]
+        return self.axes_between("arm_pivot", "ball")
 
     @cached_property
     def link_axes(self) -> list[Frame]:
         """Axes of the left and the right link, from the joint of the arm to the lug."""
-        return [self.axes_between(number, "link_joint", "link_end") for number in (0, 1)]
+        return self.axes_between("link_joint", "link_end")
 
     def pin_axes(self, number: int, joint: str) -> Frame:
         """Return axes that hold the pin of a joint of the left (0) or the right (1) half."""

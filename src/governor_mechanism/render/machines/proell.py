@@ -6,7 +6,7 @@ from functools import cached_property
 from governor_mechanism.machines.proell import LEFT_BALL, RIGHT_BALL
 from governor_mechanism.render.geometry.attached import Attached, Frame
 from governor_mechanism.render.geometry.outlines import make_bar
-from governor_mechanism.render.geometry.primitives import Circle
+from governor_mechanism.render.machines.governor_parts import ball_parts
 from governor_mechanism.render.machines.machine_drawing import Dimension
 from governor_mechanism.render.machines.pendulum import PendulumDrawing
 from governor_mechanism.render.machines.pendulum_parts import ARM_WIDTH, LINK_WIDTH, PendulumSide
@@ -35,13 +35,12 @@ class ProellDrawing(PendulumDrawing):
             yield self.attach(self.arm_axes[number], [make_bar("arm", side.arm_pivot, side.link_joint, LINK_WIDTH * u)])
             lower_arm = [make_bar("arm", side.link_joint, end, ARM_WIDTH * u) for end in (side.link_end, side.ball)]
             yield self.attach(self.link_axes[number], lower_arm)
-        ball = Circle("ball", 0.0, 0.0, self.ball_radius)
-        yield from (Attached(frame=axes, shapes=(ball,)) for axes in self.ball_axes)
+        yield from ball_parts(self.axes_at("ball"), self.ball_radius)
 
     @cached_property
     def arm_axes(self) -> list[Frame]:
         """Axes of the left and the right upper arm, from the pivot to the joint; the ball is on the lower arm."""
-        return [self.axes_between(number, "arm_pivot", "link_joint") for number in (0, 1)]
+        return self.axes_between("arm_pivot", "link_joint")
 
     def traced_path(self, poses: FloatArray) -> FloatArray:
         """Return the path (n, 2) (m) of the centre of the right ball."""
