@@ -81,7 +81,7 @@ INNER_FOLDERS = {
     "studies": [
         {"compared_quantities", "effect_ablation", "equilibrium_report", "plain_runs", "sweep"},
         {"comparison", "hard_cases", "regulation", "valve_gears", "work_precision_results"},
-        {"design", "work_precision"},
+        {"design", "synthesis", "work_precision"},
     ],
     "verification": [{"report"}, {"laws"}, {"machines", "user_kernel"}],
 }

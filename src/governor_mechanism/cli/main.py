@@ -20,6 +20,7 @@ from governor_mechanism.cli.regulation import regulation_app
 from governor_mechanism.cli.run import open_scene, run
 from governor_mechanism.cli.scenes import assemblies, catalogue, describe, init, kinematics, models, schema
 from governor_mechanism.cli.studies import accuracy, effects, errata, hard_cases, sweep, valve_gears
+from governor_mechanism.cli.synthesis import synthesis_app
 
 COLLECTION_THRESHOLD = 100_000
 """Number of new objects after which unreachable ones are searched for; what is imported stays, and searching it takes longer than a run."""
@@ -90,6 +91,7 @@ console.add_command(app, open_scene, name="open")
 _ANY_OPTIONS = {"allow_extra_args": True, "ignore_unknown_options": True}
 console.add_command(app, design, context_settings=_ANY_OPTIONS)
 app.add_typer(regulation_app, name="regulation")
+app.add_typer(synthesis_app, name="synthesise")
 
 
 if __name__ == "__main__":

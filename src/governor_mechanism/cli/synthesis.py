@@ -1,0 +1,54 @@
+"""The commands `synthesise function`, `synthesise positions` and `synthesise path`: dimensions of four-bars for what is wanted.
+
+Heavy imports are made when a command needs them.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+import governor_mechanism as gm
+from governor_mechanism.cli import console
+from governor_mechanism.errors import MechanismError
+from governor_mechanism.files.writing import atomic_write
+from governor_mechanism.render.figure_files import FigureFiles
+
+if TYPE_CHECKING:
+    from governor_mechanism.studies.synthesis.linkage import Synthesis
+
+PointFile = Annotated[str, typer.Argument(metavar="FILE", help="A file of points: CSV with units in the header, or TOML.")]
+Take = Annotated[int, typer.Option(help="Number of the linkage whose scene file is written.")]
+
+
+def function(file: PointFile, take: Take = 1, *, figures: FigureFiles, as_json: console.AsJson = False) -> console.CommandResult:
+    """Find the four-bars that generate a function, exactly at three to five angles, by Freudenstein's equation.
+
+    FILE has the columns "input_angle [deg]" and "output_angle [deg]", or as TOML: function = "log10(x)", over = [1, 2],
+    input_angles, output_angles, count and ground. The exit status is 1 if there is no linkage without a defect.
+    """
+    console.prepare_folder(figures.folder)
+    with console.show_status("solving Freudenstein's equation"):
+        return _report(gm.synthesise_function(file), file, take, figures)
+
+
+def _report(result: Synthesis, file: str, take: int, figures: FigureFiles) -> console.CommandResult:
+    """Return what a command prints, after it has written the scene of one linkage, the table, the record and the figure."""
+    stem = Path(file).stem
+    if not result.rows and take == 1:
+        return console.CommandResult(result, files=[], ok=False)
+    if not 1 <= take <= len(result.rows):
+        raise MechanismError(f"--take must be the number of a linkage, 1 to {len(result.rows)}; found {take}")
+    scene_file = figures.folder / f"{stem}_{take}.toml"
+    with atomic_write(scene_file) as temporary:
+        temporary.write_text(result.rows[take - 1].scene.to_toml(), encoding="utf-8")
+    files = [scene_file, result.save_csv(figures.folder / f"{stem}.csv"), result.save_json(figures.folder / f"{stem}.json")]
+    ok = not result.rows[0].check.defects
+    return console.CommandResult(result, files=files + figures.save_all(result, stem), ok=ok)
+
+
+synthesis_app = typer.Typer(help="Find four-bars for what is wanted.", no_args_is_help=True, rich_markup_mode=None)
+for command in (function,):
+    console.add_command(synthesis_app, command)

@@ -1,0 +1,103 @@
+"""Figures of synthesised four-bars: each at its positions with the path of its point, and what is particular to a kind of synthesis."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from governor_mechanism.render.figures.page import SERIES_LINE_STYLES, Page, Panel, add_legend
+from governor_mechanism.render.style import BLUE, GREEN, INK, MUTED, PAPER, RULE, SERIES_COLOURS, VERMILLION
+from governor_mechanism.types import ComplexArray, FloatArray
+
+if TYPE_CHECKING:
+    from governor_mechanism.studies.synthesis.function import FunctionSynthesis
+    from governor_mechanism.studies.synthesis.linkage import Synthesis, SynthesisedLinkage
+
+MAX_SHOWN: Final = 6
+"""Number of linkages in a figure; of more the first ones are drawn, and the figure says so."""
+
+_CELL, _HEADING, _FOOT, _GAP = 3.1, 0.75, 0.3, 0.12
+"""Width and height of the room of a linkage, and heights of heading and foot, and gap between rooms, inches."""
+_EXTRA_HEIGHT = 2.9
+"""Height of a panel over the whole width below the linkages, inches."""
+
+
+def synthesis_figure(
+    result: Synthesis, title: str = "Synthesised four-bars", points: ComplexArray | None = None, extra: bool = False
+) -> Page:
+    """Draw the best linkages at their positions, with the points that were asked for; `extra` leaves room for a panel below."""
+    rows = result.rows[:MAX_SHOWN]
+    n_columns = max(min(3, len(rows)), 2)
+    n_rows = max(math.ceil(len(rows) / n_columns), 1)
+    below = _EXTRA_HEIGHT if extra else 0.0
+    width, height = n_columns * _CELL, _HEADING + n_rows * _CELL + _FOOT + below
+    page = Page(width, height)
+    page.write_title(title, y=1 - 0.28 / height, size=13)
+    page.write_title(result.notes[0] if result.notes else "", y=1 - 0.55 / height, size=8.5, colour=MUTED)
+    for k, row in enumerate(rows):
+        line, column = divmod(k, n_columns)
+        bottom = _FOOT + below + (n_rows - 1 - line) * _CELL
+        place = ((column * _CELL + _GAP) / width, bottom / height, (_CELL - 2 * _GAP) / width, (_CELL - 0.3) / height)
+        panel = page.add_panel(place, grid=None)
+        panel.axison = False
+        _draw_linkage(panel, row, points)
+        panel.write_heading(f"{row.number}  {row.linkage.type}; defects: {row.defects}", y=1.02, size=8.5)
+    hidden = f"; the first {MAX_SHOWN} of {len(result.rows)} are shown" if len(result.rows) > MAX_SHOWN else ""
+    page.write_footnote(f"dark: first position; pale: the others; thin: path of the point{hidden}", y=0.1 / height)
+    return page
+
+
+def _draw_linkage(panel: Panel, row: SynthesisedLinkage, points: ComplexArray | None) -> None:
+    """Draw a linkage at all its positions, the path of its point, and the points asked for."""
+    first, second = row.linkage.fixed
+    path = row.check.path
+    panel.plot(path[:, 0], path[:, 1], color=GREEN, linewidth=0.9, zorder=1)
+    for k, (start, end, point) in reversed(list(enumerate(row.positions))):
+        colour, wide = (INK, 2.0) if k == 0 else (RULE, 1.0)
+        _line(panel, (first, start), BLUE if k == 0 else colour, wide, k)
+        _line(panel, (second, end), VERMILLION if k == 0 else colour, wide, k)
+        _line(panel, (start, end, point, start), colour, 0.7 * wide, k)
+    pivots = np.array([first, second])
+    panel.plot(pivots.real, pivots.imag, "^", color=INK, markersize=7, zorder=5)
+    joints = row.positions[0, :2]
+    panel.plot(joints.real, joints.imag, "o", color=INK, markerfacecolor=PAPER, markersize=4.5, zorder=6)
+    asked = row.positions[:, 2] if points is None else points
+    panel.plot(asked.real, asked.imag, ".", color=VERMILLION, markersize=5, zorder=7)
+    everything = np.concatenate([pivots, row.positions.ravel(), asked, path[:, 0] + 1j * path[:, 1]])
+    low, high = _corners(everything)
+    middle = 0.5 * (low + high)
+    panel.show_region((middle.real, middle.imag), 0.55 * max((high - low).real, (high - low).imag))
+
+
+def _corners(points: ComplexArray) -> tuple[complex, complex]:
+    return complex(points.real.min(), points.imag.min()), complex(points.real.max(), points.imag.max())
+
+
+def _line(panel: Panel, points: tuple[complex, ...], colour: str, width: float, depth: int) -> None:
+    chain = np.array(points)
+    panel.plot(chain.real, chain.imag, color=colour, linewidth=width, solid_capstyle="round", zorder=4.0 if depth == 0 else 2.0)
+
+
+def function_figure(result: FunctionSynthesis) -> Page:
+    """Draw the linkages, and their structural errors over the input."""
+    task = result.task
+    page = synthesis_figure(result, f"Four-bars that generate {task.text}" if task.text else "Function generators", extra=bool(task.text))
+    if task.text:
+        height = page.get_figheight()
+        panel = page.add_panel((0.11, 0.72 / height, 0.85, (_EXTRA_HEIGHT - 1.25) / height), "Input [deg]", "Structural error [deg]")
+        for k, row in enumerate(result.rows[:4]):
+            errors = np.degrees(result.structural_error(row.number))
+            if np.all(np.isfinite(errors)) and not row.check.defects:
+                _draw_errors(panel, errors, k, row.number)
+        panel.axhline(0.0, color=MUTED, linewidth=0.8, zorder=1)
+        panel.plot(np.degrees(result.pairs[:, 0]), np.zeros(len(result.pairs)), "o", color=INK, markersize=4, zorder=4)
+        add_legend(panel, loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=4, borderaxespad=0.2, fontsize=8)
+    return page
+
+
+def _draw_errors(panel: Panel, errors: FloatArray, k: int, number: int) -> None:
+    panel.plot(
+        errors[:, 0], errors[:, 1], color=SERIES_COLOURS[k], linestyle=SERIES_LINE_STYLES[k], linewidth=1.4, label=f"linkage {number}"
+    )

@@ -1,0 +1,39 @@
+"""The commands `synthesise`: files they read and write, their exit status."""
+
+import json
+
+from typer.testing import CliRunner
+
+import governor_mechanism as gm
+from governor_mechanism.cli.main import app
+
+RECIPROCAL = """function = "1/x"
+over = [1, 2]
+input_angles = ["30 deg", "120 deg"]
+output_angles = ["240 deg", "330 deg"]
+count = 4
+"""
+
+
+def invoke(tmp_path, *arguments):
+    return CliRunner().invoke(app, ["synthesise", *map(str, arguments), "--out", str(tmp_path)])
+
+
+def test_function_writes_a_scene_that_loads(tmp_path):
+    file = tmp_path / "reciprocal.toml"
+    file.write_text(RECIPROCAL)
+    result = invoke(tmp_path, "function", file, "--json")
+    assert result.exit_code == 0, result.output
+    record = json.loads(result.stdout)
+    assert len(record["rows"]) == 2 and record["rows"][0]["defects"] == "none"
+    scene = gm.load(tmp_path / "reciprocal_1.toml")
+    assert scene.run.duration > 0.0
+    assert {path.suffix for path in tmp_path.glob("reciprocal.*")} == {".toml", ".csv", ".json", ".png"}
+
+
+def test_a_linkage_that_there_is_not_gets_a_sentence(tmp_path):
+    file = tmp_path / "reciprocal.toml"
+    file.write_text(RECIPROCAL)
+    result = invoke(tmp_path, "function", file, "--take", 3, "--no-figure")
+    assert result.exit_code == 2
+    assert "must be the number of a linkage, 1 to 2; found 3" in result.stderr

@@ -1,0 +1,116 @@
+"""Function generators: recovered linkages, proportions from a source, spacing, and what is refused."""
+
+import cmath
+import math
+
+import numpy as np
+import pytest
+
+import governor_mechanism as gm
+from governor_mechanism.studies.synthesis.function import chebyshev_points
+
+
+def output_angles(lengths, inputs):
+    """Angles of the output of an open four-bar by the cosine rule, which the synthesis does not use."""
+    ground, crank, coupler, rocker = lengths
+    angles = []
+    for phi in inputs:
+        vector = crank * cmath.exp(1j * phi) - ground
+        inner = math.acos((rocker**2 + abs(vector) ** 2 - coupler**2) / (2 * rocker * abs(vector)))
+        angles.append(cmath.phase(vector) - inner)
+    return np.unwrap(angles)
+
+
+LENGTHS = (3.2, 1.0, 3.0, 2.5)
+
+
+@pytest.mark.parametrize(("count", "input_shift", "output_shift"), [(3, 0.0, 0.0), (4, 0.0, 0.4), (5, -0.7, 0.4)])
+def test_a_known_linkage_is_recovered_though_its_starts_are_not_known(count, input_shift, output_shift):
+    inputs = np.linspace(0.3, 1.9, count)
+    pairs = np.column_stack([inputs + input_shift, output_angles(LENGTHS, inputs) + output_shift])
+    found = gm.synthesise_function(pairs, ground=3.2)
+    nearest = min(found.rows, key=lambda row: np.abs(np.array(row.linkage.lengths) - LENGTHS).max())
+    assert nearest.linkage.lengths == pytest.approx(LENGTHS, rel=1e-9)
+    assert nearest.defects == "none"
+    assert nearest.check.distance < 1e-9
+
+
+def test_the_example_of_a_lecture():
+    # Pairs and ground of the example in lecture 12, Three position synthesis, of ME 3751 at Ohio State University (H.-J. Su), in inches;
+    # the lengths are those of its linear equations in 1, cos(phi) and cos(theta), solved by Cramer's rule with two digits of the angles.
+    pairs = [["35.02 deg", "91.21 deg"], ["67.50 deg", "101.79 deg"], ["100.0 deg", "117.19 deg"]]
+    row = gm.synthesise_function(pairs, ground="4.5 in").rows[0]
+    assert np.array(row.linkage.lengths) / 0.0254 == pytest.approx([4.5, 0.3977, 4.2011, 0.8380], abs=5e-5)
+    assert str(row.linkage.type) == "crank-rocker"
+
+
+def test_chebyshevs_spacing_has_the_printed_points():
+    # As textbooks print them for 1 <= x <= 2.
+    assert chebyshev_points(1.0, 2.0, 3) == pytest.approx([1.067, 1.500, 1.933], abs=5e-4)
+
+
+TASK = {"function": "1/x", "over": [1, 2], "input_angles": ["30 deg", "120 deg"], "output_angles": ["240 deg", "330 deg"]}
+
+
+def test_the_structural_error_vanishes_at_the_pairs_and_shrinks_with_their_number():
+    errors = []
+    for count in (3, 4, 5):
+        found = gm.synthesise_function(**TASK, count=count)
+        curve = found.structural_error(1)
+        at_pairs = np.interp(found.pairs[:, 0], curve[:, 0], curve[:, 1])
+        assert np.abs(at_pairs).max() < 0.02 * np.abs(curve[:, 1]).max() + 1e-6
+        errors.append(found.rows[0].error)
+    assert errors[0] > errors[1] > errors[2]
+
+
+def test_pairs_behind_a_toggle_are_named():
+    found = gm.synthesise_function(**TASK, count=4)
+    assert found.rows[0].defects == "none"
+    assert found.rows[1].check.defects == ("branch (2, 3)",)
+
+
+def test_the_scene_runs_through_the_pairs():
+    row = gm.synthesise_function(**TASK).rows[0]
+    run = gm.run(row.scene, certify=False)
+    assert run.outcome.ok
+    swept = np.ptp(run.readings["output_angle"])
+    assert swept == pytest.approx(np.ptp(np.angle(row.positions[:, 1] - row.linkage.fixed[1])), abs=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ({"pairs": [[0.1, 0.2], [0.3, 0.4]]}, "must be 3, 4 or 5; found 2"),
+        ({"pairs": [[0.1, 0.2], [0.3, 0.4], [0.1, 0.2]]}, "1 and 3 coincide"),
+        ({"pairs": [[0.1, float("nan")], [0.3, 0.4], [0.5, 0.6]]}, "output_angle of point 1 must be a finite number"),
+        ({"pairs": [["3 mm", 0.1], [0.3, "x"], [0.5, 0.6]]}, "input_angle of point 1.*\n.*output_angle of point 2"),
+        ({}, "give one of both"),
+        ({**TASK, "over": [-1, 1]}, "no finite value|same value"),
+        ({**TASK, "function": "1/y"}, "may have the name x alone; found y"),
+        ({**TASK, "function": "cos(x)", "over": [-1, 1]}, "at both ends of over"),
+        ({**TASK, "count": 6}, "must be 3, 4 or 5; found 6"),
+        ({**TASK, "ground": "-1 m"}, "must be positive"),
+        ({"function": "1/x"}, "also needs over, input_angles, output_angles"),
+        ({"pairs": "no_such_file.csv"}, "cannot be read"),
+    ],
+)
+def test_mistakes_get_a_sentence(arguments, message):
+    with pytest.raises(gm.MechanismError, match=message):
+        gm.synthesise_function(**arguments)
+
+
+def test_files_of_points_are_read_with_their_units(tmp_path):
+    table = tmp_path / "angles.csv"
+    table.write_text("output_angle [deg],input_angle\n91.21,0.6112143\n101.79,1.1780972\n117.19,1.7453293\n")
+    found = gm.synthesise_function(table)
+    assert np.degrees(found.pairs) == pytest.approx(np.array([[35.02, 91.21], [67.5, 101.79], [100.0, 117.19]]), abs=1e-5)
+    table.write_text("input_angle [deg],output [deg]\n1,2\n")
+    with pytest.raises(gm.MechanismError, match="the columns must be input_angle, output_angle"):
+        gm.synthesise_function(table)
+    table.write_text("input_angle [furlong],output_angle [deg]\n1,2\n2,3\n3,5\n")
+    with pytest.raises(gm.MechanismError, match="input_angle of point 1"):
+        gm.synthesise_function(table)
+    document = tmp_path / "task.toml"
+    document.write_text('functoin = "1/x"\n')
+    with pytest.raises(gm.MechanismError, match="Did you mean 'function'"):
+        gm.synthesise_function(document)
