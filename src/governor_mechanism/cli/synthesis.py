@@ -1,4 +1,4 @@
-"""The commands `synthesise function`, `synthesise positions` and `synthesise path`: dimensions of four-bars for what is wanted.
+"""The commands `synthesise`: dimensions of four-bars for what is wanted.
 
 Heavy imports are made when a command needs them.
 """
