@@ -35,7 +35,7 @@ from governor_mechanism.studies.synthesis.tables import parse_pair, read_points,
 from governor_mechanism.types import FloatArray
 from governor_mechanism.units.expressions import Expression, Function, Measured
 from governor_mechanism.units.quantities import parse_quantity
-from governor_mechanism.units.short_repr import short_repr
+from governor_mechanism.units.text_table import short_repr
 
 KEYS: Final = ("function", "over", "input_angles", "output_angles", "count", "ground")
 COLUMNS: Final = {"input_angle": "angle", "output_angle": "angle"}

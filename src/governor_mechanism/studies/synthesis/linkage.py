@@ -20,7 +20,7 @@ from governor_mechanism.observables.linkage import DriveTravel, FourBar, Grashof
 from governor_mechanism.scenes.changed_document import make_scene
 from governor_mechanism.studies.kinematics import study_kinematics
 from governor_mechanism.types import BoolArray, ComplexArray, FloatArray
-from governor_mechanism.units.short_repr import short_repr
+from governor_mechanism.units.text_table import short_repr
 
 LINKS: Final = ("crank", "coupler", "rocker")
 """Names of input, coupler and output in the scene."""
