@@ -76,24 +76,25 @@ class FourBarLinkage:
         """Class by Grashof's rule."""
         return FourBar(links=LINKS, lengths=self.lengths).grashof
 
-    def document(self, title: str, rate: float = RATE, duration: float = math.tau / RATE) -> dict[str, Any]:
-        """Return the document of a scene in which a motor turns the input, rad/s, for a time, s."""
-        (ground_a, ground_b), (start, end) = self.fixed, self.moving
-        ends = ((ground_a, start), (start, end), (ground_b, end))
-        bodies: list[dict[str, Any]] = [_rod(name, *pair) for name, pair in zip(LINKS, ends, strict=True)]
-        bodies[1]["points"] = {"P": _pair((self.point - start) / cmath.exp(1j * cmath.phase(end - start)))}
-        pins = (("ground.A", "crank.start"), ("crank.end", "coupler.start"), ("coupler.end", "rocker.end"), ("ground.B", "rocker.start"))
-        joints: list[dict[str, Any]] = [{"type": "pin", "first": first, "second": second} for first, second in pins]
-        joints.append({"type": "driven_turn", "name": "motor", "first": "ground", "second": "crank", "rate": rate})
-        return {
-            "title": title,
-            "machine": "custom",
-            "ground": {"A": _pair(ground_a), "B": _pair(ground_b)},
-            "body": bodies,
-            "joint": joints,
-            "readings": {DRIVE: {"angle": "crank"}, "coupler_angle": {"angle": "coupler"}, "output_angle": {"angle": "rocker"}},
-            "run": {"duration": duration, "paths": ["P"]},
-        }
+
+def linkage_document(linkage: FourBarLinkage, title: str, rate: float = RATE, duration: float = math.tau / RATE) -> dict[str, Any]:
+    """Return the document of a scene in which a motor turns the input, rad/s, for a time, s."""
+    (ground_a, ground_b), (start, end) = linkage.fixed, linkage.moving
+    ends = ((ground_a, start), (start, end), (ground_b, end))
+    bodies: list[dict[str, Any]] = [_rod(name, *pair) for name, pair in zip(LINKS, ends, strict=True)]
+    bodies[1]["points"] = {"P": _pair((linkage.point - start) / cmath.exp(1j * cmath.phase(end - start)))}
+    pins = (("ground.A", "crank.start"), ("crank.end", "coupler.start"), ("coupler.end", "rocker.end"), ("ground.B", "rocker.start"))
+    joints: list[dict[str, Any]] = [{"type": "pin", "first": first, "second": second} for first, second in pins]
+    joints.append({"type": "driven_turn", "name": "motor", "first": "ground", "second": "crank", "rate": rate})
+    return {
+        "title": title,
+        "machine": "custom",
+        "ground": {"A": _pair(ground_a), "B": _pair(ground_b)},
+        "body": bodies,
+        "joint": joints,
+        "readings": {DRIVE: {"angle": "crank"}, "coupler_angle": {"angle": "coupler"}, "output_angle": {"angle": "rocker"}},
+        "run": {"duration": duration, "paths": ["P"]},
+    }
 
 
 def _pair(point: complex) -> list[float]:
@@ -174,7 +175,7 @@ class SynthesisedLinkage(Recorded):
     def scene(self) -> Scene:
         """The linkage as a scene, whose motor turns the input through the positions."""
         title = f"Synthesised {self.linkage.type}"
-        return make_scene(self.linkage.document(title, self.check.sense * RATE, self.check.sweep / RATE))
+        return make_scene(linkage_document(self.linkage, title, self.check.sense * RATE, self.check.sweep / RATE))
 
     @property
     def defects(self) -> str:
@@ -229,7 +230,7 @@ def check_linkage(linkage: FourBarLinkage, positions: ComplexArray, points: Comp
     are those of the given points, shape (n,), or else of all three. Raises MechanismError if the input cannot lead at the first position.
     """
     moving = positions[:, :2]
-    scene = make_scene(linkage.document("a linkage that is checked"))
+    scene = make_scene(linkage_document(linkage, "a linkage that is checked"))
     mechanism = scene.part.mechanism
     travel = DriveTravel(mechanism, DRIVE, PositionSolver(mechanism).solve({}))
     motion = travel.range
@@ -300,7 +301,7 @@ def _plan_run(angles: FloatArray, is_cyclic: bool) -> tuple[int, float]:
 
 def output_changes(linkage: FourBarLinkage, inputs: FloatArray) -> FloatArray:
     """Return how far the output turns from the first position to input angles, rad; infinite if the input cannot go through them."""
-    scene = make_scene(linkage.document("a linkage that generates a function"))
+    scene = make_scene(linkage_document(linkage, "a linkage that generates a function"))
     first = cmath.phase(linkage.moving[1] - linkage.fixed[1])
     try:
         outputs = study_kinematics(scene, DRIVE, inputs).readings["output_angle"]
