@@ -50,6 +50,10 @@ def _change(session: Session, request: Request) -> None:
     session.change(request.values, is_last=request.is_last)
 
 
+def _choose(session: Session, request: Request) -> None:
+    session.choose(request.key, request.value)
+
+
 def _undo(session: Session, request: Request) -> None:
     session.undo()
 
@@ -122,6 +126,7 @@ def _save(session: Session, request: Request) -> Answer:
 ACTIONS: Final[Mapping[str, Callable[[Session, Request], Answer | Later | None]]] = {
     "hello": _hello,
     "change": _change,
+    "choose": _choose,
     "undo": _undo,
     "redo": _redo,
     "reset": _reset,

@@ -37,6 +37,10 @@ class Request:
         Numbers by key in their units, of a change.
     is_last
         Whether a change is the last one of a drag.
+    key
+        Key of a choice.
+    value
+        The word that is chosen, or whether something is on.
     time
         Time that the page shows, or from which the motion goes on, s.
     duration
@@ -62,6 +66,8 @@ class Request:
     action: str
     values: Mapping[str, float] = field(default_factory=dict)
     is_last: bool = True
+    key: str = ""
+    value: str | bool = False
     time: float = 0.0
     duration: float = 0.0
     tab: str = ""
@@ -125,6 +131,11 @@ def _read_flag(value: Any) -> bool:
     return value
 
 
+def _read_choice(value: Any) -> str | bool:
+    """Return a word, or true or false."""
+    return value if isinstance(value, bool) else _read_text(value)
+
+
 def _read_text(value: Any) -> str:
     """Return a short text."""
     if not isinstance(value, str) or len(value) > MAX_KEY_LENGTH:
@@ -152,6 +163,7 @@ def _one_of(words: tuple[str, ...]) -> Callable[[Any], str]:
 
 FIELDS: Final[Mapping[str, Mapping[str, Callable[[Any], Any]]]] = {
     "change": {"values": _read_values, "isLast": _read_flag, "time": _read_number},
+    "choose": {"key": _read_text, "value": _read_choice},
     "hello": {},
     "undo": {},
     "redo": {},

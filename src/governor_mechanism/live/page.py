@@ -16,7 +16,20 @@ from governor_mechanism.scenes.library import list_catalogue_entries, list_conte
 CONNECTIONS: Final = "; connect-src 'self'"
 """What the page may ask beside its own text: the web socket of its server."""
 
-SCRIPTS: Final = ("saving", "inspection", "locks", "ghost", "address", "voice", "panel", "results", "grips", "motion", "connection")
+SCRIPTS: Final = (
+    "saving",
+    "inspection",
+    "locks",
+    "ghost",
+    "address",
+    "voice",
+    "panel",
+    "results",
+    "grips",
+    "motion",
+    "choices",
+    "connection",
+)
 """Files of the script in `render/page/script/live`, in their order; what connects the page comes last."""
 
 LINKS: Final = {"server": ("server", CONNECTIONS), "notebook": ("frame", "")}

@@ -9,6 +9,7 @@ import numpy as np
 
 import governor_mechanism as gm
 from governor_mechanism.errors import GovernorMechanismError, MechanismError
+from governor_mechanism.live.choices import EFFECTS_KEY, choose, find_choices
 from governor_mechanism.live.describing import choose_pace, describe_outcome, describe_readings, show_whole_run
 from governor_mechanism.live.equilibria import EquilibriumPlot
 from governor_mechanism.live.grips import find_grips
@@ -84,6 +85,7 @@ class Session:
         self._equilibria = EquilibriumPlot(scene)
         self.shown_time = 0.0
         """Time, s, that the page shows which asked for the last change."""
+        self._kept_effects: dict[str, Any] = {}
         self._boxes: Sequence[BoundingBox] = ()
         self._motions: dict[str, Motion] = {}
 
@@ -147,6 +149,19 @@ class Session:
         """Return the quantities whose values are not those of the first document, by key."""
         before = find_quantities(self._first_document, 1.0)
         return {key: one.value for key, one in self.find_quantities().items() if key not in before or before[key].value != one.value}
+
+    def choose(self, key: str, value: str | bool) -> None:
+        """Choose a word, or switch something on or off; an effect that was off comes back as it was.
+
+        Raises MechanismError for a key that is no choice of the scene, or a value that it cannot have.
+        """
+        with self._changing:
+            self._kept_effects |= {name: one for name, one in self._document.get(EFFECTS_KEY, {}).items() if one}
+            document = choose(self._document, self.run.scene, key, value, self._kept_effects)
+            self._done = [*self._done, self._document][-MAX_UNDONE:]
+            self._is_dragging = False
+            self._undone.clear()
+            self._take(document)
 
     def undo(self) -> None:
         """Return to the document before the last change, if there is one."""
@@ -226,6 +241,7 @@ class Session:
         }
         return self._describe_state(snapshot, shown) | {
             "data": collect_data(shown, slow_down),
+            "choices": [asdict(one) for one in find_choices(snapshot.document, run.scene).values()],
             "equilibria": self._equilibria.draw(run.scene),
             "facts": {name: [(term, raise_exponents(text)) for term, text in rows] for name, rows in facts.items()},
         }

@@ -17,11 +17,11 @@ function startWorkbench(page) {
     if (isLast) sendWaiting();
     else if (isFirst) requestAnimationFrame(sendWaiting);
   };
-  const act = (action) => {
-    send({ action });
+  const act = (message) => {
+    send(message);
     motion.change();
   };
-  const panel = makePanel(change, act);
+  const panel = makePanel(change, (action) => act({ action }));
   const motion = makeMotion(page, send, (piece) => (piece.refused ? panel.tell(piece.refused, true) : panel.showMotion(piece)));
   const goOn = makeButton("Let it move", () => (motion.isOn ? showWholeRun() : motion.start(page.player.time)));
   goOn.title = "the motion goes on from what is shown, and what you change acts at once";
@@ -42,9 +42,11 @@ function startWorkbench(page) {
   });
   const saving = makeSaving(send);
   const sections = [makeValveSection(send), makeAssemblySection(send)];
+  const choices = makeChoices((key, value) => act({ action: "choose", key, value }));
   const ghost = makeGhost(page);
   const address = makeAddress(change);
   const voice = makeVoice();
+  panel.node.querySelector("table").before(choices.node);
   panel.node.append(voice.node, ghost.node, ...sections.map((one) => one.node), saving.node);
   document.querySelector("main").classList.add("is-live");
   find("controls").after(panel.node);
@@ -56,7 +58,7 @@ function startWorkbench(page) {
       const action = key === "y" || (key === "z" && event.shiftKey) ? "redo" : key === "z" ? "undo" : "";
       if (!action) return;
       event.preventDefault();
-      act(action);
+      act({ action });
     },
     true,
   );
@@ -81,7 +83,7 @@ function startWorkbench(page) {
     ghost.show(state);
     showLocks(state);
     if (state.facts) {
-      for (const one of [saving, ...sections, address, voice]) one.show(state);
+      for (const one of [saving, choices, ...sections, address, voice]) one.show(state);
       whole = state;
       if (!state.problem && motion.isOn) showEquilibria(state.equilibria);
       for (const [id, facts] of Object.entries(state.facts)) showFacts(find(id), facts);
