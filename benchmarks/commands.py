@@ -23,6 +23,7 @@ def main() -> None:
             "crosscheck porter": ["crosscheck", "porter"],
             "run porter (target 4 s)": ["run", "porter", "--out", folder],
             "run porter --no-film (target 1.2 s)": ["run", "porter", "--no-film", "--out", folder],
+            "run porter --no-film --no-figure": ["run", "porter", "--no-film", "--no-figure", "--out", folder],
         }
         print("| command | s |\n|---|---|")
         for name, words in cases.items():
