@@ -22,7 +22,8 @@ from governor_mechanism.statics.equilibrium_speed import WorkingRange
 from governor_mechanism.statics.speed_curve import compute_insensitivity_band, equilibrium_speed_at
 from governor_mechanism.studies.design import flywheel, governed_engine, hartnell, hartung, pendulum, pendulum_inputs
 from governor_mechanism.studies.design.engine_governor import DEFAULT_INPUTS as ENGINE_INPUTS
-from governor_mechanism.studies.design.flywheel import FlywheelDesign, PaperComparison
+from governor_mechanism.studies.design.flywheel import FlywheelDesign
+from governor_mechanism.studies.design.flywheel_paper import PaperComparison, compare_with_paper
 from governor_mechanism.studies.design.governed_engine import LOAD_CHANGE, GovernedEngineDesign, change_times
 from governor_mechanism.studies.design.hartnell import HartnellDesign
 from governor_mechanism.studies.design.pendulum import START_FRACTION, TARGET_FRACTION, PendulumDesign
@@ -435,7 +436,7 @@ class DesignReport(Result):
 
 PROCEDURES: Mapping[str, Procedure] = {
     "hartung": Procedure(hartung.PAPER_INPUTS, hartung.design_hartung, compare=hartung.compare_with_paper),
-    "flywheel": Procedure(flywheel.PAPER_INPUTS, flywheel.design_flywheel, simulate_wheels, flywheel.compare_with_paper),
+    "flywheel": Procedure(flywheel.PAPER_INPUTS, flywheel.design_flywheel, simulate_wheels, compare_with_paper),
     "governed-engine": Procedure(ENGINE_INPUTS, governed_engine.design_governed_engine, lambda design, _: simulate_governed_engine(design)),
     "pendulum": Procedure(pendulum_inputs.DEFAULT_INPUTS, pendulum.design_pendulum, lambda design, _: simulate_pendulum(design)),
     "hartnell": Procedure(hartnell.DEFAULT_INPUTS, hartnell.design_hartnell, lambda design, _: simulate_hartnell(design)),
