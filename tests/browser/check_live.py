@@ -324,3 +324,27 @@ def test_the_page_lives_in_an_output_cell(tab, tmp_path):
         time.sleep(0.05)
     assert 1.0 < session.find_quantities()["dimensions.crank"].value < 1.02
     assert not tab.problems
+
+
+def test_a_motion_goes_on_from_what_is_shown_and_takes_a_change_at_once(tab, bench):
+    workbench, address = bench
+    session = workbench.sessions["porter"]
+    session.reset()
+    tab.open(f"{address}porter/", width=1366)
+    wait_for(tab, session)
+    button = "[...document.querySelectorAll('#workbench button')].find((one) => /Let it move|Back to the run/.test(one.textContent))"
+    end = "Number(document.getElementById('scrub').max)"
+    stop = tab.evaluate(end)
+    tab.evaluate(f"{button}.click()")
+    deadline = time.monotonic() + WAITING_TIME
+    while tab.evaluate(end) < stop + 1.0:  # the run is over, and the motion goes on
+        assert time.monotonic() < deadline
+        time.sleep(0.05)
+    type_value(tab, "spindle.speed", 125.0)
+    while not re.search("125", tab.evaluate("document.querySelector('#workbench td[data-reading=spindle_speed]').textContent")):
+        assert time.monotonic() < deadline
+        time.sleep(0.05)
+    assert re.search("pieces add up to", tab.evaluate("document.querySelector('#workbench [role=status]').textContent"))
+    tab.evaluate(f"{button}.click()")
+    assert tab.evaluate(end) == stop
+    assert not tab.problems
