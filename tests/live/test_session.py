@@ -47,6 +47,7 @@ def test_an_answer_is_the_run_of_the_changed_scene(session):
     for reading in state["readings"]:
         assert reading["value"] == run.readings[reading["name"]][-1]
         assert reading["error"] == run.reading_errors[reading["name"]]
+        assert reading["estimate"].rpartition(" ")[2] == reading["text"].rpartition(" ")[2]  # in the same unit
 
 
 def test_a_drag_is_undone_at_once_and_redone(session):

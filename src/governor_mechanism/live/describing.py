@@ -40,7 +40,7 @@ def describe_readings(run: Trajectory) -> list[dict[str, Any]]:
     for name, values in run.readings.items():
         value, unit = float(values[-1]), run.units.get(name, "")
         if math.isfinite(value):
-            text = format_quantity(value, unit)
-            described.append({"name": name, "words": format_name(name), "unit": unit, "value": value, "text": text})
-            described[-1]["error"] = run.reading_errors.get(name)
+            error = run.reading_errors.get(name)
+            texts = {"text": format_quantity(value, unit), "estimate": "" if error is None else f"± {format_quantity(error, unit, '.1g')}"}
+            described.append({"name": name, "words": format_name(name), "value": value, "error": error} | texts)
     return described

@@ -47,7 +47,8 @@ function startWorkbench(page) {
   const address = makeAddress(change);
   const voice = makeVoice();
   panel.node.querySelector("table").before(choices.node);
-  panel.node.append(voice.node, ghost.node, ...sections.map((one) => one.node), saving.node);
+  panel.node.append(voice.node, ghost.node, saving.node);
+  find("more-readings").before(...sections.map((one) => one.node));
   document.querySelector("main").classList.add("is-live");
   find("controls").after(panel.node);
   document.addEventListener(

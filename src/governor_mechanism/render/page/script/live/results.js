@@ -10,7 +10,7 @@ function showReadings(table, readings, when) {
     row.append(makeNode("th", "", one.words), makeNode("td", "", one.text));
     row.lastChild.dataset.reading = one.name;
     row.lastChild.dataset.value = one.value;
-    row.append(makeNode("td", "estimate", one.error === null ? "" : `± ${one.error.toPrecision(1)} ${one.unit}`));
+    row.append(makeNode("td", "estimate", one.estimate));
   }
 }
 
