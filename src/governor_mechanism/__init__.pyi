@@ -5,6 +5,8 @@ from governor_mechanism.api.designs import design_flywheel as design_flywheel
 from governor_mechanism.api.designs import design_governed_engine as design_governed_engine
 from governor_mechanism.api.designs import design_hartnell as design_hartnell
 from governor_mechanism.api.designs import design_pendulum as design_pendulum
+from governor_mechanism.api.fitting import fit as fit
+from governor_mechanism.api.fitting import sensitivities as sensitivities
 from governor_mechanism.api.kinematics import assemblies as assemblies
 from governor_mechanism.api.kinematics import kinematics as kinematics
 from governor_mechanism.api.kinematics import valve_gears as valve_gears
@@ -64,11 +66,13 @@ from governor_mechanism.studies.design.governed_engine import GovernedEngineDesi
 from governor_mechanism.studies.design.hartnell import HartnellDesign as HartnellDesign
 from governor_mechanism.studies.design.pendulum import PendulumDesign as PendulumDesign
 from governor_mechanism.studies.effect_ablation import EffectsStudy as EffectsStudy
+from governor_mechanism.studies.fitting.results import Fit as Fit
 from governor_mechanism.studies.hard_cases.study import HardCasesReport as HardCasesReport
 from governor_mechanism.studies.kinematics import Assemblies as Assemblies
 from governor_mechanism.studies.kinematics import KinematicStudy as KinematicStudy
 from governor_mechanism.studies.regulation.load_change import LoadChangeStudy as LoadChangeStudy
 from governor_mechanism.studies.regulation.stability_map import StabilityMap as StabilityMap
+from governor_mechanism.studies.sensitivities import Sensitivities as Sensitivities
 from governor_mechanism.studies.sweep.results import Sweep as Sweep
 from governor_mechanism.studies.sweep.workers import ClusterClient as ClusterClient
 from governor_mechanism.studies.synthesis.function import FunctionSynthesis as FunctionSynthesis

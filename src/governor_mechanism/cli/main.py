@@ -16,6 +16,7 @@ from governor_mechanism.cli.compare import compare
 from governor_mechanism.cli.crosscheck import crosscheck
 from governor_mechanism.cli.design import design
 from governor_mechanism.cli.equilibria import equilibria
+from governor_mechanism.cli.fitting import fit, sensitivities
 from governor_mechanism.cli.regulation import regulation_app
 from governor_mechanism.cli.run import open_scene, run
 from governor_mechanism.cli.scenes import assemblies, catalogue, describe, init, kinematics, models, schema
@@ -81,6 +82,8 @@ for command in (
     accuracy,
     effects,
     sweep,
+    sensitivities,
+    fit,
     hard_cases,
     valve_gears,
     errata,

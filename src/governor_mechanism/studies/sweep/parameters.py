@@ -228,18 +228,37 @@ def _parse_axis(document: Mapping[str, Any], request: AxisRequest, other_request
     for other in other_requests:
         with suppress(MechanismError):  # reported when that axis is checked
             document = replace_document_value(document, other.key, other.values[0])
-    existing_problems = set(_find_document_problems(document))
-
-    def find_problems(value: Any) -> list[str]:
-        problems = _find_document_problems(replace_document_value(document, request.key, value))
-        return [problem for problem in problems if problem not in existing_problems]
-
-    sentinel_problems = find_problems(SENTINEL_VALUE)
-    kind = next((name for name, kind in QUANTITY_KINDS.items() if any(f" is {kind.name}; " in line for line in sentinel_problems)), None)
+    find_problems = _problem_finder(document, request.key)
+    kind = _kind_named_in(find_problems(SENTINEL_VALUE))
     axis = _make_axis(request, kind, find_problems)
     _refuse_repeated_values(axis, request)
     _refuse_ineffective_axis(document, axis, is_only_axis=not other_requests)
     return replace(axis, scene_value=find_scene_value(document, axis.key, kind))
+
+
+def _problem_finder(document: Mapping[str, Any], key: str) -> ProblemFinder:
+    """Return a function of a value that returns what the parser says of it at a key, and of nothing else."""
+    existing_problems = set(_find_document_problems(document))
+
+    def find_problems(value: Any) -> list[str]:
+        problems = _find_document_problems(replace_document_value(document, key, value))
+        return [problem for problem in problems if problem not in existing_problems]
+
+    return find_problems
+
+
+def _kind_named_in(problems: Sequence[str]) -> str | None:
+    """Return the kind of quantity that messages of the parser ask for; None if they ask for words."""
+    return next((name for name, kind in QUANTITY_KINDS.items() if any(f" is {kind.name}; " in line for line in problems)), None)
+
+
+def find_kind(document: Mapping[str, Any], key: str) -> str:
+    """Return the kind of quantity that a key takes; raise MechanismError, with what the parser says, if it takes none."""
+    problems = _problem_finder(document, key)(SENTINEL_VALUE)
+    kind = _kind_named_in(problems)
+    if kind is None:
+        raise MechanismError(*(problems or [f"{key} takes no quantity"]))
+    return kind
 
 
 def _make_axis(request: AxisRequest, kind: str | None, find_problems: ProblemFinder) -> SweepAxis:

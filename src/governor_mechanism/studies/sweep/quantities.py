@@ -92,7 +92,7 @@ class RunQuantity(Recorded):
             return evaluate_engine_rule(rule, run)
         if rule == ERROR_ESTIMATE_RULE:
             return math.nan if run.error_estimate is None else run.error_estimate
-        statistic, is_rate, reading = _split_rule(rule)
+        statistic, is_rate, reading = split_rule(rule)
         return STATISTICS[statistic].take(Taken(numbers, reading, is_rate, 0.0 if is_rate else self.scale, self.min_swing))
 
     @property
@@ -183,7 +183,7 @@ class _QuantityParser:
         return self._parse_statistic(name, rule)
 
     def _parse_statistic(self, name: str, rule: str) -> RunQuantity:
-        statistic_name, is_rate, reading = _split_rule(rule)
+        statistic_name, is_rate, reading = split_rule(rule)
         if reading not in (self._positions if is_rate else self._reading_units):
             raise MechanismError(self._unknown_rule_message(rule))
         statistic, reading_unit = STATISTICS[statistic_name], self._reading_units[reading]
@@ -211,7 +211,7 @@ class _QuantityParser:
         )
 
 
-def _split_rule(rule: str) -> tuple[str, bool, str]:
+def split_rule(rule: str) -> tuple[str, bool, str]:
     """Return the statistic, whether it is one of the rate, and the reading of a rule; an empty reading for anything else."""
     parts = _RULE_PATTERN.fullmatch(rule)
     return (parts[1] or "final", bool(parts[2]), parts[3]) if parts else ("", False, "")

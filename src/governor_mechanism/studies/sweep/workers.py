@@ -185,7 +185,7 @@ def _is_cluster(cluster: object) -> bool:
 def row_computer(
     workers: int,
     cluster: Any,  # client or address of a scheduler; None computes the rows on this computer
-) -> Iterator[RowComputer[SweepRow]]:
+) -> Iterator[RowComputer[Any]]:
     """Provide the function that computes the rows: in this process, in several ones, or on a cluster."""
     if cluster is None:
         yield compute_alone if workers == 1 else partial(compute_in_parallel, n_workers=workers)

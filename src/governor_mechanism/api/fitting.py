@@ -1,0 +1,140 @@
+"""From what is wanted or measured to the values of a scene: sensitivities and fits."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+import governor_mechanism as gm
+from governor_mechanism.api.scenes import as_scene
+from governor_mechanism.units.problems import NUMBER, TEXT, TEXTS, check_arguments, whole_number
+
+
+@check_arguments(by=TEXTS, engine=TEXT, accuracy=NUMBER, workers=whole_number(1))
+def sensitivities(
+    scene: gm.SceneSource,
+    of: Mapping[str, str | Callable[[gm.Trajectory], float]] | Sequence[str],
+    by: Sequence[str],
+    *,
+    engine: str = "auto",
+    accuracy: float | None = None,
+    workers: int = 1,
+    cluster: str | gm.ClusterClient | None = None,
+) -> gm.Sensitivities:
+    """Return derivatives of numbers taken from the run of a scene by keys of the scene, with their errors.
+
+    A derivative is a central difference of four certified runs at two steps, extrapolated. Where it does not exist, since a contact begins
+    or ends there, or a value has a kink, its row says so.
+
+    Parameters
+    ----------
+    scene
+        A scene, the path of a file, or the name of a shipped scene.
+    of
+        Numbers as in a sweep: "sleeve_lift" for the final value of a reading, and its derivative over time in `histories`; "max arm_angle",
+        "frequency of arm_angle", or functions of the run by name. Extremes are those at the times where the scene itself has them.
+    by
+        Keys of the scene that have numbers, as "dimensions.arm".
+    engine
+        Name of an engine, or "auto".
+    accuracy
+        Accuracy of the runs; 1e-10 if None.
+    workers
+        Largest number of processes.
+    cluster
+        A client of dask.distributed, or the address of its scheduler, for the runs.
+
+    Returns
+    -------
+    Sensitivities
+        A row for each number and key with the derivative and its error, SI; it prints as a table.
+
+    Raises
+    ------
+    MechanismError
+        If the arguments have mistakes, or the scene cannot be run.
+
+    Examples
+    --------
+    >>> import governor_mechanism as gm
+    >>> found = gm.sensitivities("porter", ["frequency of arm_angle"], ["dimensions.arm"])
+    >>> round(found.at("frequency of arm_angle", "dimensions.arm").value, 4)
+    -1.9639
+    """
+    from governor_mechanism.studies.sensitivities import find_sensitivities
+
+    return find_sensitivities(as_scene(scene), of, by, engine=engine, accuracy=accuracy, workers=workers, cluster=cluster)
+
+
+@check_arguments(engine=TEXT, starts=whole_number(1), seed=whole_number(0), profile=TEXTS)
+def fit(
+    scene: gm.SceneSource,
+    data: Any,
+    over: Mapping[str, Sequence[float | str]] | Sequence[str],
+    *,
+    noise: float | str | Mapping[str, float | str] | None = None,
+    without: Sequence[Sequence[float | str]] = (),
+    profile: Sequence[str] = (),
+    engine: str = "auto",
+    starts: int = 2,
+    seed: int = 0,
+) -> gm.Fit:
+    """Find the values of keys of a scene with which its readings fit measured ones best, and what the data say of their errors.
+
+    The sum of the squared differences, relative to the noise, is minimised between the bounds, from the scene's own values and from the
+    best of random points.
+
+    Parameters
+    ----------
+    scene
+        A scene, the path of a file, or the name of a shipped scene. Its values are the first start.
+    data
+        Path of a CSV file, a table of pandas, or values by name: the column "time" and a column for each measured reading. A unit stands in
+        the heading, as "sleeve_lift [mm]"; without one values are SI. Empty cells do not count.
+    over
+        Lower and upper bound by key, as {"dimensions.ball_mass": ("4 kg", "6 kg")} or ["dimensions.ball_mass=4kg:6kg"]; values and rates of
+        [start] may be among them.
+    noise
+        Standard deviation of a measured value, or one by reading; None estimates it from the residuals.
+    without
+        Intervals of time that do not count, as [("1 s", "1.5 s")].
+    profile
+        Keys whose 95 % interval is found by fitting all other values again.
+    engine
+        Name of an engine, or "auto".
+    starts
+        Number of starts of the search.
+    seed
+        Seed of the random points.
+
+    Returns
+    -------
+    Fit
+        Values, standard errors, 95 % intervals, correlations, residuals, the scene with these values, and which combinations the
+        data do not determine; it prints as a table. `converged` is False if the search was interrupted or found no minimum.
+
+    Raises
+    ------
+    MechanismError
+        If scene, data or bounds have mistakes; one sentence for each.
+
+    Examples
+    --------
+    >>> import governor_mechanism as gm
+    >>> run = gm.run("porter", accuracy=1e-8)
+    >>> data = {"time": run.times[:300], "sleeve_lift": run.readings["sleeve_lift"][:300]}
+    >>> fit = gm.fit("porter", data, {"spindle.speed": ("115 rpm", "128 rpm")}, noise="0.1 mm", starts=1)
+    >>> round(fit.values["spindle.speed"], 6)
+    12.566371
+    """
+    from governor_mechanism.studies.fitting.data import read_measurements
+    from governor_mechanism.studies.fitting.search import FitQuestion, fit_measurements
+    from governor_mechanism.studies.unknowns import parse_unknowns
+    from governor_mechanism.units.problems import ProblemCollector
+
+    resolved, collector = as_scene(scene), ProblemCollector()
+    unknowns = collector.attempt("", parse_unknowns, resolved, over) or ()
+    measurements = collector.attempt("", read_measurements, resolved, data, noise, without) or ()
+    collector.raise_if_failed()
+    options: dict[str, Any] = {"engine": engine, "n_starts": starts, "seed": seed, "profiled": tuple(profile)}
+    return fit_measurements(FitQuestion(scene=resolved, unknowns=unknowns, measurements=measurements, **options))

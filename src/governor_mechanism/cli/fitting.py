@@ -1,0 +1,99 @@
+"""The commands `sensitivities` and `fit`: how numbers follow from the values of a scene, and values from measured readings.
+
+Heavy imports are made when a command needs them.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+import governor_mechanism as gm
+from governor_mechanism.cli import console
+from governor_mechanism.cli.options import Changes, SceneName, load_changed, stem_of
+from governor_mechanism.errors import MechanismError
+from governor_mechanism.files.writing import atomic_write
+from governor_mechanism.render.figure_files import FigureFiles
+
+OUT = typer.Option(help="Folder for the results.")
+
+
+def sensitivities(
+    scene: SceneName,
+    of: Annotated[
+        list[str],
+        typer.Option(help='A number taken from the run, as in a sweep: sleeve_lift, "max arm_angle", "frequency of ...". Repeatable.'),
+    ],
+    by: Annotated[list[str], typer.Option(help="A key of the scene that has a number, as dimensions.arm. Repeatable.")],
+    changes: Changes = None,
+    engine: Annotated[str, typer.Option(help="The engine of all runs.")] = "auto",
+    accuracy: Annotated[float | None, typer.Option(help="Accuracy of the runs, relative to the scale of each reading. [1e-10]")] = None,
+    workers: Annotated[int, typer.Option(help="Largest number of processes. The result does not depend on it.")] = 1,
+    out: Annotated[Path, OUT] = console.RESULTS_FOLDER,
+    as_json: console.AsJson = False,
+) -> console.CommandResult:
+    """Find the derivatives of numbers by keys of a scene, with their errors; write a table (CSV) and a record (JSON).
+
+    The exit status is 1 if a derivative does not exist, since a contact begins or ends there, or a value has a kink.
+    """
+    console.prepare_folder(out)
+    loaded = load_changed(scene, changes)
+    with console.show_status("differentiating"):
+        result = gm.sensitivities(loaded, of, by, engine=engine, accuracy=accuracy, workers=workers)
+    stem = f"{stem_of(loaded)}_sensitivities"
+    files = [result.save_csv(out / f"{stem}.csv"), result.save_json(out / f"{stem}.json")]
+    return console.CommandResult(result, files=files, ok=result.ok)
+
+
+def fit(
+    scene: SceneName,
+    data: Annotated[
+        Path, typer.Option(help="A CSV file: a column time, and one for each measured reading, with units as in 'sleeve_lift [mm]'.")
+    ],
+    over: Annotated[list[str], typer.Option(help="An unknown with its bounds: dimensions.ball_mass=4kg:6kg. Repeatable.")],
+    changes: Changes = None,
+    noise: Annotated[
+        list[str] | None,
+        typer.Option(
+            help='Standard deviation of the measured values, "0.1 mm", or of one reading, "sleeve_lift=0.1 mm". [from the residuals]'
+        ),
+    ] = None,
+    without: Annotated[list[str] | None, typer.Option(help="An interval of time that does not count: 1s:1.5s. Repeatable.")] = None,
+    profile: Annotated[
+        list[str] | None, typer.Option(help="An unknown whose interval is found by fitting all others again. Repeatable.")
+    ] = None,
+    engine: Annotated[str, typer.Option(help="The engine of all runs.")] = "auto",
+    starts: Annotated[int, typer.Option(help="Number of starts of the search: the scene's own values, and random ones.")] = 2,
+    seed: Annotated[int, typer.Option(help="Seed of the random starts.")] = 0,
+    *,
+    figures: FigureFiles,
+    as_json: console.AsJson = False,
+) -> console.CommandResult:
+    """Find the values with which a scene fits measured readings best; write them as a scene, a table (CSV), a record and a figure.
+
+    Values have standard errors and 95 % intervals; combinations that the data do not determine are named. Ctrl-C keeps the best values
+    so far. The exit status is 1 if the search does not converge.
+    """
+    console.prepare_folder(figures.folder)
+    loaded = load_changed(scene, changes)
+    levels, intervals = _read_noise(noise or []), [tuple(one.split(":")) for one in without or []]
+    with console.show_status("fitting"):
+        result = gm.fit(loaded, data, over, noise=levels, without=intervals, profile=profile or (), engine=engine, starts=starts, seed=seed)
+    stem = f"{stem_of(loaded)}_fit"
+    scene_file = figures.folder / f"{stem}.toml"
+    with atomic_write(scene_file) as temporary:
+        temporary.write_text(result.scene.to_toml(), encoding="utf-8")
+    files = [scene_file, result.save_csv(figures.folder / f"{stem}.csv"), result.save_json(figures.folder / f"{stem}.json")]
+    return console.CommandResult(result, files=files + figures.save_all(result, stem), ok=result.ok)
+
+
+def _read_noise(noise: list[str]) -> str | dict[str, str] | None:
+    """Return one standard deviation for all readings, or one for each."""
+    pairs = [one.partition("=") for one in noise]
+    if all(separator for _, separator, _ in pairs):
+        return {name.strip(): level for name, _, level in pairs} or None
+    if len(pairs) > 1:
+        raise MechanismError('noise: give one standard deviation for all readings, as "0.1 mm", or each with a name, "sleeve_lift=0.1 mm"')
+    return noise[0]

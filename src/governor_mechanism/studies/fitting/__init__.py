@@ -1,0 +1,1 @@
+"""Fit of unknown values of a scene to measured readings."""
