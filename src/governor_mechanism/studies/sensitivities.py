@@ -86,7 +86,7 @@ def _text_of(row: Sensitivity) -> str:
     return row.refusal if row.value is None else f"{row.value:.7g} ± {row.error:.1g} {row.unit}"
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, eq=False)
 class Sensitivities(Result):
     """Derivatives of numbers by keys.
 

@@ -9,10 +9,16 @@ _WIDTH, _ROW_HEIGHT, _HEADER, _FOOTER = 8.0, 3.6, 0.9, 0.6
 """Width of the page, height for each reading, and heights above and below, inches."""
 
 
+def _describe(fit: Fit) -> str:
+    """Return what was fitted to what, in a line."""
+    n_values, n_unknowns = sum(len(one.values) for one in fit.measurements), len(fit.rows)
+    return f"{n_unknowns} value{'s' * (n_unknowns > 1)} fitted to {n_values} measured ones; band: two standard deviations of the noise"
+
+
 def fit_figure(fit: Fit) -> Page:
     """Draw measured and fitted values over time, and the residuals with two standard deviations of the noise."""
     height = _HEADER + _FOOTER + _ROW_HEIGHT * len(fit.measurements)
-    page = Page(_WIDTH, height, fit.title, f"fit of {', '.join(row.key for row in fit.rows)}", subtitle_y=1 - 0.7 * _HEADER / height)
+    page = Page(_WIDTH, height, fit.title, _describe(fit), subtitle_y=1 - 0.7 * _HEADER / height)
     ratios = [2.4, 1.0] * len(fit.measurements)
     margins = {"left": 0.11, "right": 0.97, "top": 1 - _HEADER / height, "bottom": _FOOTER / height}
     grid = page.add_gridspec(2 * len(fit.measurements), 1, height_ratios=ratios, hspace=0.3, **margins)

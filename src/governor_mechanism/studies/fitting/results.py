@@ -1,5 +1,6 @@
 """Result of a fit: values with standard errors and intervals, correlations, what the data do not determine, residuals."""
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import ClassVar
@@ -11,7 +12,7 @@ from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.studies.fitting.data import Measurement
 from governor_mechanism.types import FloatArray
-from governor_mechanism.units.quantities import format_quantity
+from governor_mechanism.units.quantities import DISPLAY_UNITS, format_quantity
 
 CONFIDENCE = 0.95
 """Probability with which an interval holds the true value."""
@@ -53,20 +54,29 @@ class FittedValue(Recorded):
 
 
 def _format_value(row: FittedValue) -> str:
-    return format_quantity(row.value, row.unit)
+    return _round(row, row.value)
 
 
 def _format_error(row: FittedValue) -> str:
-    return "not determined" if row.standard_error is None else f"± {format_quantity(row.standard_error, row.unit)}"
+    return "not determined" if row.standard_error is None else f"± {_round(row, row.standard_error)}"
+
+
+def _round(row: FittedValue, value: float) -> str:
+    """Return a value with the digits that two digits of its standard error allow."""
+    factor, unit = DISPLAY_UNITS.get(row.unit, (1.0, row.unit))
+    if not row.standard_error:
+        return format_quantity(value, row.unit)
+    decimals = max(0, 1 - math.floor(math.log10(row.standard_error * factor)))
+    return f"{value * factor:.{decimals}f} {unit}".rstrip()
 
 
 def _format_interval(row: FittedValue) -> str:
     notes = ["at a bound"] * row.at_bound + ["profile"] * row.by_profile
-    ends = [] if row.low is None or row.high is None else [f"{format_quantity(row.low, row.unit)} to {format_quantity(row.high, row.unit)}"]
+    ends = [] if row.low is None or row.high is None else [f"{_round(row, row.low)} to {_round(row, row.high)}"]
     return "; ".join([*ends, *notes])
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, eq=False)
 class Fit(Result):
     """Values of unknowns that fit measured readings best.
 

@@ -1,0 +1,233 @@
+"""Fits: intervals hold the truth, what the data cannot tell is named, mistakes get sentences."""
+
+import json
+
+import numpy as np
+import pytest
+
+import governor_mechanism as gm
+from governor_mechanism.studies.fitting import search
+
+NOISE = 1e-4
+"""Standard deviation of a measured lift, m."""
+
+TIMES = 0.01 * np.arange(501)
+OVER = {
+    "dimensions.ball_mass": ("4 kg", "6 kg"),
+    "effects.dry_friction.sleeve_lift": ("0.5 N", "5 N"),
+    "effects.dashpot.sleeve_lift": ("3 N s/m", "30 N s/m"),
+    "dimensions.offset": ("20 mm", "60 mm"),
+    "start.arm_angle": ("50 deg", "60 deg"),
+    "spindle.speed": ("110 rpm", "130 rpm"),
+}
+TRUTH = {
+    "dimensions.ball_mass": 5.0,
+    "effects.dry_friction.sleeve_lift": 2.0,
+    "effects.dashpot.sleeve_lift": 10.0,
+    "dimensions.offset": 0.04,
+    "start.arm_angle": np.radians(55.0),
+    "spindle.speed": 120.0 * np.pi / 30.0,
+}
+FIRST = {
+    "dimensions.ball_mass": "4.5 kg",
+    "effects.dry_friction.sleeve_lift": "3 N",
+    "effects.dashpot.sleeve_lift": "20 N s/m",
+    "dimensions.offset": "50 mm",
+    "start.arm_angle": "53 deg",
+    "spindle.speed": "125 rpm",
+}
+
+
+@pytest.fixture(scope="module")
+def worn():
+    """The Porter governor with friction and a dashpot at its sleeve."""
+    changes = {
+        "effects.dry_friction": {"sleeve_lift": "2 N"},
+        "effects.dashpot": {"sleeve_lift": "10 N s/m"},
+        "start.arm_angle": "55 deg",
+        "run.duration": "5 s",
+    }
+    return gm.load("porter").replace(changes)
+
+
+@pytest.fixture(scope="module")
+def lift(worn):
+    """The exact lift by the other engine than the fit's."""
+    return gm.run(worn, engine="multibody", times=TIMES, accuracy=1e-8).readings["sleeve_lift"]
+
+
+def measure(lift, seed):
+    return {"time": TIMES, "sleeve_lift": lift + np.random.default_rng(seed).normal(0.0, NOISE, len(lift))}
+
+
+def count_hits(worn, lift, seeds):
+    hits = dict.fromkeys(OVER, 0)
+    for seed in seeds:
+        fit = gm.fit(worn, measure(lift, seed), OVER, noise=NOISE, starts=1, engine="reduced")
+        assert fit.converged
+        assert fit.not_identifiable == ()
+        for key, (low, high) in fit.intervals.items():
+            hits[key] += low <= TRUTH[key] <= high
+    return hits
+
+
+def test_intervals_of_six_unknowns_hold_the_truth(worn, lift):
+    """With a probability of 95 % fewer than 16 of 20 would hold it once in 4,000."""
+    hits = count_hits(worn, lift, range(20))
+    assert min(hits.values()) >= 16, hits
+
+
+@pytest.mark.long
+def test_intervals_hold_the_truth_in_95_percent(worn, lift):
+    hits = count_hits(worn, lift, range(1000, 1400))
+    assert min(hits.values()) >= 368, hits
+    assert max(hits.values()) <= 392, hits
+
+
+def test_a_far_start_ends_at_the_same_values(worn, lift):
+    near, far = (gm.fit(scene, measure(lift, 7), OVER, noise=NOISE, starts=1) for scene in (worn, worn.replace(FIRST)))
+    for key, value in near.values.items():
+        assert far.values[key] == pytest.approx(value, abs=0.05 * near.standard_errors[key])
+
+
+def test_common_scale_of_masses_and_forces_is_named(worn, lift):
+    over = {**OVER, "dimensions.sleeve_mass": ("15 kg", "25 kg")}
+    fit = gm.fit(worn, measure(lift, 1), over, noise=NOISE, starts=1)
+    (sentence,) = fit.not_identifiable
+    scaled = ["dimensions.ball_mass", "effects.dry_friction.sleeve_lift", "effects.dashpot.sleeve_lift", "dimensions.sleeve_mass"]
+    for key in scaled:
+        assert f"{key} by +1.00 %" in sentence
+        assert fit.standard_errors[key] is None
+        assert fit.intervals[key] is None
+    for key in set(over) - set(scaled):
+        assert key not in sentence
+        assert fit.standard_errors[key] > 0.0
+
+
+def test_common_scale_of_both_masses_is_named_without_other_forces():
+    run = gm.run("porter", times=TIMES, accuracy=1e-8)
+    over = {"dimensions.ball_mass": (4.0, 6.0), "dimensions.sleeve_mass": (15.0, 25.0), "spindle.speed": ("110 rpm", "130 rpm")}
+    fit = gm.fit("porter", measure(run.readings["sleeve_lift"], 2), over, noise="0.1 mm", starts=1)
+    (sentence,) = fit.not_identifiable
+    assert "dimensions.ball_mass by +1.00 % and dimensions.sleeve_mass by +1.00 %" in sentence
+    assert fit.standard_errors["spindle.speed"] > 0.0
+
+
+def test_noise_that_is_not_given_is_estimated(worn, lift):
+    over = {key: OVER[key] for key in ("spindle.speed", "start.arm_angle")}
+    fit = gm.fit(worn, measure(lift, 3), over, starts=1)
+    assert fit.noise["sleeve_lift"] == pytest.approx(NOISE, rel=0.1)
+    assert not fit.is_noise_given
+    given = gm.fit(worn, measure(lift, 3), over, noise=NOISE, starts=1)
+    assert fit.values == pytest.approx(given.values, rel=1e-7)
+    assert fit.standard_errors["spindle.speed"] == pytest.approx(given.standard_errors["spindle.speed"], rel=0.1)
+
+
+def test_profile_of_a_nearly_linear_unknown_is_its_interval(worn, lift):
+    over = {key: OVER[key] for key in ("spindle.speed", "start.arm_angle")}
+    plain = gm.fit(worn, measure(lift, 4), over, noise=NOISE, starts=1)
+    profiled = gm.fit(worn, measure(lift, 4), over, noise=NOISE, starts=1, profile=["spindle.speed"])
+    assert profiled.rows[1].by_profile or profiled.rows[0].by_profile
+    half_width = np.ptp(plain.intervals["spindle.speed"]) / 2
+    assert profiled.intervals["spindle.speed"] == pytest.approx(plain.intervals["spindle.speed"], abs=0.03 * half_width)
+
+
+def test_intervals_and_empty_cells_do_not_count(worn, lift, tmp_path):
+    """An outlier in an interval that does not count changes nothing; units, empty cells and comments are read."""
+    values = 1e3 * lift.copy()
+    values[100:120] += 50.0
+    cells = [f"{time:.2f},{'' if k % 7 == 3 else value}" for k, (time, value) in enumerate(zip(TIMES, values.tolist(), strict=True))]
+    path = tmp_path / "lift.csv"
+    path.write_text("# measured by hand\ntime [s],sleeve_lift [mm]\n" + "\n".join(cells) + "\n")
+    fit = gm.fit(worn, path, {"spindle.speed": ("110 rpm", "130 rpm")}, noise="0.1 mm", without=[("0.99 s", "1.2 s")], starts=1)
+    assert fit.values["spindle.speed"] == pytest.approx(TRUTH["spindle.speed"], rel=1e-7)
+    assert len(fit.measurements[0].values) == sum(k % 7 != 3 for k in range(501) if not 0.99 <= TIMES[k] <= 1.2)
+
+
+def test_results_of_a_run_are_data(worn, tmp_path):
+    run = gm.run(worn, times=TIMES)
+    run.save(tmp_path, name="worn", figures=False)
+    pytest.importorskip("pandas")
+    for data in (tmp_path / "worn.csv", run.to_dataframe()[["arm_angle"]]):
+        fit = gm.fit(worn, data, ["spindle.speed=110rpm:130rpm"], starts=1)
+        assert fit.values["spindle.speed"] == pytest.approx(TRUTH["spindle.speed"], rel=1e-6)
+    assert fit.run.outcome.ok
+    assert fit.scene.to_toml().count("rad/s") == 1
+
+
+def test_an_interrupted_fit_keeps_the_best_values(worn, lift, monkeypatch):
+    residuals, calls = search.Misfit.residuals, []
+
+    def interrupted(self, place):
+        calls.append(place)
+        if len(calls) == 20:
+            raise KeyboardInterrupt
+        return residuals(self, place)
+
+    monkeypatch.setattr(search.Misfit, "residuals", interrupted)
+    fit = gm.fit(worn.replace(FIRST), measure(lift, 5), OVER, noise=NOISE, starts=1)
+    assert not fit.ok
+    assert "interrupted; these are the best values so far" in str(fit)
+
+
+def test_a_geometry_that_cannot_be_assembled_lies_outside():
+    """Half of the bounds of the angle lies beyond the travel; the search ends inside."""
+    run = gm.run("porter", times=TIMES[:100], accuracy=1e-8)
+    over = {"start.arm_angle": ("10 deg", "85 deg"), "dimensions.offset": ("1 mm", "250 mm")}
+    fit = gm.fit("porter", {"time": run.times, "sleeve_lift": run.readings["sleeve_lift"]}, over, noise=NOISE)
+    assert fit.values["start.arm_angle"] == pytest.approx(np.radians(40.0), abs=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("data", "sentence"),
+    [
+        ({"time": [0.0, 0.2, 0.1], "sleeve_lift": [1.0, 2.0, 3.0]}, "the times must ascend; 0.1 s, time 3, stands after 0.2 s"),
+        ({"time": [0.0, 0.1, 0.1], "sleeve_lift": [1.0, 2.0, 3.0]}, "0.1 s, time 3, stands twice"),
+        ({"time": [0.0, 0.1], "sleeve_lift": [1.0, float("nan")]}, "sleeve_lift, value 2: nan is not finite"),
+        ({"time": [0.0, 0.1], "sleeve_lift": [1.0, "wide"]}, 'value 2: "wide" is no number'),
+        ({"time": [0.0, 0.1], "lift": [1.0, 2.0]}, '"lift" is no reading; readings are'),
+        ({"time": [0.0, 0.1], "sleeve_lift [kg]": [1.0, 2.0]}, "one unit of sleeve_lift"),
+        ({"sleeve_lift": [1.0, 2.0]}, "no column 'time'"),
+        ({"time": [0.0, 0.1]}, "no column has the name of a reading"),
+        ({"time": [-0.1, 0.1], "sleeve_lift": [1.0, 2.0]}, "the first time is -0.1 s"),
+        ({"time": [0.0], "sleeve_lift": [1.0]}, "1 values do not determine 1 unknowns"),
+        (3, "give the path of a CSV file"),
+        ("missing.csv", "missing.csv: cannot be read"),
+    ],
+)
+def test_wrong_data_are_refused(data, sentence):
+    with pytest.raises(gm.MechanismError) as caught:
+        gm.fit("porter", data, {"spindle.speed": ("110 rpm", "130 rpm")})
+    assert sentence in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("over", "sentence"),
+    [
+        ({"spindle.speed": ("130 rpm", "110 rpm")}, "the bounds of spindle.speed are crossed"),
+        ({"spindle.speed": ("125 rpm", "130 rpm")}, "the scene has spindle.speed = 120 rpm, outside its bounds"),
+        ({"spindle.speed": "120 rpm"}, "spindle.speed needs a lower and an upper bound"),
+        ({"spindle.sped": (1, 2)}, "spindle.sped is unknown"),
+        ({"effects.gravity": (False, True)}, "gravity"),
+        ({}, "over names no key"),
+        (["spindle.speed=110rpm"], "spindle.speed needs a lower and an upper bound"),
+    ],
+)
+def test_wrong_bounds_are_refused(over, sentence):
+    with pytest.raises(gm.MechanismError) as caught:
+        gm.fit("porter", {"time": [0.0, 0.1, 0.2], "sleeve_lift": [0.1, 0.1, 0.1]}, over)
+    assert sentence in str(caught.value)
+
+
+def test_all_mistakes_are_found_at_once():
+    with pytest.raises(gm.MechanismError) as caught:
+        gm.fit("porter", {"time": [0.0, 0.1], "lift": [1.0, 2.0]}, {"spindle.sped": (1, 2)})
+    assert len(caught.value.problems) >= 2
+
+
+def test_json_has_all_values(worn, lift, tmp_path):
+    fit = gm.fit(worn, measure(lift, 6), {"spindle.speed": ("110 rpm", "130 rpm")}, noise=NOISE, starts=1)
+    record = json.loads(fit.save_json(tmp_path / "fit.json").read_text())
+    assert record["rows"][0]["value"] == fit.values["spindle.speed"]
+    assert record["converged"] is True
+    assert fit.plot().save(tmp_path / "fit.png").stat().st_size > 5000
