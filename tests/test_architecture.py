@@ -80,8 +80,8 @@ INNER_FOLDERS = {
     ],
     "studies": [
         {"compared_quantities", "effect_ablation", "equilibrium_report", "plain_runs", "sweep"},
-        {"comparison", "hard_cases", "regulation", "valve_gears", "work_precision_results"},
-        {"design", "synthesis", "work_precision"},
+        {"comparison", "hard_cases", "regulation", "unknowns", "valve_gears", "work_precision_results"},
+        {"design", "fitting", "sensitivities", "synthesis", "work_precision"},
     ],
     "verification": [{"report"}, {"laws"}, {"machines", "user_kernel"}],
 }

@@ -82,6 +82,7 @@ UNTYPED = {
     "values of JSON": {f"{name}.as_json" for name in CLASSES},
     "an optional package, which a type checker reads and a run may lack": {
         "Trajectory.to_xarray",
+        "fit",
         *(f"{name}.to_dataframe" for name in CLASSES),
     },
     "numbers, or words of a varied key": {"Sweep.column", "Sweep.grid"},

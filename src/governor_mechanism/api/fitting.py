@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
 from typing import Any
 
 import governor_mechanism as gm
 from governor_mechanism.api.scenes import as_scene
+from governor_mechanism.types import DataFrame
 from governor_mechanism.units.problems import NUMBER, TEXT, TEXTS, check_arguments, whole_number
 
 
@@ -69,7 +71,7 @@ def sensitivities(
 @check_arguments(engine=TEXT, starts=whole_number(1), seed=whole_number(0), profile=TEXTS)
 def fit(
     scene: gm.SceneSource,
-    data: Any,
+    data: str | Path | DataFrame | Mapping[str, gm.QuantityValues],
     over: Mapping[str, Sequence[float | str]] | Sequence[str],
     *,
     noise: float | str | Mapping[str, float | str] | None = None,

@@ -343,6 +343,17 @@ def evaluate_rows(rows: ConstraintRows, poses: FloatArray, velocities: FloatArra
 class RowEvaluation:
     """Constraint rows at one state or at many, all of whose values come from one call of the kernel.
 
+    Parameters
+    ----------
+    rows
+        Constraint rows.
+    poses
+        Poses of the body origins, m and rad; shape (..., bodies, 3).
+    velocities
+        Their derivatives; same shape. Default: zero.
+    drive_values
+        Prescribed value, rate and acceleration of each row; shape (..., rows, 3). Default: zero.
+
     Attributes
     ----------
     residuals
@@ -354,9 +365,8 @@ class RowEvaluation:
     def __init__(
         self,
         rows: ConstraintRows,
-        poses: FloatArray,  # poses of the body origins, m and rad; shape (..., bodies, 3)
-        velocities: FloatArray | None = None,  # their derivatives; same shape. Default: zero
-        # prescribed value, rate and acceleration of each row; shape (..., rows, 3). Default: zero
+        poses: FloatArray,
+        velocities: FloatArray | None = None,
         drive_values: FloatArray | None = None,
     ) -> None:
         self._row_bodies, self._poses_shape = rows.row_bodies, poses.shape

@@ -196,8 +196,10 @@ def _find_times_problem(times: FloatArray | None) -> str:
 def _read_intervals(without: Sequence[Sequence[Any]]) -> list[tuple[float, float]]:
     """Return the intervals, s, that do not count."""
     intervals = []
+    if isinstance(without, str | bytes) or not isinstance(without, Sequence):
+        raise MechanismError(f"without: give intervals of time, as [('2 s', '3 s')]; found {format_value(without)}")
     for interval in without:
-        if isinstance(interval, str) or len(interval) != 2:
+        if isinstance(interval, str) or not isinstance(interval, Sequence) or len(interval) != 2:
             raise MechanismError(f"without: an interval has a start and an end, as ('2 s', '3 s'); found {format_value(interval)}")
         start, end = (parse_quantity(one, "time", "without") for one in interval)
         if not start < end:
@@ -212,6 +214,8 @@ def _read_noise(noise: Any, measured: Iterable[str], units: Mapping[str, str]) -
     if noise is None:
         return {}
     levels = noise if isinstance(noise, Mapping) else dict.fromkeys(names, noise)
+    if not levels:
+        raise MechanismError("noise: no reading has one; leave it out if it is not known")
     if unknown := [name for name in levels if name not in names]:
         raise MechanismError(f"noise: {format_value(unknown[0])} is not measured; measured are {', '.join(names)}")
     found = {name: parse_quantity(one, _kind_of(units[name]), f"noise of {name}") for name, one in levels.items()}
