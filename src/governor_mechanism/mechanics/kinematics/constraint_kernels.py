@@ -363,11 +363,7 @@ class RowEvaluation:
     """
 
     def __init__(
-        self,
-        rows: ConstraintRows,
-        poses: FloatArray,
-        velocities: FloatArray | None = None,
-        drive_values: FloatArray | None = None,
+        self, rows: ConstraintRows, poses: FloatArray, velocities: FloatArray | None = None, drive_values: FloatArray | None = None
     ) -> None:
         self._row_bodies, self._poses_shape = rows.row_bodies, poses.shape
         flat_poses = _flatten_states(poses)
