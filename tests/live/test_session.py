@@ -3,6 +3,7 @@
 import json
 import tomllib
 from base64 import b64decode
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -10,7 +11,7 @@ import pytest
 
 import governor_mechanism as gm
 from governor_mechanism.live.conversation import respond
-from governor_mechanism.live.describing import show_whole_run
+from governor_mechanism.live.describing import describe_outcome, show_whole_run
 from governor_mechanism.live.grips import find_grips
 from governor_mechanism.live.quantities import find_quantities, split_quantity
 from governor_mechanism.live.saving import write_scene
@@ -201,3 +202,9 @@ def test_two_runs_are_drawn_to_one_scale_by_their_frames():
     ((scale, left, top),) = first["frames"]
     picture = show_whole_run(session.run)[0].views[0].picture
     assert picture.place(np.array([0.3, 0.2])) == pytest.approx([scale * (0.3 - left), scale * (top - 0.2)])
+
+
+def test_a_long_cause_of_an_early_end_is_one_sentence():
+    run = gm.run("slider_crank", times=[0.0, 0.1])
+    cause = "the mechanism comes to a configuration in which " + "one more of its many joints " * 8 + "locks it"
+    assert f"{cause}; " in describe_outcome(replace(run, outcome=gm.Outcome.STALLED, detail=cause))

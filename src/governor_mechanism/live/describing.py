@@ -12,8 +12,8 @@ from governor_mechanism.render.page.views import ShownRun, show_run
 from governor_mechanism.render.page.writer import MAX_TRUE_TIME_DURATION, choose_sample_times
 from governor_mechanism.units.quantities import format_quantity
 
-MAX_LINE_LENGTH: Final = 120
-"""Largest length of the line on the accuracy."""
+MAX_SENTENCE_LENGTH: Final = 2000
+"""Largest length of a sentence on how a run ended; a page breaks its lines itself."""
 
 
 def choose_pace(run: Trajectory) -> tuple[Vec2, float]:
@@ -30,7 +30,7 @@ def show_whole_run(run: Trajectory, boxes: Sequence[BoundingBox] = ()) -> tuple[
 
 def describe_outcome(run: Trajectory) -> str:
     """Return in a line how a run ended, how accurate it is, and what was computed."""
-    lines, _ = format_closing_lines(run, MAX_LINE_LENGTH)
+    lines, _ = format_closing_lines(run, MAX_SENTENCE_LENGTH)
     return "; ".join([*lines, f"engine {run.cost.engine}, {1e3 * run.cost.wall_time:.3g} ms"])
 
 
