@@ -10,12 +10,13 @@ from matplotlib.colors import to_hex
 import governor_mechanism as gm
 from colour_vision import MIN_CONTRAST, contrast
 from governor_mechanism.model.results.pictures import Theme
+from governor_mechanism.render.artists import OVER_COLOUR_MAP, themed, themed_colour
 from governor_mechanism.render.figures.designs.governors import sleeve_force_figure, spring_lines_figure
 from governor_mechanism.render.figures.page import SERIES_LINE_STYLES, SERIES_MARKERS, Page
 from governor_mechanism.render.figures.plates.isochronous import isochronous_figure
 from governor_mechanism.render.figures.plates.marks import EccentricDiagram, draw_marks_plate
 from governor_mechanism.render.figures.plates.zeuner import draw_zeuner_plate
-from governor_mechanism.render.style import BLUE, INK, OVER_COLOUR_MAP, PAPER, SERIES_COLOURS, themed, themed_colour
+from governor_mechanism.render.style import BLUE, INK, PAPER, SERIES_COLOURS
 from governor_mechanism.studies.design.hartung import design_hartung
 
 FIGURES = {

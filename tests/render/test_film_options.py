@@ -14,6 +14,7 @@ from decoding import decode_film, pixel_of
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.model.results.film_options import FilmKeywords, FilmLayout, FilmOptions
 from governor_mechanism.model.results.pictures import Theme
+from governor_mechanism.render.artists import themed_colour
 from governor_mechanism.render.film.frame_painter import ForceArrows, FramePainter
 from governor_mechanism.render.film.moving_parts import CurvePanel
 from governor_mechanism.render.film.svg_animation import TOLERANCE, key_frames
@@ -24,7 +25,7 @@ from governor_mechanism.render.geometry.primitives import Lines
 from governor_mechanism.render.motion_layers import MotionLayers
 from governor_mechanism.render.page.page_data import collect_data, roles_of
 from governor_mechanism.render.page.views import show_run
-from governor_mechanism.render.style import PAPER, ROLE_STYLES, parse_rgb, themed_colour
+from governor_mechanism.render.style import PAPER, ROLE_STYLES, parse_rgb
 from stub_run import GOVERNOR_DIMENSIONS, fake_run
 
 PERIOD = 1.7

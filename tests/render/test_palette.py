@@ -8,7 +8,8 @@ from matplotlib.colors import to_hex
 
 from colour_vision import MIN_CONTRAST, VISIONS, contrast, lab
 from governor_mechanism.model.results.pictures import Theme
-from governor_mechanism.render.style import INK, MUTED, PAPER, SERIES_COLOURS, darken, themed_colour
+from governor_mechanism.render.artists import themed_colour
+from governor_mechanism.render.style import INK, MUTED, PAPER, SERIES_COLOURS, darken
 
 MIN_DISTANCE = 20.0
 """Smallest distance of two curves in CIELAB: ten times what the eye notices side by side (2.3), with a margin for thin lines."""

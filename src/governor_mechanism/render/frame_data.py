@@ -21,7 +21,6 @@ from governor_mechanism.model.part import TURNING_PLANE, Part
 from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.numerics.hermite import integrate_samples, interpolate_samples
 from governor_mechanism.observables.motion_readings import point_velocity
-from governor_mechanism.render.figures.page import READING_NOISE_RATIO, axis_limits_for
 from governor_mechanism.render.geometry.attached import DrawnPart, Moment, at_own_moments
 from governor_mechanism.render.geometry.primitives import BoundingBox, Vec2, enclose_boxes
 from governor_mechanism.render.machines.generic.drawing import GenericDrawing
@@ -30,7 +29,14 @@ from governor_mechanism.render.machines.machine_drawing import MachineDrawing
 from governor_mechanism.render.machines.registry import drawing_of
 from governor_mechanism.render.number_format import display_unit_of
 from governor_mechanism.render.part_run import magnify_motion
-from governor_mechanism.render.shown_readings import RATE_START, ShownReading, chosen_readings, shown_readings
+from governor_mechanism.render.shown_readings import (
+    RATE_START,
+    READING_NOISE_RATIO,
+    ShownReading,
+    axis_limits_for,
+    chosen_readings,
+    shown_readings,
+)
 from governor_mechanism.types import FloatArray
 
 END_TOLERANCE = 1e-9

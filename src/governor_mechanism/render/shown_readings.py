@@ -161,3 +161,18 @@ def chosen_readings(run: Trajectory, names: Sequence[str]) -> dict[str, ShownRea
         scale, error = run.scales.get(name, 0.0), run.reading_errors.get(name, 0.0)
         shown[name] = ShownReading(values=known[name] * factor, unit=unit, scale=scale * factor, error=error * factor)
     return shown
+
+
+READING_NOISE_RATIO = 1e-6
+"""Change relative to the scale of a reading below which it is drawn as constant."""
+
+
+def axis_limits_for(values: FloatArray, noise: float = 0.0) -> tuple[float, float]:
+    """Return the limits of an axis: the values with a margin, wide enough that changes up to `noise` do not look like motion.
+
+    Changes far below the value itself do not fill the axis either.
+    """
+    low, high = float(values.min()), float(values.max())
+    half = max(0.58 * (high - low), 0.02 * max(abs(low), abs(high)), 25 * noise, 1e-9)
+    middle = (low + high) / 2
+    return middle - half, middle + half

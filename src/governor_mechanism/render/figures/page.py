@@ -26,9 +26,10 @@ from numpy.typing import ArrayLike
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.files.writing import atomic_write
 from governor_mechanism.model.results.pictures import Theme
+from governor_mechanism.render.artists import themed
 from governor_mechanism.render.figure_files import FigureFormat
 from governor_mechanism.render.range_bands import RangeBand, name_cycles
-from governor_mechanism.render.style import BLUE, INK, MUTED, PAPER, RULE, SANS_FONT, SERIF_FONT, themed
+from governor_mechanism.render.style import BLUE, INK, MUTED, PAPER, RULE, SANS_FONT, SERIF_FONT
 from governor_mechanism.types import FloatArray
 from governor_mechanism.units.constants import INCH
 from governor_mechanism.units.problems import PATH, TEXT, check_arguments
@@ -65,9 +66,6 @@ _TEXT_HALO = withStroke(linewidth=3.0, foreground=PAPER)
 
 AxesPoint = tuple[Any, Any]
 """Coordinates x and y: numbers or arrays of them."""
-
-READING_NOISE_RATIO = 1e-6
-"""Change relative to the scale of a reading below which it is drawn as constant."""
 
 PanelRect = tuple[float, float, float, float]
 """Left and lower edge, width and height of a panel, in fractions of the figure."""
@@ -234,17 +232,6 @@ def add_legend(parent: Axes | Figure, text_style: dict[str, Any] | None = None, 
     """Add a legend without a frame to a panel or a page, with its texts in a style."""
     for text in parent.legend(**{"frameon": False, **properties}).get_texts():
         text.set(**(text_style or {}))
-
-
-def axis_limits_for(values: FloatArray, noise: float = 0.0) -> tuple[float, float]:
-    """Return the limits of an axis: the values with a margin, wide enough that changes up to `noise` do not look like motion.
-
-    Changes far below the value itself do not fill the axis either.
-    """
-    low, high = float(values.min()), float(values.max())
-    half = max(0.58 * (high - low), 0.02 * max(abs(low), abs(high)), 25 * noise, 1e-9)
-    middle = (low + high) / 2
-    return middle - half, middle + half
 
 
 def format_plain_ticks(axis: Axis, limits: tuple[float, float]) -> None:

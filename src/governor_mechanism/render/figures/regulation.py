@@ -8,6 +8,7 @@ from matplotlib.colors import TwoSlopeNorm
 from matplotlib.patches import Rectangle
 
 from governor_mechanism.errors import MechanismError
+from governor_mechanism.render.artists import OVER_COLOUR_MAP
 from governor_mechanism.render.figures.page import (
     BAND_OPACITY,
     DASHED,
@@ -23,19 +24,7 @@ from governor_mechanism.render.figures.page import (
 from governor_mechanism.render.machines.engine_room.arrangement import engine_torque, find_governed_engine
 from governor_mechanism.render.number_format import format_label
 from governor_mechanism.render.range_bands import COLUMN_WIDTH, make_range_band
-from governor_mechanism.render.style import (
-    BLUE,
-    GREEN,
-    INK,
-    MUTED,
-    OVER_COLOUR_MAP,
-    PAPER,
-    RULE,
-    SERIES_COLOURS,
-    SERIF_FONT,
-    SKY,
-    VERMILLION,
-)
+from governor_mechanism.render.style import BLUE, GREEN, INK, MUTED, PAPER, RULE, SERIES_COLOURS, SERIF_FONT, SKY, VERMILLION
 from governor_mechanism.studies.regulation.cyclic_irregularity import ClearanceStudy, CyclicMotionStudy
 from governor_mechanism.studies.regulation.governed_engine import GovernedEngine
 from governor_mechanism.studies.regulation.load_change import SETTLING_BAND, LoadChangeStudy, Verdict

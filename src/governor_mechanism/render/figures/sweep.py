@@ -13,7 +13,8 @@ from matplotlib.patheffects import withStroke
 from matplotlib.ticker import MaxNLocator
 
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.render.figures.page import Page, Panel, PanelRect, add_legend, axis_limits_for, format_plain_ticks
+from governor_mechanism.render.artists import OVER_COLOUR_MAP
+from governor_mechanism.render.figures.page import Page, Panel, PanelRect, add_legend, format_plain_ticks
 from governor_mechanism.render.figures.sweep_axis import (
     KEY_LINE_HEIGHT,
     ROUND_STEPS,
@@ -29,7 +30,8 @@ from governor_mechanism.render.figures.sweep_axis import (
     wrap_handles,
 )
 from governor_mechanism.render.number_format import format_name
-from governor_mechanism.render.style import BLUE, INK, MUTED, OVER_COLOUR_MAP, PAPER, SANS_FONT, SERIES_COLOURS, SKY
+from governor_mechanism.render.shown_readings import axis_limits_for
+from governor_mechanism.render.style import BLUE, INK, MUTED, PAPER, SANS_FONT, SERIES_COLOURS, SKY
 from governor_mechanism.studies.sweep.quantities import RunQuantity
 from governor_mechanism.studies.sweep.results import Sweep
 from governor_mechanism.types import BoolArray, FloatArray

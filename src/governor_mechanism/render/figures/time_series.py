@@ -19,12 +19,10 @@ from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.render.figures.page import (
     FIGURE_DPI,
     LINE_WIDTH,
-    READING_NOISE_RATIO,
     SERIES_LINE_STYLES,
     Page,
     Panel,
     add_legend,
-    axis_limits_for,
     band_handles,
     draw_range_band,
     format_plain_ticks,
@@ -34,7 +32,14 @@ from governor_mechanism.render.machines.engine_room.arrangement import find_gove
 from governor_mechanism.render.machines.registry import find_drawing_class
 from governor_mechanism.render.number_format import display_unit_of, format_closing_lines, format_label, format_name, format_rounded_up
 from governor_mechanism.render.range_bands import PlotSize, RangeBand, count_turns, find_range_band, refine_curve
-from governor_mechanism.render.shown_readings import ShownReading, chosen_readings, name_to_plot, shown_readings
+from governor_mechanism.render.shown_readings import (
+    READING_NOISE_RATIO,
+    ShownReading,
+    axis_limits_for,
+    chosen_readings,
+    name_to_plot,
+    shown_readings,
+)
 from governor_mechanism.render.style import BLUE, GREEN, INK, MUTED, PAPER, SANS_FONT, SERIES_COLOURS, SKY, VERMILLION
 from governor_mechanism.types import FloatArray
 from governor_mechanism.units.problems import TEXT, check_arguments

@@ -17,6 +17,7 @@ from matplotlib.text import Text as Words
 
 from governor_mechanism.model.results.film_options import DEFAULT_OPTIONS, FilmOptions
 from governor_mechanism.model.results.trajectory import Trajectory
+from governor_mechanism.render.artists import Brush, artist_paths, group_shapes, recolour
 from governor_mechanism.render.figures.page import Page
 from governor_mechanism.render.film import layout
 from governor_mechanism.render.film.gif_encoder import RgbaPixels
@@ -25,7 +26,7 @@ from governor_mechanism.render.frame_data import FrameData
 from governor_mechanism.render.geometry.attached import DrawnPart, Flexible, shapes_of
 from governor_mechanism.render.geometry.primitives import DrawnShape, PixelRect, PixelView, Vec2
 from governor_mechanism.render.number_format import format_closing_lines
-from governor_mechanism.render.style import INK, MUTED, RULE, SANS_FONT, SERIF_FONT, VERMILLION, Brush, artist_paths, group_shapes, recolour
+from governor_mechanism.render.style import INK, MUTED, RULE, SANS_FONT, SERIF_FONT, VERMILLION
 from governor_mechanism.types import BoolArray, FloatArray
 
 NAME_HEIGHT, MIN_NAME_HEIGHT, NUMBER_HEIGHT = 12.5, 11.0, 12.0

@@ -14,7 +14,7 @@ from governor_mechanism.errors import MechanismError
 from governor_mechanism.files.writing import atomic_write
 from governor_mechanism.model.results.film_options import DEFAULT_OPTIONS, FilmLayout, FilmOptions
 from governor_mechanism.model.results.trajectory import Trajectory
-from governor_mechanism.render.figures.page import READING_NOISE_RATIO, axis_limits_for
+from governor_mechanism.render.artists import themed_colour
 from governor_mechanism.render.film import layout
 from governor_mechanism.render.film.frame_canvas import LINE_PITCH, FrameCanvas, PlotHeading
 from governor_mechanism.render.film.frame_painter import FramePainter
@@ -31,8 +31,8 @@ from governor_mechanism.render.machines.engine_room.drawing import EngineRoomDra
 from governor_mechanism.render.machines.flywheel_engine import BAR
 from governor_mechanism.render.number_format import display_unit_of, format_film_speed, format_name, format_numbers
 from governor_mechanism.render.range_bands import RangeBand, name_cycles
-from governor_mechanism.render.shown_readings import chosen_readings
-from governor_mechanism.render.style import BLUE, GREEN, INK, MUTED, RULE, SERIES_COLOURS, SERIF_FONT, VERMILLION, themed_colour
+from governor_mechanism.render.shown_readings import READING_NOISE_RATIO, axis_limits_for, chosen_readings
+from governor_mechanism.render.style import BLUE, GREEN, INK, MUTED, RULE, SERIES_COLOURS, SERIF_FONT, VERMILLION
 from governor_mechanism.types import FloatArray
 from governor_mechanism.units.constants import RPM
 

@@ -25,6 +25,7 @@ from governor_mechanism.model.results.film_options import DEFAULT_OPTIONS, FilmO
 from governor_mechanism.model.results.pictures import Theme
 from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.model.scene import Scene
+from governor_mechanism.render.artists import themed_colour
 from governor_mechanism.render.film.gif_encoder import RGB_MASK, GifWriter, Palette, RgbaPixels, pack_pixels
 from governor_mechanism.render.film.layout import REFERENCE_SIZE
 from governor_mechanism.render.film.moving_parts import pale_colour
@@ -41,7 +42,7 @@ from governor_mechanism.render.film.timing import Timing, select_room_timing, se
 from governor_mechanism.render.frame_data import find_parts
 from governor_mechanism.render.machines.engine_room.arrangement import settled_time
 from governor_mechanism.render.shown_readings import chosen_readings
-from governor_mechanism.render.style import FILM_COLOURS, parse_rgb, themed_colour
+from governor_mechanism.render.style import FILM_COLOURS, parse_rgb
 from governor_mechanism.types import FloatArray
 from governor_mechanism.units.problems import PATH, check_arguments
 from governor_mechanism.units.quantities import format_value

@@ -15,7 +15,6 @@ from numpy.typing import NDArray
 
 from governor_mechanism.model.coupling.coupled_system import SPINDLE_ANGLE
 from governor_mechanism.model.joints import Point
-from governor_mechanism.render.figures.page import READING_NOISE_RATIO, axis_limits_for
 from governor_mechanism.render.frame_data import DrawnForce, FrameData, find_forces
 from governor_mechanism.render.geometry.primitives import Vec2, round_step
 from governor_mechanism.render.geometry.recording import SEEN_AS, RecordedShape, find_half_thickness, record_parts
@@ -25,6 +24,7 @@ from governor_mechanism.render.number_format import choose_decimals, display_uni
 from governor_mechanism.render.page.part_names import name_part
 from governor_mechanism.render.page.tracks import Track, TrackTable
 from governor_mechanism.render.page.views import PICTURE_SIZE, PageView, Picture, ShownRun, Trail
+from governor_mechanism.render.shown_readings import READING_NOISE_RATIO, axis_limits_for
 from governor_mechanism.types import FloatArray
 
 MAX_FIRST_PLOTS = 4

@@ -1,0 +1,184 @@
+"""Artists of matplotlib for shapes, and the colours of a figure in each theme."""
+
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from itertools import groupby
+from typing import Any
+
+import numpy as np
+from matplotlib.artist import Artist
+from matplotlib.axes import Axes
+from matplotlib.collections import Collection
+from matplotlib.colors import to_hex, to_rgba
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch, PathPatch
+from matplotlib.path import Path
+from matplotlib.patheffects import withStroke
+from matplotlib.text import Annotation, Text
+from matplotlib.text import Text as Words
+from numpy.typing import NDArray
+
+from governor_mechanism.model.results.pictures import Theme
+from governor_mechanism.render.geometry.primitives import Circle, DrawnShape, Lines, Polygon, TextShape
+from governor_mechanism.render.style import DARK_COLOURS, PAPER, ROLE_STYLES, SANS_FONT
+
+
+class Brush:
+    """Creates artists for shapes on axes in metres.
+
+    Consecutive circles of one role share an artist, and so do lines: an artist costs more than its shape. `points_per_pixel` is the
+    number of points in a pixel of a 480-pixel frame.
+    """
+
+    def __init__(self, axes: Axes, points_per_pixel: float, *, base_zorder: float = 2) -> None:
+        self._axes = axes
+        self._points_per_pixel = points_per_pixel
+        self._base_zorder = base_zorder
+
+    def paint(self, shapes: Sequence[DrawnShape]) -> list[Artist]:
+        """Add artists for the shapes, back to front, and return them."""
+        artists = [self._make_artist(group) for group in group_shapes(shapes)]
+        for order, artist in enumerate(artists):
+            artist.set_zorder(self._base_zorder + order / 1000)
+            self._axes.add_artist(artist)
+        return artists
+
+    def _make_artist(self, group: Sequence[DrawnShape]) -> Artist:
+        """Return the artist of a group of shapes."""
+        style = ROLE_STYLES[group[0].role]
+        width = style.width * self._points_per_pixel
+        match group[0]:
+            case TextShape(_, x, y, words, _):
+                return Words(x, y, words, color=style.stroke, fontsize=8.5 * self._points_per_pixel, fontfamily=SANS_FONT, va="center")
+            case Lines():
+                line = Line2D(*_line_points(group).T, color=style.stroke, linewidth=width, solid_capstyle="butt")
+                if style.dashes:
+                    line.set_dashes([length * self._points_per_pixel / width for length in style.dashes])
+                return line
+            case _:
+                fill = style.fill if style.opacity == 1.0 else to_rgba(style.fill, style.opacity)
+                return PathPatch(_outline_path(group), facecolor=fill, edgecolor=style.stroke, linewidth=width, joinstyle="round")
+
+
+def artist_paths(shapes: Sequence[DrawnShape]) -> list[Path | None]:
+    """Return the paths (m) of the artists that `Brush.paint` makes for shapes; None for a text."""
+    return [_path_of(group) for group in group_shapes(shapes)]
+
+
+def _path_of(group: Sequence[DrawnShape]) -> Path | None:
+    match group[0]:
+        case TextShape():
+            return None
+        case Lines():
+            return Path(_line_points(group))
+        case _:
+            return _outline_path(group)
+
+
+def group_shapes(shapes: Sequence[DrawnShape]) -> list[list[DrawnShape]]:
+    """Return the shapes in groups that share an artist."""
+
+    def group_key(numbered: tuple[int, DrawnShape]) -> tuple[type, str, int]:
+        number, shape = numbered
+        return type(shape), shape.role, -1 if isinstance(shape, Circle | Lines) else number
+
+    return [[shape for _, shape in group] for _, group in groupby(enumerate(shapes), group_key)]
+
+
+def _line_points(group: Sequence[DrawnShape]) -> NDArray[np.float64]:
+    """Return the points (n, 2) m of all polylines in one row, separated by NaN."""
+    lines = (line for shape in group if isinstance(shape, Lines) for line in shape.lines)
+    return np.array([point for line in lines for point in (*line, (np.nan, np.nan))], dtype=float).reshape(-1, 2)
+
+
+_UNIT_CIRCLE = Path.unit_circle()
+
+
+def _outline_path(group: Sequence[DrawnShape]) -> Path:
+    """Return the path of circles or of a polygon."""
+    circles = [(shape.radius, shape.x, shape.y) for shape in group if isinstance(shape, Circle)]
+    if circles:
+        vertices = np.concatenate([np.asarray(_UNIT_CIRCLE.vertices) * radius + (x, y) for radius, x, y in circles])
+        return Path(vertices, np.tile(np.asarray(_UNIT_CIRCLE.codes), len(circles)))
+    points = [point for shape in group if isinstance(shape, Polygon) for point in (*shape.points, *shape.points[:1])]
+    return Path(np.array(points, dtype=float).reshape(-1, 2), closed=True)
+
+
+OVER_COLOUR_MAP = "over a colour map"
+"""Group (`gid`) of what stands on a colour map, which is the same in all themes: it keeps its colours."""
+
+Colour = Any
+"""A colour as matplotlib takes it: a name, "#rrggbb", or numbers with an opacity."""
+
+
+def themed_colour(colour: Colour, theme: Theme) -> Colour:
+    """Return the colour in a theme that stands for one of the light theme, with the same opacity."""
+    red, green, blue, opacity = to_rgba(colour)
+    name = to_hex((red, green, blue))
+    if theme is Theme.DARK:
+        return to_rgba(DARK_COLOURS[name], opacity) if name in DARK_COLOURS else (*_inverse_lightness(red, green, blue), opacity)
+    return (red, green, blue, 0.0 if theme is Theme.TRANSPARENT and name == PAPER else opacity)
+
+
+def _inverse_lightness(red: float, green: float, blue: float) -> tuple[float, float, float]:
+    """Return the colour of the same hue whose mean of the largest and the smallest part is the inverse."""
+    shift = 1.0 - max(red, green, blue) - min(red, green, blue)
+    return red + shift, green + shift, blue + shift
+
+
+@contextmanager
+def themed(figure: Figure, theme: Theme) -> Iterator[None]:
+    """Give a figure the colours of a theme while the body of the with statement runs."""
+    changes = recolour(figure, theme)
+    try:
+        yield
+    finally:
+        for set_value, _, old in changes:
+            set_value(old)
+
+
+Change = tuple[Callable[[Any], object], Any, Any]
+"""A function that sets a property of an artist, the new value, and the old one."""
+
+
+def recolour(figure: Figure, theme: Theme) -> list[Change]:
+    """Give a figure the colours of a theme, and return what was changed."""
+    if theme is Theme.LIGHT:
+        return []
+    figure.draw_without_rendering()  # creates the ticks and their labels
+    artists = figure.findobj()
+    # An arrow is drawn by its annotation, and is not among the children of the figure.
+    arrows = [one.arrow_patch for one in artists if isinstance(one, Annotation) and one.arrow_patch is not None]
+    recoloured = (one for one in (*artists, *arrows) if one.get_gid() != OVER_COLOUR_MAP)
+    changes = [change for artist in recoloured for change in _changes_of(artist, theme)]
+    for set_value, new, _ in changes:
+        set_value(new)
+    return changes
+
+
+def _changes_of(artist: Artist, theme: Theme) -> Iterator[Change]:
+    """Yield the changes of an artist. The halo of a text remains also without a ground."""
+    names: tuple[str, ...] = ()
+    match artist:
+        case Text() | Line2D():
+            names = ("color", *(("markerfacecolor", "markeredgecolor") if isinstance(artist, Line2D) else ()))
+        case Patch():
+            names = ("facecolor", "edgecolor")
+        case Collection():
+            names = ("edgecolor",) if artist.get_array() is not None else ("facecolor", "edgecolor")
+    thing: Any = artist
+    for name in names:
+        old = getattr(thing, f"get_{name}")()
+        if not (isinstance(old, str) and old in ("none", "auto")):
+            yield getattr(thing, f"set_{name}"), _themed_colours(old, theme), old
+    effects = thing.get_path_effects()
+    if theme is Theme.DARK and effects:
+        yield thing.set_path_effects, [withStroke(linewidth=3.0, foreground=themed_colour(PAPER, theme))], effects
+
+
+def _themed_colours(colours: Colour, theme: Theme) -> Colour:
+    """Return the themed colour of one colour, or of each row of an array of them (n, 4)."""
+    if isinstance(colours, np.ndarray) and colours.ndim == 2:
+        return np.array([themed_colour(colour, theme) for colour in colours]).reshape(-1, 4)
+    return themed_colour(colours, theme)
