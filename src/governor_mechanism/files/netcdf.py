@@ -15,7 +15,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.files.netcdf_encoding import encode_netcdf
 from governor_mechanism.files.writing import atomic_write, plain_value
 from governor_mechanism.mechanics.dynamics.forces.loads import lagged_functions_of
 from governor_mechanism.model.events import Event, EventKind
@@ -206,7 +205,7 @@ def write_netcdf(run: Trajectory, record: Mapping[str, Any], path: Path) -> None
         _RECORD_NAME: json.dumps(plain_value(record), allow_nan=False, ensure_ascii=False),
         _DIGEST_NAME: _NO_DIGEST.decode(),
     }
-    content = encode_netcdf(attributes, [_as_letters(variable) for variable in run_variables(run)])
+    content = _encode(attributes, [_as_letters(variable) for variable in run_variables(run)])
     at = _find_digest(content)
     digest = hashlib.sha256(content).hexdigest().encode()
     with atomic_write(path) as temporary:
@@ -248,6 +247,29 @@ def _find_digest(content: bytes) -> int:
     at = content.find(_DIGEST_NAME.encode())
     padded_length = -(-len(_DIGEST_NAME) // 4) * 4
     return -1 if at < 0 else at + padded_length + _ATTRIBUTE_HEADER_SIZE
+
+
+def _encode(attributes: Mapping[str, str | NDArray[Any]], variables: Iterable[RunVariable]) -> bytes:
+    """Return attributes and arrays as a file of the classic netCDF format with 64-bit offsets."""
+    from scipy.io import netcdf_file  # slow to import
+
+    stream = io.BytesIO()
+    dataset = netcdf_file(stream, "w", version=2)
+    _set_attributes(dataset, attributes)
+    for variable in variables:
+        for name, size in zip(variable.dimensions, variable.values.shape, strict=True):
+            if name not in dataset.dimensions:
+                dataset.createDimension(name, size)
+        written = dataset.createVariable(variable.name, variable.values.dtype.char.replace("S", "c"), variable.dimensions)
+        written[...] = variable.values
+        _set_attributes(written, variable.attributes)
+    dataset.flush()
+    return stream.getvalue()
+
+
+def _set_attributes(owner: Any, attributes: Mapping[str, Any]) -> None:
+    for name, value in attributes.items():
+        setattr(owner, name, value.encode(_TEXT_ENCODING) if isinstance(value, str) else value)
 
 
 def _as_letters(variable: RunVariable) -> RunVariable:
