@@ -76,3 +76,56 @@ def synthesise_function(
         "ground": ground,
     }
     return synthesise(*read_function_task(pairs, given))
+
+
+def synthesise_positions(
+    positions: gm.PointSource,
+    *,
+    fixed_pivots: Sequence[Sequence[float | str]] | None = None,
+    moving_pivots: Sequence[Sequence[float | str]] | None = None,
+) -> gm.PositionSynthesis:
+    """Return the four-bars whose coupler passes three, four or five positions of a body.
+
+    Of three positions two pivots are chosen, and the others follow. Four have pivots on both of Burmester's curves: pairs of their points
+    are taken that pass the positions in order, with the best transmission angles. Five have four dyads at most, with six four-bars. Each
+    linkage is run through the positions with the kinematics of the package.
+
+    Parameters
+    ----------
+    positions
+        Rows of x, y and the angle of the body, SI or texts with a unit, in the order in which they are passed, or the path of a file: CSV
+        with the columns "x [mm]", "y [mm]" and "angle [deg]", or TOML with `points` and the pivots as keys.
+    fixed_pivots
+        Two fixed pivots, for three positions.
+    moving_pivots
+        Two moving pivots at the first position, in the fixed axes, for three positions.
+
+    Returns
+    -------
+    PositionSynthesis
+        The linkages, the best first; it prints as a table. `rows[0].scene` is a scene that runs, `centre_curve` and `circle_curve` are
+        Burmester's curves, and `dyads` all pairs of a fixed and a moving pivot of five positions.
+
+    Raises
+    ------
+    MechanismError
+        If there are too few or too many positions, if two coincide, if the body does not turn, if pivots are missing or not free, or if
+        something is no quantity.
+
+    References
+    ----------
+    G. N. Sandor, A. G. Erdman, Advanced mechanism design 2 (1984), chapter 3; J. M. McCarthy, G. S. Soh, Geometric design of linkages
+    (2011), chapter 5.
+
+    Examples
+    --------
+    >>> import governor_mechanism as gm
+    >>> positions = [[0, 0, 0], [1, 0.5, "20 deg"], [2, 0.5, "50 deg"]]
+    >>> found = gm.synthesise_positions(positions, moving_pivots=[[0, 0], [1, 0.5]])
+    >>> len(found.dyads)
+    2
+    """
+    from governor_mechanism.studies.synthesis.positions import read_position_task
+    from governor_mechanism.studies.synthesis.positions import synthesise_positions as synthesise
+
+    return synthesise(*read_position_task(positions, {"fixed_pivots": fixed_pivots, "moving_pivots": moving_pivots}))

@@ -34,6 +34,17 @@ def function(file: PointFile, take: Take = 1, *, figures: FigureFiles, as_json: 
         return _report(gm.synthesise_function(file), file, take, figures)
 
 
+def positions(file: PointFile, take: Take = 1, *, figures: FigureFiles, as_json: console.AsJson = False) -> console.CommandResult:
+    """Find the four-bars whose coupler passes three, four or five positions of a body, in their order.
+
+    FILE has the columns "x [mm]", "y [mm]" and "angle [deg]", or as TOML: points = [["0 mm", "0 mm", "0 deg"], ...], and for three
+    positions fixed_pivots or moving_pivots, two points. The exit status is 1 if there is no linkage without a defect.
+    """
+    console.prepare_folder(figures.folder)
+    with console.show_status("running four-bars through the positions"):
+        return _report(gm.synthesise_positions(file), file, take, figures)
+
+
 def _report(result: Synthesis, file: str, take: int, figures: FigureFiles) -> console.CommandResult:
     """Return what a command prints, after it has written the scene of one linkage, the table, the record and the figure."""
     stem = Path(file).stem
@@ -50,5 +61,5 @@ def _report(result: Synthesis, file: str, take: int, figures: FigureFiles) -> co
 
 
 synthesis_app = typer.Typer(help="Find four-bars for what is wanted.", no_args_is_help=True, rich_markup_mode=None)
-for command in (function,):
+for command in (function, positions):
     console.add_command(synthesis_app, command)

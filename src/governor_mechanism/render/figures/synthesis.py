@@ -14,6 +14,7 @@ from governor_mechanism.types import ComplexArray, FloatArray
 if TYPE_CHECKING:
     from governor_mechanism.studies.synthesis.function import FunctionSynthesis
     from governor_mechanism.studies.synthesis.linkage import Synthesis, SynthesisedLinkage
+    from governor_mechanism.studies.synthesis.positions import PositionSynthesis
 
 MAX_SHOWN: Final = 6
 """Number of linkages in a figure; of more the first ones are drawn, and the figure says so."""
@@ -94,6 +95,22 @@ def function_figure(result: FunctionSynthesis) -> Page:
         panel.axhline(0.0, color=MUTED, linewidth=0.8, zorder=1)
         panel.plot(np.degrees(result.pairs[:, 0]), np.zeros(len(result.pairs)), "o", color=INK, markersize=4, zorder=4)
         add_legend(panel, loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=4, borderaxespad=0.2, fontsize=8)
+    return page
+
+
+def position_figure(result: PositionSynthesis) -> Page:
+    """Draw the linkages, and for four positions Burmester's curves."""
+    has_curves = bool(len(result.centre_curve))
+    page = synthesis_figure(result, f"Four-bars through {len(result.positions)} positions of a body", extra=has_curves)
+    if has_curves:
+        height = page.get_figheight()
+        panel = page.add_panel((0.11, 0.72 / height, 0.85, (_EXTRA_HEIGHT - 1.25) / height), "x [mm]", "y [mm]")
+        places = 1e3 * result.positions[:, :2]
+        for curve, label, colour in ((result.centre_curve, "fixed pivots", BLUE), (result.circle_curve, "moving pivots", VERMILLION)):
+            panel.plot(*(1e3 * curve.T), ".", color=colour, markersize=2.5, label=label, zorder=2)
+        panel.plot(*places.T, "o", color=INK, markersize=4, label="positions", zorder=4)
+        panel.show_region(tuple(places.mean(axis=0)), 4.0 * float(np.ptp(places, axis=0).max()))
+        add_legend(panel, loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=3, borderaxespad=0.2, fontsize=8)
     return page
 
 

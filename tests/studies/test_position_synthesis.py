@@ -1,0 +1,121 @@
+"""Four-bars through positions of a body: recovered linkages, laws of Burmester's theory, and what is refused."""
+
+import numpy as np
+import pytest
+
+import governor_mechanism as gm
+from governor_mechanism.studies.synthesis.positions import Displacements, burmester_curves, circle_equations, find_dyads
+
+FIXED = np.array([0j, 3.2 + 0j])
+
+
+def guided_positions(count):
+    """Positions of a body on the coupler of a crank-rocker 3.2, 1, 3, 2.5, and its moving pivots, by the cosine rule."""
+    crank, coupler, rocker = 1.0, 3.0, 2.5
+    start = crank * np.exp(1j * np.linspace(0.3, 1.9, 5))[:count]
+    vector = start - FIXED[1]
+    inner = np.arccos((rocker**2 + np.abs(vector) ** 2 - coupler**2) / (2 * rocker * np.abs(vector)))
+    end = FIXED[1] + rocker * np.exp(1j * (np.angle(vector) - inner))
+    angle = np.angle(end - start)
+    point = start + (1.5 + 0.8j) * np.exp(1j * angle)
+    return np.column_stack([point.real, point.imag, angle + 0.3]), (start[0], end[0])
+
+
+def pole(first, second):
+    turn = np.exp(1j * (second[2] - first[2]))
+    start, end = (complex(*one[:2]) for one in (first, second))
+    return (end - turn * start) / (1 - turn)
+
+
+def curve_equation(body, centres):
+    """The cubic of centre points, relative to its terms: determinants of the equations of three circles in the moving pivot."""
+    equations, at = circle_equations(body), centres - body.point
+    values = []
+    for x, y in zip(at.real, at.imag, strict=True):
+        p, q = equations[:, 4], equations[:, 5]
+        rows = np.column_stack(
+            [equations[:, 0] + x * p - y * q, equations[:, 1] + y * p + x * q, equations[:, 6] + equations[:, 2:4] @ (x, y)]
+        )
+        values.append(np.linalg.det(rows) / (1.0 + abs(complex(x, y))) ** 3)
+    return np.array(values)
+
+
+def pairs(points):
+    return [[one.real, one.imag] for one in points]
+
+
+@pytest.mark.parametrize("chosen", ["fixed_pivots", "moving_pivots"])
+def test_three_positions_and_two_pivots_give_back_the_linkage(chosen):
+    positions, moving = guided_positions(3)
+    found = gm.synthesise_positions(positions, **{chosen: pairs(FIXED if chosen == "fixed_pivots" else moving)})
+    assert found.rows[0].linkage.lengths == pytest.approx((3.2, 1.0, 3.0, 2.5), rel=1e-9)
+    assert found.rows[0].defects == "none"
+    assert found.rows[0].check.distance < 1e-9
+    assert "branch" in found.rows[1].defects  # the rocker drives, and cannot lead through a toggle
+
+
+def test_burmesters_curves_hold_all_circles_and_pass_the_poles():
+    positions, moving = guided_positions(4)
+    body = Displacements(positions)
+    curves = burmester_curves(body)
+    radii = np.abs(body.moved(curves[:, 1]) - curves[:, :1])
+    near = np.abs(curves).max(axis=1) < 30.0
+    assert np.ptp(radii, axis=1)[near].max() < 1e-10
+    poles = np.array([pole(positions[first], positions[second]) for second in range(4) for first in range(second)])
+    assert np.abs(curve_equation(body, poles)).max() < 1e-12
+    assert np.abs(curve_equation(body, curves[near, 0])).max() < 1e-9
+    assert np.abs(curve_equation(body, poles + 0.1)).max() > 1e-6
+    assert np.abs(curves - [FIXED[0], moving[0]]).max(axis=1).min() < 0.05
+
+
+def test_four_positions_have_linkages_without_defects():
+    positions, _ = guided_positions(4)
+    found = gm.synthesise_positions(positions)
+    best = found.rows[0]
+    assert best.defects == "none"
+    assert best.check.distance < 1e-9
+    assert abs(best.check.transmission - np.pi / 2) < np.radians(30.0)
+
+
+def test_five_positions_have_the_dyads_of_the_linkage_that_guides_them():
+    positions, moving = guided_positions(5)
+    found = gm.synthesise_positions(positions)
+    for fixed, end in zip(FIXED, moving, strict=True):
+        assert min(abs(one.fixed - fixed) + abs(one.moving - end) for one in found.dyads) < 1e-9
+    assert found.rows[0].linkage.lengths == pytest.approx((3.2, 1.0, 3.0, 2.5), rel=1e-9)
+
+
+def test_five_positions_have_four_two_or_no_dyads():
+    """Roots of a quartic: an even number is real; every one has its five moving pivots on a circle."""
+    generator = np.random.default_rng(3)
+    counts = set()
+    for _ in range(40):
+        body = Displacements(generator.uniform(-1.0, 1.0, (5, 3)))
+        dyads = find_dyads(body)
+        counts.add(len(dyads))
+        for one in dyads:
+            radii = np.abs(body.moved(one.moving) - one.fixed)
+            assert np.ptp(radii) < 1e-8 * radii.max()
+    assert counts == {0, 2, 4}
+
+
+POSITIONS = [[0, 0, 0], [1, 0.5, "20 deg"], [2, 0.5, "50 deg"]]
+
+
+@pytest.mark.parametrize(
+    ("positions", "pivots", "message"),
+    [
+        (POSITIONS[:2], {}, "must be 3, 4 or 5; found 2"),
+        ([*POSITIONS, POSITIONS[1]], {}, "2 and 4 coincide"),
+        (POSITIONS, {}, "give fixed_pivots or moving_pivots"),
+        (POSITIONS, {"fixed_pivots": [[0, 0], [0, 0]]}, "coincide"),
+        (POSITIONS, {"fixed_pivots": [[0, 0]]}, "must be two points"),
+        ([*POSITIONS, [3, 0, 1]], {"fixed_pivots": [[0, 0], [1, 0]]}, "for three positions alone; 4 determine"),
+        ([[0, 0, 1], [1, 0, 1], [2, 1, 1], [3, 0, 1]], {}, "the angles of all positions are the same"),
+        ([[0, 0, 0], [1, 0, 1], [2, 0, 2]], {"moving_pivots": [[0, 0], [1, 1]]}, "places on a line"),
+        ([[0, 0, 0], [1, "3 kg", 1], [2, 0, float("inf")]], {}, "y of point 2.*\n.*angle of point 3"),
+    ],
+)
+def test_mistakes_get_a_sentence(positions, pivots, message):
+    with pytest.raises(gm.MechanismError, match=message):
+        gm.synthesise_positions(positions, **pivots)
