@@ -37,3 +37,16 @@ def test_a_linkage_that_there_is_not_gets_a_sentence(tmp_path):
     result = invoke(tmp_path, "function", file, "--take", 3, "--no-figure")
     assert result.exit_code == 2
     assert "must be the number of a linkage, 1 to 2; found 3" in result.stderr
+
+
+def test_positions_in_a_table_are_passed(tmp_path):
+    """Every linkage without a defect passes all places; its scene is written."""
+    file = tmp_path / "gate.csv"
+    file.write_text("x [mm],y [mm],angle [deg]\n0,0,0\n40,25,15\n70,60,40\n80,110,70\n")
+    result = invoke(tmp_path, "positions", file, "--json")
+    assert result.exit_code == 0, result.output
+    good = [row for row in json.loads(result.stdout)["rows"] if row["defects"] == "none"]
+    assert good
+    assert max(row["distance"] for row in good) < 1e-9
+    assert gm.load(tmp_path / "gate_1.toml").run.duration > 0.0
+    assert (tmp_path / "gate.png").stat().st_size > 5000

@@ -21,18 +21,20 @@ MAX_SHOWN: Final = 6
 
 _CELL, _HEADING, _FOOT, _GAP = 3.1, 0.75, 0.3, 0.12
 """Width and height of the room of a linkage, and heights of heading and foot, and gap between rooms, inches."""
-_EXTRA_HEIGHT = 2.9
-"""Height of a panel over the whole width below the linkages, inches."""
+_ERROR_HEIGHT, _CURVE_HEIGHT = 2.9, 6.0
+"""Heights of a panel of errors and of one of Burmester's curves, over the whole width below the linkages, inches."""
+
+_CURVE_EXTENT = 2.0
+"""Half the height of the region in which Burmester's curves are shown, relative to the extent of the positions."""
 
 
 def synthesis_figure(
-    result: Synthesis, title: str = "Synthesised four-bars", points: ComplexArray | None = None, extra: bool = False
+    result: Synthesis, title: str = "Synthesised four-bars", points: ComplexArray | None = None, below: float = 0.0
 ) -> Page:
-    """Draw the best linkages at their positions, with the points that were asked for; `extra` leaves room for a panel below."""
+    """Draw the best linkages at their positions, with the points that were asked for, and room below (inches) for a panel."""
     rows = result.rows[:MAX_SHOWN]
     n_columns = max(min(3, len(rows)), 2)
     n_rows = max(math.ceil(len(rows) / n_columns), 1)
-    below = _EXTRA_HEIGHT if extra else 0.0
     width, height = n_columns * _CELL, _HEADING + n_rows * _CELL + _FOOT + below
     page = Page(width, height)
     page.write_title(title, y=1 - 0.28 / height, size=13)
@@ -84,10 +86,11 @@ def _line(panel: Panel, points: tuple[complex, ...], colour: str, width: float, 
 def function_figure(result: FunctionSynthesis) -> Page:
     """Draw the linkages, and their structural errors over the input."""
     task = result.task
-    page = synthesis_figure(result, f"Four-bars that generate {task.text}" if task.text else "Function generators", extra=bool(task.text))
+    title = f"Four-bars that generate {task.text}" if task.text else "Function generators"
+    page = synthesis_figure(result, title, below=_ERROR_HEIGHT if task.text else 0.0)
     if task.text:
         height = page.get_figheight()
-        panel = page.add_panel((0.11, 0.72 / height, 0.85, (_EXTRA_HEIGHT - 1.25) / height), "Input [deg]", "Structural error [deg]")
+        panel = page.add_panel((0.11, 0.72 / height, 0.85, (_ERROR_HEIGHT - 1.25) / height), "Input [deg]", "Structural error [deg]")
         for k, row in enumerate(result.rows[:4]):
             errors = np.degrees(result.structural_error(row.number))
             if np.all(np.isfinite(errors)) and not row.check.defects:
@@ -101,15 +104,16 @@ def function_figure(result: FunctionSynthesis) -> Page:
 def position_figure(result: PositionSynthesis) -> Page:
     """Draw the linkages, and for four positions Burmester's curves."""
     has_curves = bool(len(result.centre_curve))
-    page = synthesis_figure(result, f"Four-bars through {len(result.positions)} positions of a body", extra=has_curves)
+    title = f"Four-bars through {len(result.positions)} positions of a body"
+    page = synthesis_figure(result, title, below=_CURVE_HEIGHT if has_curves else 0.0)
     if has_curves:
         height = page.get_figheight()
-        panel = page.add_panel((0.11, 0.72 / height, 0.85, (_EXTRA_HEIGHT - 1.25) / height), "x [mm]", "y [mm]")
+        panel = page.add_panel((0.11, 0.72 / height, 0.85, (_CURVE_HEIGHT - 1.25) / height), "x [mm]", "y [mm]")
         places = 1e3 * result.positions[:, :2]
         for curve, label, colour in ((result.centre_curve, "fixed pivots", BLUE), (result.circle_curve, "moving pivots", VERMILLION)):
             panel.plot(*(1e3 * curve.T), ".", color=colour, markersize=2.5, label=label, zorder=2)
         panel.plot(*places.T, "o", color=INK, markersize=4, label="positions", zorder=4)
-        panel.show_region(tuple(places.mean(axis=0)), 4.0 * float(np.ptp(places, axis=0).max()))
+        panel.show_region(tuple(places.mean(axis=0)), panel.aspect_ratio * _CURVE_EXTENT * float(np.ptp(places, axis=0).max()))
         add_legend(panel, loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=3, borderaxespad=0.2, fontsize=8)
     return page
 
