@@ -5,7 +5,7 @@ from collections.abc import Callable, Mapping
 from typing import Any, Final
 
 from governor_mechanism.errors import GovernorMechanismError, MechanismError
-from governor_mechanism.live.inspection import describe_assemblies, describe_valve
+from governor_mechanism.live.describing import describe_assemblies, describe_valve
 from governor_mechanism.live.messages import Request, parse_message
 from governor_mechanism.live.saving import export_run, write_scene
 from governor_mechanism.live.session import Session

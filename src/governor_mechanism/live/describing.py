@@ -1,15 +1,22 @@
-"""Runs as a page shows them: samples, pace, readings and accuracy in words."""
+"""Runs as a page shows them: samples, pace, readings and accuracy in words, the events of a valve, and assemblies."""
 
 import math
+import tempfile
+from base64 import b64encode
 from collections.abc import Sequence
+from pathlib import Path
 from typing import Any, Final
 
+from governor_mechanism.machines.custom import CUSTOM_MACHINE
 from governor_mechanism.model.results.trajectory import Trajectory
+from governor_mechanism.observables.valve_motion import has_valve_events
 from governor_mechanism.render.film.timing import select_slow_down
 from governor_mechanism.render.geometry.primitives import BoundingBox, Vec2
 from governor_mechanism.render.number_format import format_closing_lines, format_name
 from governor_mechanism.render.page.views import ShownRun, show_run
 from governor_mechanism.render.page.writer import MAX_TRUE_TIME_DURATION, choose_sample_times
+from governor_mechanism.studies.kinematics import list_scene_assemblies
+from governor_mechanism.studies.valve_gears import tabulate_valve_timing
 from governor_mechanism.units.quantities import format_quantity
 
 MAX_SENTENCE_LENGTH: Final = 2000
@@ -44,3 +51,28 @@ def describe_readings(run: Trajectory) -> list[dict[str, Any]]:
             texts = {"text": format_quantity(value, unit), "estimate": "" if error is None else f"± {format_quantity(error, unit, '.1g')}"}
             described.append({"name": name, "words": format_name(name), "value": value, "error": error} | texts)
     return described
+
+
+def describe_valve(run: Trajectory, theme: str) -> dict[str, Any]:
+    """Return the events of the valve in words, and Zeuner's diagram as PNG in base64; raise MechanismError without such a valve."""
+    from governor_mechanism.render.figures.plates import zeuner  # slow to import
+
+    timing = tabulate_valve_timing(run.scene)
+    with tempfile.TemporaryDirectory() as folder:
+        path = zeuner.draw_zeuner_plate(zeuner.ValveDiagram(run.scene)).save(Path(folder) / "zeuner.png", theme)
+        picture = b64encode(path.read_bytes()).decode()
+    # The title stands at the head of the page.
+    return {"timing": str(timing).partition("\n")[2], "picture": picture}
+
+
+def describe_assemblies(run: Trajectory) -> dict[str, Any]:
+    """Return how many ways there are in which the joints close, and which one is taken; raise MechanismError if they are not listed."""
+    found = list_scene_assemblies(run.scene)
+    return {"count": len(found), "taken": found.taken, "isComplete": found.complete, "text": str(found)}
+
+
+def list_inspections(run: Trajectory) -> list[str]:
+    """Return what can be asked for."""
+    scene = run.scene
+    has_assemblies = len(scene.parts) == 1 and scene.part.machine == CUSTOM_MACHINE
+    return [name for name, has in (("valve", has_valve_events(scene)), ("assemblies", has_assemblies)) if has]

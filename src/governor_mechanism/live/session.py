@@ -10,10 +10,9 @@ import numpy as np
 import governor_mechanism as gm
 from governor_mechanism.errors import GovernorMechanismError, MechanismError
 from governor_mechanism.live.choices import EFFECTS_KEY, choose, find_choices
-from governor_mechanism.live.describing import choose_pace, describe_outcome, describe_readings, show_whole_run
+from governor_mechanism.live.describing import choose_pace, describe_outcome, describe_readings, list_inspections, show_whole_run
 from governor_mechanism.live.equilibria import EquilibriumPlot
 from governor_mechanism.live.grips import find_grips
-from governor_mechanism.live.inspection import list_inspections
 from governor_mechanism.live.motion import Motion
 from governor_mechanism.live.quantities import Quantity, find_quantities
 from governor_mechanism.live.saving import SceneFile

@@ -7,7 +7,6 @@ from typing import Any, Final
 
 import numpy as np
 
-from governor_mechanism.engines.base import Engine
 from governor_mechanism.engines.selection import select_engine
 from governor_mechanism.errors import GovernorMechanismError, MechanismError
 from governor_mechanism.model.results.trajectory import Trajectory
@@ -85,7 +84,6 @@ class Misfit:
         self.noise = [one.noise or float(np.ptp(one.values)) or 1.0 for one in question.measurements]
         self.n_runs = 0
         self.best: tuple[float, FloatArray] | None = None
-        self._engine: Engine | None = None
 
     def values_at(self, place: FloatArray) -> FloatArray:
         """Return the values of the unknowns, SI."""
