@@ -204,6 +204,25 @@ def prepare_folder(out: Path) -> None:
     out.mkdir(parents=True, exist_ok=True)
 
 
+@contextmanager
+def first_interrupt_is_answered() -> Iterator[None]:
+    """Let what runs in the context answer the first Ctrl-C, by keeping what it has; the next one ends the command."""
+    ending = signal.getsignal(signal.SIGINT)
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+
+    def answer(signal_number: int, frame: FrameType | None) -> None:
+        signal.signal(signal.SIGINT, ending)
+        raise KeyboardInterrupt
+
+    signal.signal(signal.SIGINT, answer)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, ending)
+
+
 class InterruptHandler:
     """Context in which Ctrl-C, or a request to terminate, is certain to end the command.
 

@@ -79,7 +79,7 @@ def fit(
     console.prepare_folder(figures.folder)
     loaded = load_changed(scene, changes)
     levels, intervals = _read_noise(noise or []), [tuple(one.split(":")) for one in without or []]
-    with console.show_status("fitting"):
+    with console.show_status("fitting"), console.first_interrupt_is_answered():
         result = gm.fit(loaded, data, over, noise=levels, without=intervals, profile=profile or (), engine=engine, starts=starts, seed=seed)
     stem = f"{stem_of(loaded)}_fit"
     scene_file = figures.folder / f"{stem}.toml"

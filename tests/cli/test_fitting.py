@@ -1,0 +1,83 @@
+"""The commands `fit` and `sensitivities`: what they write, their exit status, Ctrl-C."""
+
+import json
+import os
+import signal
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+import governor_mechanism as gm
+from governor_mechanism.cli.main import app
+from governor_mechanism.studies.fitting.search import Misfit
+
+
+@pytest.fixture(scope="module")
+def lift(tmp_path_factory):
+    """A table of the lift of the shipped governor, mm, at 121 rpm."""
+    run = gm.run(gm.load("porter").replace({"spindle.speed": "121 rpm"}), times=np.linspace(0.0, 2.0, 101), accuracy=1e-8)
+    lines = [f"{time!r},{1e3 * value!r}" for time, value in zip(run.times.tolist(), run.readings["sleeve_lift"].tolist(), strict=True)]
+    path = tmp_path_factory.mktemp("data") / "lift.csv"
+    path.write_text("time [s],sleeve_lift [mm]\n" + "\n".join(lines) + "\n")
+    return path
+
+
+def invoke(*words):
+    return CliRunner().invoke(app, [str(word) for word in words])
+
+
+def fit(lift, tmp_path, *words):
+    fixed = ["--noise", "0.1 mm", "--starts", 1, "--no-figure", "--out", tmp_path]
+    return invoke("fit", "porter", "--data", lift, "--over", "spindle.speed=110rpm:130rpm", *fixed, *words)
+
+
+def test_fit_writes_a_scene_that_moves_as_measured(lift, tmp_path):
+    result = fit(lift, tmp_path, "--json")
+    assert result.exit_code == 0, result.output
+    record = json.loads(result.stdout)
+    assert record["rows"][0]["value"] == pytest.approx(121.0 * np.pi / 30.0, rel=1e-6)
+    scene = gm.load(tmp_path / "porter_fit.toml")
+    assert scene.spindle.speeds[0] == record["rows"][0]["value"]
+    assert {path.name for path in tmp_path.iterdir()} == {"porter_fit.toml", "porter_fit.csv", "porter_fit.json"}
+
+
+def test_ctrl_c_keeps_the_best_values_so_far(lift, tmp_path, monkeypatch):
+    residuals, calls = Misfit.residuals, []
+
+    def interrupted(self, place):
+        calls.append(place)
+        if len(calls) == 4:
+            os.kill(os.getpid(), signal.SIGINT)
+        return residuals(self, place)
+
+    monkeypatch.setattr(Misfit, "residuals", interrupted)
+    result = fit(lift, tmp_path)
+    assert result.exit_code == 1
+    assert "interrupted; these are the best values so far" in result.stdout
+    assert gm.load(tmp_path / "porter_fit.toml").run.duration > 0.0
+
+
+@pytest.mark.parametrize(
+    ("words", "sentence"),
+    [
+        (("--noise", "sleeve_lift=0.1 mm"), "give one standard deviation for all readings"),
+        (("--without", "1s"), "an interval has a start and an end"),
+        (("--over", "spindle.speed=1rpm:2rpm"), "spindle.speed is given twice"),
+        (("--profile", "dimensions.arm"), "dimensions.arm is no unknown"),
+    ],
+)
+def test_mistakes_are_sentences(lift, tmp_path, words, sentence):
+    result = fit(lift, tmp_path, *words)
+    assert result.exit_code == 2
+    assert sentence in result.stderr
+    assert "Traceback" not in result.output
+
+
+def test_sensitivities_are_printed_with_their_errors(tmp_path):
+    words = ["--of", "frequency of arm_angle", "--by", "dimensions.ball_mass", "--by", "dimensions.sleeve_mass", "--out", tmp_path]
+    result = invoke("sensitivities", "porter", *words)
+    assert result.exit_code == 0, result.output
+    assert " ± " in result.stdout
+    rows = json.loads((tmp_path / "porter_sensitivities.json").read_text())["rows"]
+    assert sum(row["elasticity"] for row in rows) == pytest.approx(0.0, abs=1e-6)
