@@ -158,16 +158,18 @@ def fit_measurements(question: FitQuestion) -> Fit:
     """Return the values of the unknowns that fit best; an interrupted search returns the best so far."""
     misfit = Misfit(question)
     start = np.array([(one.start - one.low) / (one.high - one.low) for one in question.unknowns])
+    is_noise_unknown = any(one.noise is None for one in question.measurements)
     try:
         place, converged, outcome = _search(misfit, start)
-        if any(one.noise is None for one in question.measurements):
+        if is_noise_unknown and len(question.measurements) > 1:
             misfit.estimate_noise(place)
-            if len(question.measurements) > 1:  # the readings now have their weights
-                place, converged, outcome = _descend(misfit, place)
+            place, converged, outcome = _descend(misfit, place)  # the readings now have their weights
     except KeyboardInterrupt:
         if misfit.best is None:
             raise
         place, converged, outcome = misfit.best[1], False, "interrupted; these are the best values so far"
+    if is_noise_unknown:
+        misfit.estimate_noise(place)
     return _describe(misfit, place, converged, outcome)
 
 
