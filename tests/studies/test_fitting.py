@@ -123,6 +123,23 @@ def test_noise_that_is_not_given_is_estimated(worn, lift):
     assert fit.standard_errors["spindle.speed"] == pytest.approx(given.standard_errors["spindle.speed"], rel=0.1)
 
 
+def test_two_readings_have_each_their_own_noise(worn):
+    """A precise and a rough reading: both levels are estimated, and the precise one decides."""
+    run = gm.run(worn, engine="multibody", times=TIMES, accuracy=1e-8)
+    noise = np.random.default_rng(8).normal(size=(2, len(TIMES)))
+    data = {
+        "time": TIMES,
+        "sleeve_lift": run.readings["sleeve_lift"] + 1e-4 * noise[0],
+        "arm_angle": run.readings["arm_angle"] + 0.02 * noise[1],
+    }
+    fit = gm.fit(worn, data, {key: OVER[key] for key in ("spindle.speed", "start.arm_angle")}, starts=1)
+    assert fit.noise["sleeve_lift"] == pytest.approx(1e-4, rel=0.1)
+    assert fit.noise["arm_angle"] == pytest.approx(0.02, rel=0.1)
+    for key, (low, high) in fit.intervals.items():
+        assert low <= TRUTH[key] <= high
+        assert high - low < 1e-3 * TRUTH[key]
+
+
 def test_profile_of_a_nearly_linear_unknown_is_its_interval(worn, lift):
     over = {key: OVER[key] for key in ("spindle.speed", "start.arm_angle")}
     plain = gm.fit(worn, measure(lift, 4), over, noise=NOISE, starts=1)
