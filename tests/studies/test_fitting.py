@@ -195,6 +195,17 @@ def test_a_geometry_that_cannot_be_assembled_lies_outside():
     assert fit.values["start.arm_angle"] == pytest.approx(np.radians(40.0), abs=1e-6)
 
 
+def test_data_that_no_run_reaches_end_without_convergence():
+    """Under a sleeve that is too heavy for the speed the arms fall in line with the links before the last measured time."""
+    scene = gm.load("porter").replace({"dimensions.sleeve_mass": "200 kg"})
+    data = {"time": TIMES, "sleeve_lift": np.full(len(TIMES), 0.1)}
+    fit = gm.fit(scene, data, {"dimensions.ball_mass": ("4.5 kg", "5.5 kg")}, noise=NOISE, starts=1)
+    assert not fit.converged
+    assert "no values were found with which the run reaches all times of the data" in fit.outcome
+    assert 0 < len(fit.residuals["sleeve_lift"]) < len(TIMES)
+    assert np.isfinite(fit.residuals["sleeve_lift"]).all()
+
+
 @pytest.mark.parametrize(
     ("data", "sentence"),
     [

@@ -35,18 +35,20 @@ def test_a_known_linkage_is_recovered_though_its_starts_are_not_known(count, inp
     assert nearest.check.distance < 1e-9
 
 
-def test_the_example_of_a_lecture():
-    # Pairs and ground of the example in lecture 12, Three position synthesis, of ME 3751 at Ohio State University (H.-J. Su), in inches;
-    # the lengths are those of its linear equations in 1, cos(phi) and cos(theta), solved by Cramer's rule with two digits of the angles.
+def test_links_of_the_example_of_a_lecture_close_at_its_three_pairs():
+    """The ends of input and output are one length of the coupler apart at all pairs: no equation of Freudenstein in it."""
+    # Pairs and ground of the example in lecture 12, Three position synthesis, of ME 3751 at Ohio State University (H.-J. Su), in inches.
     pairs = [["35.02 deg", "91.21 deg"], ["67.50 deg", "101.79 deg"], ["100.0 deg", "117.19 deg"]]
     row = gm.synthesise_function(pairs, ground="4.5 in").rows[0]
-    assert np.array(row.linkage.lengths) / 0.0254 == pytest.approx([4.5, 0.3977, 4.2011, 0.8380], abs=5e-5)
+    ground, crank, coupler, output = row.linkage.lengths
+    assert ground == pytest.approx(4.5 * 0.0254, rel=1e-14)
+    turned = np.exp(1j * np.radians([[35.02, 91.21], [67.50, 101.79], [100.0, 117.19]]))
+    assert np.abs(ground + output * turned[:, 1] - crank * turned[:, 0]) == pytest.approx(coupler, rel=1e-12)
     assert str(row.linkage.type) == "crank-rocker"
 
 
-def test_chebyshevs_spacing_has_the_printed_points():
-    # As textbooks print them for 1 <= x <= 2.
-    assert chebyshev_points(1.0, 2.0, 3) == pytest.approx([1.067, 1.500, 1.933], abs=5e-4)
+def test_chebyshevs_points_are_projections_of_points_on_a_half_circle():
+    assert chebyshev_points(1.0, 2.0, 3) == pytest.approx([1.5 - 0.25 * np.sqrt(3.0), 1.5, 1.5 + 0.25 * np.sqrt(3.0)], rel=1e-14)
 
 
 TASK = {"function": "1/x", "over": [1, 2], "input_angles": ["30 deg", "120 deg"], "output_angles": ["240 deg", "330 deg"]}

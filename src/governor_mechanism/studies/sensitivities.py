@@ -25,7 +25,7 @@ from governor_mechanism.scenes.changed_document import parse_scene_with
 from governor_mechanism.studies.sweep.quantities import RATE_PREFIX, RunQuantity, parse_quantities, split_rule
 from governor_mechanism.studies.sweep.rules import STATISTICS, MissingNumberError, RunNumbers
 from governor_mechanism.studies.sweep.workers import row_computer
-from governor_mechanism.studies.unknowns import value_of_key
+from governor_mechanism.studies.unknowns import value_of_key, write_value
 from governor_mechanism.types import FloatArray
 from governor_mechanism.units.quantities import QUANTITY_KINDS
 
@@ -187,7 +187,7 @@ class _Task:
         if index:
             key, place = divmod(index - 1, len(OFFSETS))
             value = self.values[key] + OFFSETS[place] * self.steps[key]
-            changes.append((self.keys[key], f"{value!r} {self.units[key]}" if self.units[key] else value))
+            changes.append((self.keys[key], write_value(value, self.units[key])))
         scene = parse_scene_with(self.document, changes)
         engine, reason = select_engine(scene.run.engine if self.engine == "auto" else self.engine, scene, self.accuracy)
         return engine.run(scene, accuracy=self.accuracy, reason=reason)

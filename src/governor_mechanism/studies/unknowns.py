@@ -46,12 +46,13 @@ class Unknown(Recorded):
         return QUANTITY_KINDS[self.kind].si_unit
 
     def write(self, value: float) -> str | float:
-        """Return a value, SI, as the document has it: with its unit, since a large bare number may be taken for a slip."""
-        return f"{value!r} {self.unit}" if self.unit else value
+        """Return a value, SI, as the document has it."""
+        return write_value(value, self.unit)
 
-    def format(self, value: float) -> str:
-        """Return a value, SI, as text in an everyday unit."""
-        return format_quantity(value, self.unit)
+
+def write_value(value: float, unit: str) -> str | float:
+    """Return a value, SI, as a document has it: with its unit, since a large bare number may be taken for a slip."""
+    return f"{value!r} {unit}" if unit else value
 
 
 def parse_unknowns(scene: Scene, over: Mapping[str, Any] | Sequence[str], what: str = "over") -> tuple[Unknown, ...]:

@@ -33,5 +33,6 @@ def fit_figure(fit: Fit) -> Page:
         limit = 2.0 * fit.noise[one.reading] * factor
         below.axhspan(-limit, limit, color=BLUE, alpha=0.12, linewidth=0)
         below.axhline(0.0, color=INK, linewidth=0.6)
-        below.plot(one.times, fit.residuals[one.reading] * factor, ".", color=VERMILLION, markersize=2.5)
+        residuals = fit.residuals[one.reading] * factor
+        below.plot(one.times[: len(residuals)], residuals, ".", color=VERMILLION, markersize=2.5)
     return page

@@ -97,7 +97,7 @@ class Fit(Result):
     is_noise_given
         Whether the noise was given.
     residuals
-        Measured less computed values by reading, SI; shape (n,).
+        Measured less computed values by reading, SI, at the times that the run reaches; shape (n,).
     scene
         The scene with the fitted values.
     run

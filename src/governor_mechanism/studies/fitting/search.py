@@ -101,9 +101,12 @@ class Misfit:
     def computed(self, place: FloatArray) -> list[FloatArray]:
         """Return what a run shows in the place of each measurement; NaN at times that it does not reach."""
         try:
-            run = self.run(place)
+            return self.values_of(self.run(place))
         except GovernorMechanismError:  # an impossible geometry lies outside
             return [np.full(len(one.times), np.nan) for one in self.question.measurements]
+
+    def values_of(self, run: Trajectory) -> list[FloatArray]:
+        """Return the values of a run in the place of each measurement; NaN at times that it does not reach."""
         shown = []
         for one, places in zip(self.question.measurements, self._places, strict=True):
             values = np.full(len(self.times), np.nan)
@@ -215,9 +218,14 @@ def _describe(misfit: Misfit, place: FloatArray, converged: bool, outcome: str) 
     rows = [_with_profile(misfit, place, row, k) if row.key in question.profiled else row for k, row in enumerate(rows)]
     deviations = np.sqrt(np.where(np.diag(covariance) > 0.0, np.diag(covariance), 1.0))
     run = misfit.run(place, certify=True)
-    shown = misfit.computed(place)
     names = [one.reading for one in question.measurements]
-    residuals = {name: one.values - values for name, one, values in zip(names, question.measurements, shown, strict=True)}
+    residuals = {}
+    for one, values in zip(question.measurements, misfit.values_of(run), strict=True):
+        is_reached = np.isfinite(values)
+        residuals[one.reading] = (one.values - values)[is_reached]
+        if not is_reached.all():
+            converged = False
+            outcome = f"no values were found with which the run reaches all times of the data: {run.message}"
     return Fit(
         title=question.scene.title,
         rows=tuple(rows),
@@ -274,7 +282,7 @@ def _name_combination(unknowns: Sequence[Unknown], direction: FloatArray) -> str
     if len(indices) == 1:
         return f"not identifiable: {unknowns[indices[0]].key}; the data do not depend on it"
     text = ", ".join(parts[:-1]) + f" and {parts[-1]}"
-    return f"not identifiable: the data do not change if {text} change together; give one of these values"
+    return f"not identifiable: the data do not determine a common change of {text}; give one of these values"
 
 
 def _interval_factor(jacobian: FloatArray) -> float:
@@ -335,8 +343,8 @@ def _find_profile_end(excess: Callable[[float], float], place: float, step: floa
 
 
 def _find_notes(misfit: Misfit, run: Trajectory, residuals: dict[str, FloatArray]) -> list[str]:
-    """Return sentences on a solver that is not far more accurate than the data, and on a run that ended early."""
-    notes = [] if run.outcome.ok else [f"the run with these values ends early: {run.message}"]
+    """Return sentences on a solver that is not far more accurate than the data, and on a scene that does not explain them."""
+    notes = list[str]()
     for one, noise in zip(misfit.question.measurements, misfit.noise, strict=True):
         error = run.reading_errors.get(one.reading)
         if error is None or error > NOISE_MARGIN * noise:
@@ -344,7 +352,7 @@ def _find_notes(misfit: Misfit, run: Trajectory, residuals: dict[str, FloatArray
             notes.append(
                 f"the error of the solver in {one.reading} is {stated}, not far below the noise, {format_quantity(noise, one.unit)}"
             )
-        level = root_mean_square(residuals[one.reading])
+        level = root_mean_square(residuals[one.reading]) if len(residuals[one.reading]) else 0.0
         if one.noise is not None and level > 1.5 * noise:
             shown = format_quantity(level, one.unit)
             notes.append(
