@@ -251,7 +251,7 @@ def test_springs_that_two_speeds_do_not_describe_are_refused() -> None:
     with pytest.raises(gm.MechanismError, match="preload_radius cannot be combined with inner_speed"):
         HartungGovernor(**BARE, **STROKE, **speeds, preload_radius=0.1)
     with pytest.raises(gm.MechanismError, match="a spring presses harder outside; raise outer_speed"):
-        HartungGovernor(**BARE, **STROKE, inner_speed=21.0, outer_speed=12.0).under_gravity(9.81)
+        HartungGovernor(**BARE, **STROKE, inner_speed=21.0, outer_speed=12.0).under_gravity(lambda: 9.81)
 
 
 @pytest.mark.parametrize("gravity", [True, "1.62 m/s^2", "25 m/s^2", False])

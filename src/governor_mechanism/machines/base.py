@@ -3,7 +3,7 @@
 import dataclasses
 import math
 from abc import ABC, abstractmethod
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, ClassVar, Self
 
@@ -92,9 +92,9 @@ class Machine(ABC):
         """Return sentences about stops that this machine cannot reach."""
         return ()
 
-    def under_gravity(self, gravity: float) -> Self:
-        """Return the machine as it is built for a gravitational acceleration (m/s2): with springs that are designed for it, if any."""
-        del gravity  # most machines are the same under any
+    def under_gravity(self, find_gravity: Callable[[], float]) -> Self:
+        """Return the machine as it is built for the gravity of a scene (m/s2): with springs that are designed for it, if any."""
+        del find_gravity  # most machines are the same under any
         return self
 
     @property

@@ -9,7 +9,7 @@ parallel to those of the plane when the arm of the weight is upright.
 """
 
 import math
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import chain
@@ -211,11 +211,11 @@ class HartungDimensions(Machine):
                 "inner_angle and outer_angle, or leave it out"
             )
 
-    def under_gravity(self, gravity: float) -> Self:
-        """Return the governor with the springs that hold the ends of the stroke under a gravitational acceleration (m/s2)."""
+    def under_gravity(self, find_gravity: Callable[[], float]) -> Self:
+        """Return the governor with the springs that hold the ends of the stroke under the gravity of a scene (m/s2)."""
         if self.inner_speed is None:
             return self
-        law = self._spring_law_from_speeds(gravity)
+        law = self._spring_law_from_speeds(find_gravity())
         speeds: dict[str, Any] = dict.fromkeys(SPEED_DIMENSIONS)
         return replace(self, spring_rate=law.rate, spring_preload=law.preload, preload_radius=law.radius, **speeds)
 

@@ -288,8 +288,7 @@ class PartParser:
         given = self.collector.attempt("dimensions", table.read, self.tables["dimensions"])
         if given is None:
             return None
-        gravity = self._find_gravity()
-        return self.collector.attempt("[dimensions]", lambda: table.make(**given).under_gravity(gravity))
+        return self.collector.attempt("[dimensions]", lambda: table.make(**given).under_gravity(self._find_gravity))
 
     def _find_gravity(self) -> float:
         """Return the gravitational acceleration of the scene, m/s2; 9.81 if it is written wrongly, which is reported later."""

@@ -93,6 +93,10 @@ class ReducedRunner(CertifiedRunner):
         super().__init__(engine, request, ReadingEvaluator(scene, initial_motion[0]))
         self._make_run = partial(ReducedRun, self.evaluator, initial_motion, self.max_steps, engine.settings)
         self._reduced_runs: dict[float, ReducedRun] = {}
+        mechanism, part = scene.mechanism, parts_with_coordinate(scene)[0][1]
+        self._has_control = any(isinstance(one, ControlledValue) for one in mechanism.derived_readings)
+        has_other_limits = len(mechanism.limits) > len(part.mechanism.limits)
+        self._may_exit = self._has_control or has_other_limits or bool(mechanism.stall_limits)
 
     def get_reduced_run(self, width_ratio: float) -> ReducedRun:
         """Return the run along the table with this factor on the width of its first pieces."""
@@ -138,8 +142,7 @@ class ReducedRunner(CertifiedRunner):
     def _choose_times(self, reduced_run: ReducedRun) -> tuple[FloatArray, BoolArray]:
         """Return the times (n,) s at which a run gives its state, and which of them are reported: a control is looked at in between."""
         times = self.request.times
-        has_control = any(isinstance(one, ControlledValue) for one in self.evaluator.mechanism.derived_readings)
-        if not has_control or not len(times):
+        if not self._has_control or not len(times):
             return times, np.ones(len(times), dtype=np.bool_)
         max_interval = self.settings.monitor_interval_ratio * self.evaluator.time_scale
         if times[-1] / max_interval > self.max_steps:
@@ -148,7 +151,9 @@ class ReducedRunner(CertifiedRunner):
         return grid.monitor_times, np.isin(np.arange(len(grid.monitor_times)), grid.reported_indices)
 
     def _find_exit(self, reduced_run: ReducedRun, solution: ReducedSolution, history: StateHistory, tolerance: float) -> Exit | None:
-        """Return where a control leaves its range or a shaft stalls, or None; limits end the table of the motion."""
+        """Return where a control leaves its range or a shaft stalls, or None; limits of the part with the coordinate end the table."""
+        if not self._may_exit:
+            return None
         event_times, state_at = np.array([event.time for event in solution.events]), partial(reduced_run.state_between, solution, tolerance)
         samples = history if solution.exit_step is None else reduced_run.sample_exit(solution, solution.exit_step)
         return find_first_exit(self.evaluator, samples, state_at, event_times, self.request.accuracy)

@@ -134,8 +134,11 @@ class PositionSolver:
         guess.
         """
         start = self.initial_guess if guess is None else self._part_coincident_points(guess)
-        poses = self._move_off_turning_point(self._gauss_newton(start, {}), values)
-        displacements = {name: -self._output_residual(name, value, poses) for name, value in values.items()}
+        poses = self._gauss_newton(start, {})
+        displacements = self._displacements(poses, values)
+        moved = self._move_off_turning_point(poses, displacements)
+        if moved is not poses:
+            poses, displacements = moved, self._displacements(moved, values)
         max_displacement = max((abs(change) / self.mechanism.output_scale(name) for name, change in displacements.items()), default=0.0)
         if max_displacement > MAX_TRAVEL:
             raise MechanismError(
@@ -157,6 +160,8 @@ class PositionSolver:
         Result: velocities; shape (bodies, 3). Raises MechanismError if joints, drives and rates contradict
         each other.
         """
+        if not (any(rates.values()) or self.equations.is_driven.any()):
+            return np.zeros(poses.shape)  # nothing moves
         jacobian = self.jacobian(poses, list(rates))
         rhs = np.append(self.equations.prescribed_motion(np.array(self.time))[:, 1], list(rates.values()))
         # A massless coordinate gets a small mass or moment of inertia.
@@ -185,9 +190,13 @@ class PositionSolver:
                 "start begin; give rates of more readings, so that they choose a branch, or start beside the change point"
             )
 
-    def _move_off_turning_point(self, poses: FloatArray, values: Mapping[str, float]) -> FloatArray:
+    def _displacements(self, poses: FloatArray, values: Mapping[str, float]) -> dict[str, float]:
+        """Return how far outputs are from their values at poses (bodies, 3), SI."""
+        return {name: -self._output_residual(name, value, poses) for name, value in values.items()}
+
+    def _move_off_turning_point(self, poses: FloatArray, displacements: Mapping[str, float]) -> FloatArray:
         """Return poses slightly moved along the motion if the only output to be changed is at a turning point there."""
-        moving_outputs = [name for name, value in values.items() if abs(self._output_residual(name, value, poses)) > ASSEMBLY_TOLERANCE]
+        moving_outputs = [name for name, change in displacements.items() if abs(change) > ASSEMBLY_TOLERANCE]
         null_direction = find_single_free_direction(self.scaled_joint_jacobian(poses)) if len(moving_outputs) == 1 else None
         if null_direction is None:
             return poses
@@ -237,7 +246,7 @@ class PositionSolver:
         converged = False
         for _ in range(60):
             if converged:
-                return poses
+                break
             joints, outputs = self.equations.evaluate(poses, self.time), [evaluate_output(self.mechanism, name, poses) for name in names]
             differences = [float(output.value) - values[name] for name, output in zip(names, outputs, strict=True)]
             output_residuals = [wrap_difference(self.mechanism.reading(name), one) for name, one in zip(names, differences, strict=True)]
@@ -251,7 +260,7 @@ class PositionSolver:
             poses = poses + self.expand_free(self.free_coordinate_scales * step * min(1.0, MAX_NEWTON_STEP / max(step_size, 1e-300)))
             if step_size < 1e-15:
                 break
-        return self._check_closure(poses, values)
+        return poses if converged else self._check_closure(poses, values)
 
     def _output_residual(self, name: str, value: float, poses: FloatArray) -> float:
         return wrap_difference(self.mechanism.reading(name), float(evaluate_output_value(self.mechanism, name, poses)) - value)

@@ -120,10 +120,19 @@ def _select_rows(mechanism: Mechanism, selected: slice | list[int]) -> Constrain
     return rows._replace(table=rows.table[selected], row_bodies=rows.row_bodies[selected])
 
 
+@once_per_object
+def _known_output_rows(_: Mechanism) -> dict[str, ConstraintRows]:
+    """Return the output rows of single readings that were asked for, by name."""
+    return {}
+
+
 def _output_row(mechanism: Mechanism, name: str) -> ConstraintRows:
     """Return the output row of a reading. Raise MechanismError if there is no reading of that name."""
-    index = mechanism.reading_index(name)
-    return _select_rows(mechanism, slice(index, index + 1))
+    known = _known_output_rows(mechanism)
+    if name not in known:
+        index = mechanism.reading_index(name)
+        known[name] = _select_rows(mechanism, slice(index, index + 1))
+    return known[name]
 
 
 def evaluate_output_value(
