@@ -234,8 +234,9 @@ class Runner(ABC):
         differences = self.evaluator.compare_observables(*observables)
         if has_contacts(self.scene):
             differences[EVENT_TIMES] = event_time_difference
+        floors = self.evaluator.least_errors(result.observables)
         # The gap of the joints is no difference.
-        errors = {name: value if name == JOINT_GAP else error_ratio * value for name, value in differences.items()}
+        errors = {name: value if name == JOINT_GAP else max(error_ratio * value, floors[name]) for name, value in differences.items()}
         estimate = self.evaluator.to_relative_error(errors, result.observables)
         return replace(result, reading_errors=errors, error_estimate=estimate, n_excluded=int(is_near_event.sum()))
 

@@ -342,6 +342,10 @@ class ReadingEvaluator:
                 differences[output.name] = differences[output.name] * (strokes == others)
         return {name: float(np.max(np.abs(values), initial=0.0)) for name, values in differences.items()}
 
+    def least_errors(self, observables: Observables) -> dict[str, float]:
+        """Return the least error of each reading, rate and event time, SI: the rounding error that all runs share."""
+        return {name: ERROR_ESTIMATE_FLOOR * scale for name, scale in observables.scales.items()}
+
     def to_relative_error(self, errors: dict[str, float], observables: Observables) -> float:
         """Return the largest error relative to its scale in this motion, and at least the rounding error that all runs share."""
         return max(ERROR_ESTIMATE_FLOOR, *(error / observables.scales[name] for name, error in errors.items()))
