@@ -9,11 +9,13 @@ import threading
 import time
 from base64 import b64encode
 
+import numpy as np
 import pytest
 import uvicorn
 
 import governor_mechanism as gm
 from chromium import Tab, open_browser
+from governor_mechanism.live.describing import show_whole_run
 from governor_mechanism.live.server import HOST, Workbench
 from governor_mechanism.live.session import Session
 from governor_mechanism.notebook.exploration import make_widget
@@ -257,6 +259,62 @@ def test_a_dragged_pivot_moves_its_dimensions_and_an_arrow_key_too(tab, bench):
         time.sleep(0.02)
     wait_for(tab, session)
     assert tab.evaluate("document.activeElement.dataset.grip") == "pivot B"  # also after the drawing was made again
+    assert not tab.problems
+
+
+def drag_along(tab: Tab, x: float, y: float, steps: list[tuple[float, float]]) -> None:
+    """Drag what is at a place of the window by steps (pixels) from it."""
+    tab.point("mouseMoved", x, y)
+    tab.point("mousePressed", x, y)
+    for dx, dy in steps:
+        tab.command("Input.dispatchMouseEvent", type="mouseMoved", x=x + dx, y=y + dy, button="left", buttons=1)
+    tab.point("mouseReleased", x + steps[-1][0], y + steps[-1][1])
+
+
+def place_in_window(tab: Tab, place) -> tuple[float, float]:
+    """Where a place of the first picture is in the window."""
+    script = f"new DOMPoint({place[0]}, {place[1]}).matrixTransform(document.querySelector('.plane > svg').getScreenCTM())"
+    x, y = tab.evaluate(f"(() => {{ const one = {script}; return [one.x, one.y]; }})()")
+    return x, y
+
+
+def test_a_dragged_coupler_point_turns_a_driven_mechanism_along_its_motion(tab, bench):
+    workbench, address = bench
+    session = workbench.sessions["jansen"]
+    session.reset()
+    tab.open(f"{address}jansen/", width=1366, reduced_motion=True)
+    wait_for(tab, session)
+    run = session.run
+    picture = show_whole_run(run)[0].views[0].picture
+    sought = run.times[15]
+    places = [place_in_window(tab, picture.place(run.paths["foot"][k])) for k in range(16)]
+    steps = [(x - places[0][0], y - places[0][1]) for x, y in places[1:]]
+    drag_along(tab, *places[0], steps)
+    shown = float(tab.evaluate("document.getElementById('scrub').value"))
+    assert shown == pytest.approx(sought, abs=2e-3)  # the hand moves in pixels
+    assert session.find_changes() == {}
+    assert not tab.problems
+
+
+def test_a_pulled_sleeve_becomes_the_start_and_ends_at_its_dead_centre(tab, bench):
+    workbench, address = bench
+    session = workbench.sessions["porter"]
+    session.reset()
+    tab.open(f"{address}porter/", width=1366, reduced_motion=True)
+    wait_for(tab, session)
+    picture = show_whole_run(session.run)[0].views[0].picture
+    study = gm.kinematics("porter", "arm_angle", ["40 deg", "30 deg"])
+    sleeve = [body.name for body in session.run.scene.mechanism.bodies].index("sleeve")
+    before, after = (np.array(place_in_window(tab, picture.place(study.poses[k, sleeve, :2]))) for k in range(2))
+    before += [12.0, 8.0]  # anywhere on the sleeve
+    steps = [(0.0, share * (after[1] - before[1] + 8.0)) for share in (0.25, 0.5, 0.75, 1.0)]
+    document = session.document
+    drag_along(tab, *before, steps)
+    wait_for_change(session, document)
+    time.sleep(0.1)
+    assert session.find_quantities()["start.arm_angle"].value == pytest.approx(30.0, abs=0.4)  # the hand moves in pixels
+    session.undo()
+    assert session.document == document
     assert not tab.problems
 
 

@@ -10,9 +10,10 @@ import numpy as np
 import pytest
 
 import governor_mechanism as gm
+from decoding import unpack_numbers
 from governor_mechanism.live.conversation import respond
 from governor_mechanism.live.describing import describe_outcome, show_whole_run
-from governor_mechanism.live.grips import find_grips
+from governor_mechanism.live.grips import TRAVEL_SAMPLES, find_grips
 from governor_mechanism.live.quantities import find_quantities, split_quantity
 from governor_mechanism.live.saving import write_scene
 from governor_mechanism.live.session import Session
@@ -106,9 +107,10 @@ def test_a_pulled_ball_moves_where_the_motion_starts():
     scene = gm.load("porter").replace({"run.duration": "0.1 s"})
     run = gm.run(scene)
     view = show_whole_run(run)[0].views[0]
-    (grip,) = find_grips(scene, view)
+    grip, sleeve = find_grips(run, view)
     ((key, right, down),) = grip.effects
-    assert (key, grip.starts_motion) == ("start.arm_angle", True)
+    assert (key, grip.start) == ("start.arm_angle", pytest.approx(40.0, rel=1e-12))
+    assert sleeve.name == "sleeve"
     changed = gm.run(scene.replace({key: f"{40.0 + 2.0 * right + down} deg"}))
     names = [body.name for body in scene.mechanism.bodies]
     body = names.index(grip.name)
@@ -116,6 +118,53 @@ def test_a_pulled_ball_moves_where_the_motion_starts():
     before, after = (np.array(view.picture.place(one.poses[0, body, :2])) for one in (run, changed))
     displacement = after - before  # that part of the hand's motion (2, 1) along the path of the ball
     assert displacement @ displacement == pytest.approx(displacement @ [2.0, 1.0], rel=1e-3)
+
+
+@pytest.mark.parametrize("name", ["porter", "hartung_dubois", "slider_crank_torque"])
+def test_what_is_pulled_along_its_travel_is_where_a_run_from_there_starts(name):
+    scene = gm.load(name).replace({"run.duration": "10 ms", "run.output_interval": "10 ms"})
+    session = Session(scene)
+    session.describe(session.solve())
+    travel = session.find_travel()["travel"]
+    low, high = travel["values"]
+    sample = 40
+    session.change({travel["key"]: low + sample / (TRAVEL_SAMPLES - 1) * (high - low)})
+    run = session.solve().run
+    view = show_whole_run(run, session._boxes)[0].views[0]
+    names = [body.name for body in scene.mechanism.bodies]
+    for track in travel["tracks"]:
+        if body := track.get("name"):
+            shown = [unpack_numbers(track[axis], TRAVEL_SAMPLES)[sample] for axis in "xy"]
+            assert shown == pytest.approx(view.picture.place(run.poses[0, names.index(body), :2]), abs=1.0)  # places are rounded to 1
+
+
+def test_a_travel_ends_at_stops_and_at_dead_centres_and_closes_after_a_turn():
+    def travel_of(scene):
+        session = Session(scene.replace({"run.duration": "10 ms", "run.output_interval": "10 ms"}))
+        return session.find_travel()["travel"]
+
+    porter = gm.load("porter")
+    assert travel_of(porter)["values"] == pytest.approx((0.0, 90.0), abs=1e-2)
+    assert travel_of(porter)["ends"][1] == "Arm angle 90 deg: the arms are at 90 degrees to the spindle (dead centre)."
+    stopped = travel_of(porter.replace({"effects.stops": {"sleeve_lift": ["100 mm", "160 mm"]}}))
+    assert stopped["ends"] == ("Sleeve lift 100 mm: a stop.", "Sleeve lift 160 mm: a stop.")
+    lifts = gm.kinematics(porter, "arm_angle", [f"{value} deg" for value in stopped["values"]]).readings["sleeve_lift"]
+    assert 0.100 < lifts[0] < 0.102
+    assert 0.158 < lifts[1] < 0.160
+    turning = travel_of(gm.load("slider_crank_torque"))
+    assert turning["is_closed"]
+    assert np.ptp(turning["values"]) == pytest.approx(2 * np.pi, rel=1e-12)
+    for name in ("jansen", "governed_engine", "watt_clearance"):  # driven, of two parts, of two coordinates
+        assert travel_of(gm.load(name)) is None
+
+
+def test_a_start_in_equilibrium_becomes_a_number_where_it_is_pulled():
+    session = Session(gm.load("hartung_dubois").replace({"run.duration": "10 ms", "run.output_interval": "1 ms"}))
+    assert session.document["start"]["lever_angle"] == "equilibrium"
+    session.change({"start.lever_angle": 5.0})
+    assert session.document["start"]["lever_angle"] == "5 deg"
+    assert session.solve().run.readings["lever_angle"][0] == pytest.approx(np.radians(5.0), rel=1e-12)
+    assert session.find_changes() == {"start.lever_angle": 5.0}
 
 
 def test_a_governor_shows_its_equilibria_and_the_curve_as_opened():

@@ -112,6 +112,10 @@ def _assemblies(session: Session, request: Request) -> Later:
     return _or_refuse(lambda: {"assemblies": describe_assemblies(session.solve().run)})
 
 
+def _travel(session: Session, request: Request) -> Later:
+    return _or_refuse(session.find_travel)
+
+
 def _assemble(session: Session, request: Request) -> None:
     session.assemble(request.assembly)
 
@@ -135,6 +139,7 @@ ACTIONS: Final[Mapping[str, Callable[[Session, Request], Answer | Later | None]]
     "save": _save,
     "valve": _valve,
     "assemblies": _assemblies,
+    "travel": _travel,
     "assemble": _assemble,
 }
 """What each action does."""

@@ -173,6 +173,7 @@ FIELDS: Final[Mapping[str, Mapping[str, Callable[[Any], Any]]]] = {
     "save": {"name": _read_text, "overwrites": _read_flag},
     "valve": {"theme": _one_of(THEMES)},
     "assemblies": {},
+    "travel": {},
     "assemble": {"assembly": _read_whole_number},
 }
 """What a message may ask for, with its fields and what reads them; what is left out has the default of `Request`."""

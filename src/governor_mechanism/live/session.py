@@ -1,6 +1,6 @@
 """One mechanism under the hand: its scene file, what was changed, and the run that answers."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from threading import Lock
 from typing import Any, Final
@@ -12,7 +12,7 @@ from governor_mechanism.errors import GovernorMechanismError, MechanismError
 from governor_mechanism.live.choices import EFFECTS_KEY, choose, find_choices
 from governor_mechanism.live.describing import choose_pace, describe_outcome, describe_readings, list_inspections, show_whole_run
 from governor_mechanism.live.equilibria import EquilibriumPlot
-from governor_mechanism.live.grips import find_grips
+from governor_mechanism.live.grips import find_grips, find_start, find_travel
 from governor_mechanism.live.motion import Motion
 from governor_mechanism.live.quantities import Quantity, find_quantities
 from governor_mechanism.live.saving import SceneFile
@@ -122,6 +122,9 @@ class Session:
         """
         with self._changing:
             known, document = self.find_quantities(), self._document
+            start = find_start(self.run)
+            if start is not None and start[0].key in values:
+                known.setdefault(start[0].key, start[0])
             for key, value in values.items():
                 if key not in known:
                     raise MechanismError(f"{key!r} is no quantity of this scene")
@@ -218,6 +221,17 @@ class Session:
             motion = self._motions[tab]
         return motion.extend(snapshot.run.scene, time, duration) | {"problem": snapshot.problem}
 
+    def find_travel(self) -> dict[str, Any]:
+        """Return where the motion may start, as the page draws it; None where nothing can be pulled there."""
+        snapshot = self.solve()
+        travel = None if snapshot.problem else find_travel(snapshot.run, self._boxes)
+        offered = travel is not None and self._offers([travel.key])
+        return {"travel": asdict(travel) if travel and offered else None}
+
+    def _offers(self, keys: Iterable[str]) -> bool:
+        """Return whether the page may change quantities."""
+        return not self.shown or all(key in self.shown for key in keys)
+
     def describe_moment(self, snapshot: Snapshot) -> dict[str, Any]:
         """Return what the page shows at once of a snapshot: its drawing at the shown time, in the box of the last whole run."""
         if snapshot.problem:
@@ -249,8 +263,8 @@ class Session:
         """Return what belongs to every answer to a state of the document."""
         run = snapshot.run
         quantities = self._offer_quantities(snapshot.document)
-        grips = [*find_grips(run.scene, shown.views[0])] if shown and not snapshot.problem else []
-        grips = [one for one in grips if all(key in quantities for key, *_ in one.effects)]
+        grips = [*find_grips(run, shown.views[0])] if shown and not snapshot.problem else []
+        grips = [one for one in grips if self._offers(key for key, *_ in one.effects)]
         return {
             "number": snapshot.number,
             "problem": snapshot.problem,

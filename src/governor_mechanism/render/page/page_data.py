@@ -233,17 +233,33 @@ def collect_pictures(shown: ShownRun, slow_down: float) -> dict[str, Any]:
     }
 
 
+def collect_tracks(view: PageView, n_samples: int) -> dict[str, Any]:
+    """Return the tracks of a view, and of each shape the role and the number of its track; None for a shape without one."""
+    _, table = _table_of_bodies(view, view.picture)
+    shapes = [(shape.role, table.describe(shape).track) for shape in _record_shapes(view, n_samples)]
+    return {"tracks": [_collect_track(track) for track in table.tracks], "shapes": shapes}
+
+
+def _table_of_bodies(view: PageView, picture: Picture) -> tuple[list[str], TrackTable]:
+    """Return the names of the bodies of a view and a table with their tracks."""
+    names = [body.name for body in view.data.part.mechanism.bodies] if view.shows_bodies else []
+    poses = [picture.place_poses(view.place_poses(view.data.poses[:, index])) for index in range(len(names))]
+    return names, TrackTable(picture, [Track(name=name, poses=one) for name, one in zip(names, poses, strict=True)])
+
+
+def _record_shapes(view: PageView, n_samples: int) -> list[RecordedShape]:
+    """Return the shapes of a view at its samples, back to front."""
+    moments = [view.moment_at(k) for k in range(n_samples)]
+    return [*record_parts(view.fixed, moments[:1]), *record_parts(view.moving, moments)]
+
+
 def _collect_view(view: PageView, n_samples: int) -> dict[str, Any]:
     """Return the data of a view."""
     picture = view.picture
     width, height = picture.size
-    names = [body.name for body in view.data.part.mechanism.bodies] if view.shows_bodies else []
-    poses = [picture.place_poses(view.place_poses(view.data.poses[:, index])) for index in range(len(names))]
-    table = TrackTable(picture, [Track(name=name, poses=one) for name, one in zip(names, poses, strict=True)])
+    names, table = _table_of_bodies(view, picture)
     axis = float(picture.place(view.place_poses(np.zeros((1, 3)))[:, :2])[0, 0])
-    moments = [view.moment_at(k) for k in range(n_samples)]
-    shapes = [*record_parts(view.fixed, moments[:1]), *record_parts(view.moving, moments)]
-    collected = [_collect_shape(shape, table, view) for shape in shapes]
+    collected = [_collect_shape(shape, table, view) for shape in _record_shapes(view, n_samples)]
     return {
         "name": view.name,
         "isPlane": view.has_plane,

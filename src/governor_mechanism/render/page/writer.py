@@ -130,7 +130,7 @@ def _fastest_rotation(run: Trajectory) -> float:
     return max(float(np.abs(speed).max(initial=0.0)) for speed in speeds)
 
 
-SCRIPTS = ("decoding", "geometry", "drawing", "outside", "forces", "plots", "player", "page")
+SCRIPTS = ("decoding", "geometry", "drawing", "outside", "forces", "plots", "player", "dragging", "page")
 """Files of the script, in their order; what begins the page comes last."""
 MAX_TRUE_TIME_DURATION = 100.0
 """Longest run (s) that a page shows in true time at first: one can go on in it at any time, and it keeps 30 moments a second."""

@@ -121,14 +121,16 @@ function makeDrawing(view, data) {
     for (const trail of view.trails) if (trail.role === role) movers.push(makeTrail(trail, data, layer));
   };
   let isTraceDrawn = false;
-  for (const shape of view.shapes) {
+  for (const [index, shape] of view.shapes.entries()) {
     const isMoving = shape.track !== undefined || shape.modes.length || shape.hidden || shape.frames || typeof shape.radius !== "number";
     if (isMoving && !isTraceDrawn) {
       addTrails("trace");
       isTraceDrawn = true;
     }
     // The order of the shapes is that of the drawing, from back to front.
-    const mover = makeMover(shape, makeShapeElement(shape, layer));
+    const element = makeShapeElement(shape, layer);
+    if (shape.track !== undefined && !shape.modes.length && data.times.count > 1) element.dataset.shape = index;
+    const mover = makeMover(shape, element);
     mover({ k: 0, fraction: 0 }, view.tracks.map((track) => poseAt(track, { k: 0, fraction: 0 })));
     if (isMoving) movers.push(mover);
   }

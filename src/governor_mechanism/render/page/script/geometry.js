@@ -3,6 +3,7 @@
 /** A track with its channels decoded. */
 function decodeTrack(track, angleQuantum) {
   return {
+    name: track.name || "",
     x: decodeNumbers(track.x, 1),
     y: decodeNumbers(track.y, 1),
     angle: decodeNumbers(track.angle, angleQuantum),

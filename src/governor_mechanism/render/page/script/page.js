@@ -49,11 +49,12 @@ function addScales(view, picture, words) {
 /** All pictures of the views, each with `update(place, rate)`. */
 function makePictures(data) {
   const pictures = [];
-  for (const view of data.views) {
+  for (const [k, view] of data.views.entries()) {
     const drawing = view.isPlane ? makeDrawing(view, data) : null;
     const outside = view.spindle === null ? null : makeOutside(view, data);
     const posesAt = (place) => view.tracks.map((track) => poseAt(track, place));
     if (drawing) {
+      drawing.picture.dataset.view = k;
       const words = addFigure(drawing.picture, "plane", view.spindle === null ? view.name : "in the turning plane");
       if (view.slowing > 1) words.append(makeNode("span", "", `one turn drawn for ${view.slowing}`));
       addScales(view, drawing.picture, words);
@@ -277,6 +278,7 @@ function startPage() {
   find("forces").addEventListener("change", () => showForces(page));
   showForces(page);
   connectParts();
+  connectDragging(page);
   connectTheme();
   connectControls(page);
   markPart("", "");

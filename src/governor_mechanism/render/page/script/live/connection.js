@@ -36,10 +36,9 @@ function startWorkbench(page) {
     showGoing();
     if (whole) receive(whole);
   };
-  const grips = makeGrips(page, change, {
-    pull: () => motion.isOn && showWholeRun(),
-    letGo: () => motion.start(page.span.start),
-  });
+  const letMove = { pull: () => motion.isOn && showWholeRun(), letGo: () => motion.start(page.span.start) };
+  const pulling = makePulling(page, send, change, letMove);
+  const grips = makeGrips(page, change, letMove, pulling);
   const saving = makeSaving(send);
   const sections = [makeValveSection(send), makeAssemblySection(send)];
   const choices = makeChoices((key, value) => act({ action: "choose", key, value }));
@@ -74,7 +73,7 @@ function startWorkbench(page) {
       return;
     }
     if (!("number" in state)) {
-      for (const one of [saving, ...sections]) one.hear(state);
+      for (const one of [saving, pulling, ...sections]) one.hear(state);
       return;
     }
     find("stage").classList.toggle("is-past", Boolean(state.problem));
@@ -86,6 +85,7 @@ function startWorkbench(page) {
     if (state.facts) {
       for (const one of [saving, choices, ...sections, address, voice]) one.show(state);
       whole = state;
+      pulling.ask();
       if (!state.problem && motion.isOn) showEquilibria(state.equilibria);
       for (const [id, facts] of Object.entries(state.facts)) showFacts(find(id), facts);
       document.documentElement.dataset.number = state.number;
