@@ -59,9 +59,21 @@ def short_scene(folder: Path, **changes: str) -> Path:
     return path
 
 
-def test_models_lists_every_shipped_scene_on_a_line():
+def test_models_lists_every_shipped_scene_in_its_family():
     lines = call("models").stdout.splitlines()
-    assert [line.split()[0] for line in lines] == list(shipped_scenes())
+    assert max(map(len, lines)) <= 80
+    groups = {}
+    for line in lines:
+        if line.endswith(":") and not line.startswith(" "):
+            groups[line.removesuffix(":")] = names = []
+        elif line[2:3].strip():  # other lines go on with a title
+            names.append(line.split()[0])
+    assert sorted(name for names in groups.values() for name in names) == list(shipped_scenes())
+    assert "porter" in groups["governors"]
+    assert "watt_engine_stable" in groups["governed engines"]
+    assert "air_engine" in groups["engines"]
+    assert {"walschaerts", "stephenson_reversing"} <= {*groups["valve gears"]}
+    assert "andrews_squeezer" in groups["linkages"]
     rows = {row["name"]: row for row in json.loads(call("models", "--json").stdout)["models"]}
     assert list(rows) == list(shipped_scenes())
     porter = rows["porter"]
@@ -70,7 +82,15 @@ def test_models_lists_every_shipped_scene_on_a_line():
         "300 mm",
         ["gravity", "centrifugal"],
     )
-    assert "pendulum_governor" in next(line for line in lines if line.startswith("porter "))
+
+
+def test_lists_and_help_fit_a_terminal():
+    assert max(map(len, call("catalogue").stdout.splitlines())) <= 80
+    text = call("--help").stdout
+    headings = ("Find and write scenes", "Make", "Study a mechanism", "Study many runs", "Find dimensions", "Verify")
+    assert [text.count(f"\n{heading}:\n") for heading in headings] == [1] * len(headings)
+    commands = {line.split()[0] for line in text.splitlines() if line.startswith("  ") and line[2:3].isalpha()}
+    assert {"models", "run", "open", "sweep", "design", "synthesise", "errata"} <= commands
 
 
 @pytest.mark.long

@@ -1,5 +1,6 @@
 """The command `design` as a person uses it."""
 
+import dataclasses
 import json
 from functools import partial
 from pathlib import Path
@@ -8,6 +9,8 @@ import pytest
 
 import governor_mechanism as gm
 from command_line import invoke
+from governor_mechanism.cli.design import DESIGNS
+from governor_mechanism.studies.design.simulated import PROCEDURES
 
 call = partial(invoke, "design")
 
@@ -60,3 +63,21 @@ def test_a_given_flywheel_has_its_fluctuation_computed(tmp_path: Path) -> None:
     refused = call("flywheel", "--with", "load_pressure=9 bar", "--out", str(tmp_path))
     assert refused.exit_code == 2
     assert "the shaft stalls; reduce load_pressure" in refused.stderr
+
+
+@pytest.mark.parametrize("machine", DESIGNS)
+def test_help_lists_every_input_with_unit_meaning_and_default(machine: str) -> None:
+    text = call(machine, "--help").stdout
+    for one in dataclasses.fields(PROCEDURES[machine].inputs):
+        assert f"  --{one.name.replace('_', '-')} " in text
+        assert " ".join(one.metadata["meaning"].split()[:2]) in text
+    if machine == "pendulum":
+        assert "--arm <mm>" in text
+        assert "[default: 9.81 m/s^2]" in " ".join(text.split())
+
+
+def test_designs_are_commands_of_their_own() -> None:
+    text = call("--help").stdout
+    assert list(DESIGNS) == list(PROCEDURES)
+    assert all(f"  {name} " in text for name in DESIGNS)
+    assert "No such command 'turbine'" in call("turbine").output

@@ -57,6 +57,8 @@ def test_a_time_in_another_unit_is_refused(tmp_path):
         (["--film", "avi"], "'--film': .*'avi' is not one of 'gif', 'mp4'"),
         (["--size", "100"], "--size must be 320 to 4320 pixels; got 100"),
         (["--size", "99999x99999"], "--size must be 320 to 4320 pixels; got 99999"),
+        (["--size", "1000x720"], "--size '1000x720' has a width of its own: a film is square, or 16:9 as 1280x720"),
+        (["--size", "1280x720", "--layout", "machine"], "--size '1280x720' is 16:9, and --layout machine is not; leave one of them out"),
         (["--fps", "0.5"], "--fps must be 1 to 50; got 0.5"),
         (["--film", "html", "--fps", "30"], "takes no --fps; leave it out"),
         (["--film", "html", "--labels", "--no-footer"], "leave --no-footer and --labels out, or choose --film gif"),
@@ -137,3 +139,11 @@ def test_a_refused_film_leaves_no_folder(tmp_path):
 def test_a_film_of_one_instant_is_refused():
     with pytest.raises(MechanismError, match=r"start and stop are both 2 s; a film shows what happens between two times"):
         select_time_span((0.0, 4.0), 2.0, 2.0)
+
+
+@pytest.mark.parametrize(
+    ("words", "size", "layout"), [("720x720", 720, "machine+plots"), ("1280x720", 720, "wide"), ("854x480", 480, "wide")]
+)
+def test_a_size_is_written_as_width_and_height(words, size, layout):
+    options = gather(size=words)
+    assert (options.size, options.layout) == (size, layout)

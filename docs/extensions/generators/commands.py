@@ -58,6 +58,8 @@ def _section(name: str, command: Any) -> str:
         lines.append(table(("argument", "meaning"), rows))
     if any(records):
         lines.append(table(("option", "default", "meaning"), map(_option_row, filter(None, records))))
+    if hasattr(command, "list_inputs"):
+        lines.append(table(("input", "default", "meaning"), map(_option_row, command.list_inputs())))
     return "\n\n".join(line.strip() for line in lines if line) + "\n"
 
 

@@ -187,9 +187,16 @@ def _find_empty_values(given: Sequence[Any], values: dict[str, Any]) -> Iterator
             yield f"{name} is empty; give a value, or leave it out"
 
 
-def add_command(app: typer.Typer, command: Callable[..., CommandResult], name: str | None = None, **settings: Any) -> None:
+def add_command(
+    app: typer.Typer,
+    command: Callable[..., CommandResult],
+    name: str | None = None,
+    *,
+    command_class: type[StrictCommand] = StrictCommand,
+    **settings: Any,
+) -> None:
     """Add a command to an application, by default under the name of its function."""
-    app.command(name, cls=StrictCommand, short_help=_first_sentence(command), **settings)(guarded_command(command))
+    app.command(name, cls=command_class, short_help=_first_sentence(command), **settings)(guarded_command(command))
 
 
 def _first_sentence(command: Callable[..., object]) -> str:

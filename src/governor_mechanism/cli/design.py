@@ -6,10 +6,9 @@ Heavy imports are made when a command needs them.
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Mapping, Sequence
-from enum import StrEnum
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, Final
 
 import typer
 
@@ -24,59 +23,87 @@ _OPTIONS = ("--with", "--out", "--no-figure", "--format", "--theme", "--json", "
 """Options of the command, for a misspelt one."""
 
 
-class DesignTarget(StrEnum):
-    """Machines that can be designed."""
+DESIGNS: Final = {
+    "hartung": """Design bell cranks, springs and sleeve of a Hartung governor, with stress and sleeve force.
 
-    HARTUNG = "hartung"
-    FLYWHEEL = "flywheel"
-    GOVERNED_ENGINE = "governed-engine"
-    PENDULUM = "pendulum"
-    HARTNELL = "hartnell"
+    The angle of the bell cranks gives a sleeve force that stays the same over the stroke; the springs are wound from wire.
+    """,
+    "flywheel": """Design the flywheel of an air-expansion engine: energy, inertia, rim and arms.
 
+    For an allowed energy_ratio or coefficient of speed fluctuation, or the fluctuation of a given inertia; --load-pressure closing takes
+    the load with which the cycle closes. The flywheel is then simulated.
+    """,
+    "governed-engine": """Design an engine with its governor: cylinder, flywheel, Porter governor, throttle rod and dashpot.
 
-def design(
-    context: typer.Context,
-    machine: Annotated[DesignTarget, typer.Argument(help="The machine to design.")],
-    changes: Annotated[
-        list[str] | None,
-        typer.Option(
-            "--with", help='An input that replaces the one of the paper, for example "wire=14 mm"; also --wire "14 mm". Repeatable.'
-        ),
-    ] = None,
-    *,
-    figures: FigureFiles,
-    as_json: console.AsJson = False,
-) -> console.CommandResult:
-    """Design a machine by the procedure of its paper.
+    For a power, a speed and a droop, as --power "20 PS" --speed "120 rpm" --droop 4%. The engine is then simulated while its load falls to
+    the half.
+    """,
+    "pendulum": """Design a Porter, Watt or improved Watt governor by Zehnder's steps I to VIII.
 
-    hartung: bell cranks, springs, stress and sleeve force of a governor, and a scene file that can be run. flywheel: energy, inertia, rim
-    and arms of the flywheel of an air-expansion engine for an allowed energy_ratio or coefficient of speed fluctuation, or the fluctuation
-    of a given inertia; load_pressure=closing takes the load with which the cycle closes. The flywheel is then simulated, and a scene file
-    written.
+    Masses, arms, suspension and limits of speed of the governor, as for --kind watt. Statics and a run stand beside the wanted numbers.
+    """,
+    "hartnell": """Design the spring of a Hartnell governor for two speeds, by the textbooks' formula and by exact statics.
 
-    governed-engine: cylinder, flywheel, Porter governor, throttle rod and dashpot for a power, a speed and a droop. The engine is then
-    simulated while its load falls to the half, and a scene file written: --power "20 PS" --speed "120 rpm" --droop 4%.
+    Beside them stand the speeds that are simulated at both ends of the lift.
+    """,
+}
+"""What --help says of each design, by the name of its procedure."""
 
-    pendulum: masses, arms, suspension and limits of speed of a Porter, Watt or improved Watt governor by Zehnder's steps I to VIII. Statics
-    and a run of the scene that is written stand beside the wanted numbers: --kind watt --lowest-speed "60 rpm" --highest-speed "63 rpm".
+_SHARED_HELP: Final = """
 
-    hartnell: the spring of a Hartnell governor for two speeds, by the textbooks' formula and by exact statics, beside the simulated speeds
-    at both ends of the lift, and a scene file: --lowest-speed "290 rpm" --highest-speed "310 rpm" --lift "15 mm".
-
-    Every input may be given as an option of its name. Writes figures. With the inputs of the paper, the printed numbers are compared with
-    the recomputed ones, and where they differ the cause is named.
+    Every input of the list below is an option. A scene file is written that can be run, and figures. With the inputs of the paper, the
+    printed numbers are compared with the recomputed ones, and where they differ the cause is named.
     """
+
+Changes = Annotated[
+    list[str] | None,
+    typer.Option("--with", help='An input that replaces the default, for example "wire=14 mm"; also --wire "14 mm". Repeatable.'),
+]
+
+
+class DesignCommand(console.StrictCommand):
+    """The command of a design, whose --help lists the inputs with units and symbols."""
+
+    def list_inputs(self) -> list[tuple[str, str]]:
+        """Return the option of each input with its unit, and its meaning with its default."""
+        from governor_mechanism.studies.design.simulated import PROCEDURES
+        from governor_mechanism.studies.design.skeleton import describe_inputs
+
+        return describe_inputs(PROCEDURES[str(self.name)].inputs)
+
+    def format_epilog(self, ctx: Any, formatter: Any) -> None:
+        """Write the inputs below the options."""
+        with formatter.section("Inputs"):
+            formatter.write_dl(self.list_inputs())
+
+
+def _make_command(machine: str) -> Callable[..., console.CommandResult]:
+    """Return the command that designs a machine."""
+
+    def design(
+        context: typer.Context, changes: Changes = None, *, figures: FigureFiles, as_json: console.AsJson = False
+    ) -> console.CommandResult:
+        return _design(machine, context, changes, figures, as_json=as_json)
+
+    design.__doc__ = DESIGNS[machine].rstrip() + _SHARED_HELP
+    return design
+
+
+def _design(
+    machine: str, context: typer.Context, changes: Sequence[str] | None, figures: FigureFiles, *, as_json: bool
+) -> console.CommandResult:
+    """Design a machine, simulate it, compare it with its paper, and write the scene and the figures."""
     from governor_mechanism.studies.design.simulated import PROCEDURES, DesignReport
 
     console.prepare_folder(figures.folder)
-    procedure = PROCEDURES[machine.value]
+    procedure = PROCEDURES[machine]
     inputs = _replace_inputs(procedure.inputs, changes or (), parse_input_options(context.args))
     with console.show_status("designing"):
         designed = procedure.design(inputs)
     paper = procedure.compare() if procedure.compare and inputs == procedure.inputs else None
     with console.show_status("simulating"):
         simulated = procedure.simulate(designed, paper) if procedure.simulate else None
-    report = DesignReport(machine=machine.value, design=designed, simulated=simulated, paper=paper)
+    report = DesignReport(machine=machine, design=designed, simulated=simulated, paper=paper)
     files = [_write_scene(designed, figures.folder)]
     with console.show_status("drawing"):
         files += figures.save_all(report, "")
@@ -125,3 +152,10 @@ def parse_input_options(words: Sequence[str]) -> dict[str, str]:
             raise MechanismError(f"{option} is given twice; give it once")
         values[name] = text
     return values
+
+
+design_app = typer.Typer(help="Design a machine by the procedure of its paper.", no_args_is_help=True, rich_markup_mode=None)
+for target in DESIGNS:
+    # Inputs of a design may be options of their own; the command answers a misspelt one.
+    settings = {"allow_extra_args": True, "ignore_unknown_options": True}
+    console.add_command(design_app, _make_command(target), name=target, command_class=DesignCommand, context_settings=settings)

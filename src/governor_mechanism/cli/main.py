@@ -6,15 +6,17 @@ import gc
 import io
 import os
 import sys
-from typing import Annotated
+from collections.abc import Callable, Mapping
+from typing import Annotated, Any, Final
 
 import typer
+from typer.core import TyperGroup
 
 import governor_mechanism as gm
 from governor_mechanism.cli import console
 from governor_mechanism.cli.compare import compare
 from governor_mechanism.cli.crosscheck import crosscheck
-from governor_mechanism.cli.design import design
+from governor_mechanism.cli.design import design_app
 from governor_mechanism.cli.equilibria import equilibria
 from governor_mechanism.cli.fitting import fit, sensitivities
 from governor_mechanism.cli.regulation import regulation_app
@@ -26,8 +28,42 @@ from governor_mechanism.cli.synthesis import synthesis_app
 COLLECTION_THRESHOLD = 100_000
 """Number of new objects after which unreachable ones are searched for; what is imported stays, and searching it takes longer than a run."""
 
+MAX_SHORT_HELP = 300
+"""Letters of what --help says of a command: its first sentences, whole."""
+
 HELP = "Simulate, film and verify the mechanisms that once controlled machines."
-app = typer.Typer(name="governor-mechanism", help=HELP, no_args_is_help=True, rich_markup_mode=None, pretty_exceptions_enable=False)
+
+COMMAND_GROUPS: Final[Mapping[str, Mapping[str, Callable[..., console.CommandResult] | typer.Typer]]] = {
+    "Find and write scenes": {"models": models, "catalogue": catalogue, "init": init, "describe": describe, "schema": schema},
+    "Make": {"run": run, "open": open_scene, "compare": compare},
+    "Study a mechanism": {
+        "assemblies": assemblies,
+        "kinematics": kinematics,
+        "equilibria": equilibria,
+        "effects": effects,
+        "valve-gears": valve_gears,
+        "regulation": regulation_app,
+    },
+    "Study many runs": {"sweep": sweep, "sensitivities": sensitivities, "fit": fit},
+    "Find dimensions": {"synthesise": synthesis_app, "design": design_app},
+    "Verify": {"crosscheck": crosscheck, "accuracy": accuracy, "hard-cases": hard_cases, "errata": errata},
+}
+"""The commands, by what they are for."""
+
+
+class GroupedCommands(TyperGroup):
+    """The application, whose --help lists its commands by what they are for."""
+
+    def format_commands(self, ctx: Any, formatter: Any) -> None:
+        """Write the commands of each group under its heading."""
+        for heading, names in COMMAND_GROUPS.items():
+            with formatter.section(heading):
+                formatter.write_dl([(name, self.commands[name].get_short_help_str(MAX_SHORT_HELP)) for name in names])
+
+
+app = typer.Typer(
+    name="governor-mechanism", cls=GroupedCommands, help=HELP, no_args_is_help=True, rich_markup_mode=None, pretty_exceptions_enable=False
+)
 
 
 def main() -> None:
@@ -67,34 +103,12 @@ def options(
     """Simulate, film and verify the mechanisms that once controlled machines."""
 
 
-for command in (
-    models,
-    catalogue,
-    init,
-    describe,
-    assemblies,
-    kinematics,
-    schema,
-    run,
-    compare,
-    crosscheck,
-    equilibria,
-    accuracy,
-    effects,
-    sweep,
-    sensitivities,
-    fit,
-    hard_cases,
-    valve_gears,
-    errata,
-):
-    console.add_command(app, command)
-console.add_command(app, open_scene, name="open")
-# Inputs of a design may be options of their own; `design` answers a misspelt one.
-_ANY_OPTIONS = {"allow_extra_args": True, "ignore_unknown_options": True}
-console.add_command(app, design, context_settings=_ANY_OPTIONS)
-app.add_typer(regulation_app, name="regulation")
-app.add_typer(synthesis_app, name="synthesise")
+for commands in COMMAND_GROUPS.values():
+    for name, command in commands.items():
+        if isinstance(command, typer.Typer):
+            app.add_typer(command, name=name)
+        else:
+            console.add_command(app, command, name=name)
 
 
 if __name__ == "__main__":

@@ -5,7 +5,9 @@ Heavy imports are made when a command needs them.
 
 from __future__ import annotations
 
-from typing import Annotated
+import textwrap
+from collections.abc import Mapping, Sequence
+from typing import Annotated, Final
 
 import typer
 
@@ -17,28 +19,43 @@ from governor_mechanism.render.figure_files import FigureFiles
 
 
 def models(as_json: console.AsJson = False) -> console.CommandResult:
-    """List the shipped scenes, one per line: name, machine and title. With --json, dimensions and effects too."""
-    from governor_mechanism.scenes.library import list_contents
-    from governor_mechanism.units.text_table import format_table
+    """List the shipped scenes by family: name and title. With --json, machines, dimensions and effects too."""
+    from governor_mechanism.scenes.library import SCENE_FAMILIES, list_contents
 
     contents = list_contents()
-    rows = [(name, ", ".join(one.machines), one.title) for name, one in contents.items()]
+    groups = {family: [(name, one.title) for name, one in contents.items() if one.family == family] for family in SCENE_FAMILIES}
     values = {"models": [{"name": name, **one.as_json()} for name, one in contents.items()]}
-    return console.CommandResult(text=[format_table([], rows)], values=values)
+    return console.CommandResult(text=[_format_groups(groups)], values=values)
+
+
+LINE_WIDTH: Final = 80
+"""Width of the lists of scenes in letters: the least of a terminal."""
+
+
+def _format_groups(groups: Mapping[str, Sequence[tuple[str, str]]]) -> str:
+    """Return names and what they are, group by group, in lines that every terminal shows; no word is broken."""
+    width = max(len(name) for rows in groups.values() for name, _ in rows) + 4
+    lines: list[str] = []
+    for heading, rows in groups.items():
+        lines += ["", f"{heading}:"]
+        for name, text in rows:
+            first, *others = textwrap.wrap(text, LINE_WIDTH - width, break_long_words=False, break_on_hyphens=False)
+            lines += [f"{f'  {name}'.ljust(width)}{first}", *(f"{' ' * width}{line}" for line in others)]
+    return "\n".join(lines[1:])
 
 
 def catalogue(
     family: Annotated[str | None, typer.Option(help="One family alone, as straight-lines, curves, walkers or drives.")] = None,
     as_json: console.AsJson = False,
 ) -> console.CommandResult:
-    """List the classic mechanisms, one per line: name, family, title and the law that each proves. With --json, sources and dimensions."""
+    """List the classic mechanisms by family: name, title and the law that each proves. With --json, sources and dimensions."""
     from governor_mechanism.scenes.library import list_catalogue_entries
-    from governor_mechanism.units.text_table import format_table
 
     entries = list_catalogue_entries(family)
-    rows = [(name, one.family, one.title, one.law) for name, one in entries.items()]
+    families = dict.fromkeys(one.family for one in entries.values())
+    groups = {one: [(name, f"{entry.title}: {entry.law}") for name, entry in entries.items() if entry.family == one] for one in families}
     values = {"catalogue": [{"name": name, **one.as_json()} for name, one in entries.items()]}
-    return console.CommandResult(text=[format_table([], rows)], values=values)
+    return console.CommandResult(text=[_format_groups(groups)], values=values)
 
 
 def init(

@@ -2,12 +2,12 @@
 
 import os
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
 from governor_mechanism.errors import MechanismError, did_you_mean
 from governor_mechanism.model.part import FAMILIES
@@ -78,6 +78,13 @@ def read_scene_title(path: Path) -> str:
     return str(tomllib.loads(path.read_text(encoding="utf-8")).get("title", path.stem))
 
 
+SCENE_FAMILIES: Final = ("governors", "governed engines", "engines", "valve gears", "linkages")
+"""Families of the shipped scenes, in the order of their list."""
+
+_FAMILIES_OF_MACHINES: Final = {"flywheel_engine": "engines", "slide_valve": "valve gears", "stephenson": "valve gears"}
+"""Families of machines that are neither governors nor linkages."""
+
+
 @dataclass(frozen=True, kw_only=True)
 class SceneContents:
     """What a scene file says at a glance."""
@@ -87,9 +94,11 @@ class SceneContents:
     dimensions: Mapping[str, Any]  # dimensions as the file writes them; with several parts, as "part.arm"
     effects: tuple[str, ...]  # keys of the effects that are switched on; with several parts, as "part.gravity"
 
+    family: str  # one of SCENE_FAMILIES
+
     def as_json(self) -> dict[str, Any]:
         """Return the fields by name."""
-        return {"title": self.title, "machines": self.machines, "dimensions": self.dimensions, "effects": self.effects}
+        return dict(vars(self))
 
 
 def read_scene_contents(path: Path) -> SceneContents:
@@ -102,7 +111,17 @@ def read_scene_contents(path: Path) -> SceneContents:
         machines=tuple(dict.fromkeys(part.get("machine", "") for part in parts.values())),
         dimensions={f"{prefix}{name}": value for prefix, part in parts.items() for name, value in part.get("dimensions", {}).items()},
         effects=tuple(key for key, value in effects.items() if value is not False),
+        family=_find_family(list(parts.values())),
     )
+
+
+def _find_family(parts: Sequence[Mapping[str, Any]]) -> str:
+    """Return the family of a scene: what turns with a spindle is a governor, which governs what else there is."""
+    governors = [one for one in parts if one.get("effects", {}).get("centrifugal")]
+    if governors:
+        return "governors" if len(governors) == len(parts) else "governed engines"
+    families = [_FAMILIES_OF_MACHINES.get(one.get("machine", ""), "valve gears" if "valve" in one else "linkages") for one in parts]
+    return next((family for family in families if family != "linkages"), "linkages")
 
 
 def list_contents() -> dict[str, SceneContents]:

@@ -214,7 +214,7 @@ class FilmOptions:
         NUMBER,
         "Height of the film in pixels, and its width per run of one part; at least 320. A page fits its window.",
         read=_read_size,
-        help="Height of the film in pixels, as 720 (720p with --layout wide); its width follows. [480]",
+        help="Size of the film in pixels: its height, as 720, or 1280x720 for a film of the layout wide. [480]",
     )
     layout: FilmLayout = film_option(
         FilmLayout.MACHINE_AND_PLOTS,

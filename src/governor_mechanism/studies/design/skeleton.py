@@ -3,7 +3,7 @@
 import tomllib
 from abc import abstractmethod
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import Field, dataclass, field, fields, replace
 from enum import StrEnum
 from functools import cache, cached_property
 from importlib import resources
@@ -17,7 +17,7 @@ from governor_mechanism.scenes.changed_document import format_toml_value
 from governor_mechanism.scenes.parser import parse_scene_document
 from governor_mechanism.units.constants import RPM
 from governor_mechanism.units.problems import ProblemCollector
-from governor_mechanism.units.quantities import QUANTITY_KINDS, format_quantity, format_value, number_or_text, parse_quantity
+from governor_mechanism.units.quantities import DISPLAY_UNITS, QUANTITY_KINDS, format_quantity, format_value, number_or_text, parse_quantity
 from governor_mechanism.units.text_table import Places, fill_places, short_repr
 
 MAX_INPUT = 1e30
@@ -142,6 +142,31 @@ def _read_value(value: object, declared: Mapping[str, Any], what: str) -> float 
 def option_of(name: str) -> str:
     """Return the option of the command line that gives an input."""
     return f"--{name.replace('_', '-')}"
+
+
+def describe_inputs(defaults: Any) -> list[tuple[str, str]]:
+    """Return for each input its option with the unit, and its meaning with the default."""
+    return [
+        (f"{option_of(one.name)} {_value_word(one.metadata)}", _describe_input(one, getattr(defaults, one.name)))
+        for one in fields(defaults)
+    ]
+
+
+def _value_word(declared: Mapping[str, Any]) -> str:
+    """Return what an input takes: a unit, or the words to choose from."""
+    if words := declared.get("words"):
+        return "|".join(words)
+    unit = QUANTITY_KINDS[declared["kind"]].si_unit
+    return f"<{DISPLAY_UNITS.get(unit, (1.0, unit))[1] or 'number'}>"
+
+
+def _describe_input(one: Field[Any], default: object) -> str:
+    """Return the meaning of an input and its default."""
+    declared = one.metadata
+    if default is None:
+        return f"{declared['meaning']}  [optional]"
+    text = default if isinstance(default, str) else format_quantity(float(str(default)), QUANTITY_KINDS[declared["kind"]].si_unit)
+    return f"{declared['meaning']}  [default: {text}]"
 
 
 def parse_assignments(
