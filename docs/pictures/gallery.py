@@ -24,6 +24,7 @@ from governor_mechanism.scenes.library import shipped_scenes
 
 RENDERS = Path(__file__).parents[2] / "renders"
 FOLDER = RENDERS / "gallery"
+POINTS = Path(__file__).parent / "points"
 
 MAX_FILM_SIZE = 700_000
 """Largest size of a film, bytes: a page with several of them still loads over a slow line."""
@@ -84,6 +85,7 @@ STUDIES = (
     "design flywheel",
     "design governed-engine --power '20 PS' --speed 120rpm --droop 4%",
     "hard-cases",
+    f"synthesise path {shlex.quote(str(POINTS / 'nine_points.csv'))} --closed",
 )
 """Commands whose figures are shown."""
 

@@ -50,3 +50,15 @@ def test_positions_in_a_table_are_passed(tmp_path):
     assert max(row["distance"] for row in good) < 1e-9
     assert gm.load(tmp_path / "gate_1.toml").run.duration > 0.0
     assert (tmp_path / "gate.png").stat().st_size > 5000
+
+
+def test_path_has_cognates_and_a_scene(tmp_path):
+    file = tmp_path / "handle.csv"
+    file.write_text("x [mm],y [mm]\n0,0\n40,25\n70,60\n80,110\n")
+    result = invoke(tmp_path, "path", file, "--starts", 100, "--seed", 1, "--json")
+    assert result.exit_code == 0, result.output
+    row = json.loads(result.stdout)["rows"][0]
+    assert row["defects"] == "none"
+    assert len(row["cognates"]) == 2
+    assert gm.load(tmp_path / "handle_1.toml").run.duration > 0.0
+    assert (tmp_path / "handle.png").stat().st_size > 5000

@@ -78,6 +78,67 @@ def synthesise_function(
     return synthesise(*read_function_task(pairs, given))
 
 
+def synthesise_path(
+    points: gm.PointSource,
+    *,
+    closed: bool | None = None,
+    fixed_pivots: Sequence[Sequence[float | str]] | None = None,
+    starts: int | None = None,
+    seed: int | None = None,
+) -> gm.PathSynthesis:
+    """Return the four-bars whose coupler has a point that passes given points, or is nearest to a curve of many.
+
+    Nine points determine a linkage, five with chosen fixed pivots or with input angles, three with both; fewer leave dimensions free. The
+    equations are solved from many random starts, and all solutions found are told apart; a search does not prove that there are no
+    others. Along more points the linkages are the nearest in the sense of least squares. Of each with its two cognates, which draw the
+    same path, the one with the fewest defects and the best transmission angle is run through the points with the kinematics of the
+    package.
+
+    Parameters
+    ----------
+    points
+        Rows of x and y, SI or texts with a unit, in the order in which they are passed, or the path of a file: CSV with the columns
+        "x [mm]" and "y [mm]", or TOML with `points` and the other arguments as keys. A third column "input_angle [deg]" is a timing:
+        angles of the input, of which the differences count.
+    closed
+        Whether the path ends where it starts, so that the input must turn fully; None is False.
+    fixed_pivots
+        Two fixed pivots, of input and output.
+    starts
+        Number of random starts; None is 2000, and 10,000 along a curve.
+    seed
+        Seed of the random starts; None is 0.
+
+    Returns
+    -------
+    PathSynthesis
+        The linkages, the best first; it prints as a table. `rows[0].scene` is a scene that runs, `rows[0].cognates` are its cognates, and
+        `not_run` further linkages.
+
+    Raises
+    ------
+    MechanismError
+        If there are too few or too many points, if neighbours coincide, if input angles neither rise nor fall, or if something is no
+        quantity.
+
+    References
+    ----------
+    C. W. Wampler, A. P. Morgan, A. J. Sommese, Complete solution of the nine-point path synthesis problem for four-bar linkages, Journal
+    of Mechanical Design 114 (1992), pp. 153-159.
+
+    Examples
+    --------
+    >>> import governor_mechanism as gm
+    >>> found = gm.synthesise_path([[0, 0], [1, 0.2], [2, 0.2], [3, 0]], starts=200)
+    >>> found.rows[0].defects
+    'none'
+    """
+    from governor_mechanism.studies.synthesis.path import read_path_task
+    from governor_mechanism.studies.synthesis.path import synthesise_path as synthesise
+
+    return synthesise(read_path_task(points, {"closed": closed, "fixed_pivots": fixed_pivots, "starts": starts, "seed": seed}))
+
+
 def synthesise_positions(
     positions: gm.PointSource,
     *,

@@ -45,6 +45,26 @@ def positions(file: PointFile, take: Take = 1, *, figures: FigureFiles, as_json:
         return _report(gm.synthesise_positions(file), file, take, figures)
 
 
+def path(
+    file: PointFile,
+    closed: Annotated[bool, typer.Option("--closed", help="The path ends where it starts.")] = False,
+    starts: Annotated[int | None, typer.Option(help="Number of random starts. [2000, along a curve 10000]")] = None,
+    seed: Annotated[int | None, typer.Option(help="Seed of the random starts. [0]")] = None,
+    take: Take = 1,
+    *,
+    figures: FigureFiles,
+    as_json: console.AsJson = False,
+) -> console.CommandResult:
+    """Find the four-bars whose coupler has a point that passes up to nine points, or lies along a curve of more, with their cognates.
+
+    FILE has the columns "x [mm]" and "y [mm]", and "input_angle [deg]" for a timing, or as TOML: points = [["0 mm", "0 mm"], ...], and
+    fixed_pivots, two points, closed, starts and seed. The exit status is 1 if there is no linkage without a defect.
+    """
+    console.prepare_folder(figures.folder)
+    with console.show_status("searching four-bars from random starts"):
+        return _report(gm.synthesise_path(file, closed=closed or None, starts=starts, seed=seed), file, take, figures)
+
+
 def _report(result: Synthesis, file: str, take: int, figures: FigureFiles) -> console.CommandResult:
     """Return what a command prints, after it has written the scene of one linkage, the table, the record and the figure."""
     stem = Path(file).stem
@@ -61,5 +81,5 @@ def _report(result: Synthesis, file: str, take: int, figures: FigureFiles) -> co
 
 
 synthesis_app = typer.Typer(help="Find four-bars for what is wanted.", no_args_is_help=True, rich_markup_mode=None)
-for command in (function, positions):
+for command in (function, positions, path):
     console.add_command(synthesis_app, command)

@@ -14,10 +14,14 @@ from governor_mechanism.types import ComplexArray, FloatArray
 if TYPE_CHECKING:
     from governor_mechanism.studies.synthesis.function import FunctionSynthesis
     from governor_mechanism.studies.synthesis.linkage import Synthesis, SynthesisedLinkage
+    from governor_mechanism.studies.synthesis.path import PathSynthesis
     from governor_mechanism.studies.synthesis.positions import PositionSynthesis
 
 MAX_SHOWN: Final = 6
 """Number of linkages in a figure; of more the first ones are drawn, and the figure says so."""
+
+MAX_POSITIONS: Final = 9
+"""Number of positions in which a linkage is drawn, of more along a curve some of them."""
 
 _CELL, _HEADING, _FOOT, _GAP = 3.1, 0.75, 0.3, 0.12
 """Width and height of the room of a linkage, and heights of heading and foot, and gap between rooms, inches."""
@@ -57,7 +61,8 @@ def _draw_linkage(panel: Panel, row: SynthesisedLinkage, points: ComplexArray | 
     first, second = row.linkage.fixed
     path = row.check.path
     panel.plot(path[:, 0], path[:, 1], color=GREEN, linewidth=0.9, zorder=1)
-    for k, (start, end, point) in reversed(list(enumerate(row.positions))):
+    step = math.ceil(len(row.positions) / MAX_POSITIONS)
+    for k, (start, end, point) in reversed(list(enumerate(row.positions[::step]))):
         colour, wide = (INK, 2.0) if k == 0 else (RULE, 1.0)
         _line(panel, (first, start), BLUE if k == 0 else colour, wide, k)
         _line(panel, (second, end), VERMILLION if k == 0 else colour, wide, k)
@@ -116,6 +121,12 @@ def position_figure(result: PositionSynthesis) -> Page:
         panel.show_region(tuple(places.mean(axis=0)), panel.aspect_ratio * _CURVE_EXTENT * float(np.ptp(places, axis=0).max()))
         add_legend(panel, loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=3, borderaxespad=0.2, fontsize=8)
     return page
+
+
+def path_figure(result: PathSynthesis) -> Page:
+    """Draw the linkages with the points of the path."""
+    points = result.points @ np.array([1.0, 1j])
+    return synthesis_figure(result, f"Four-bars along {len(points)} points of a path", points)
 
 
 def _draw_errors(panel: Panel, errors: FloatArray, k: int, number: int) -> None:

@@ -41,6 +41,9 @@ RATE: Final = math.tau / 6.0
 N_SAMPLES: Final = 181
 """Number of input angles at which a linkage is run."""
 
+N_BETWEEN: Final = 61
+"""Number of angles through which it is run from the lowest to the highest position."""
+
 
 @dataclass(frozen=True, kw_only=True)
 class FourBarLinkage:
@@ -118,6 +121,8 @@ class Check:
         Transmission angle farthest from 90 degrees, rad: over the turn of an input that turns fully, else between the positions.
     defects
         What keeps the linkage from passing all positions in their order, in words.
+    turns_fully
+        Whether the input does.
     sense
         Sense of the input in which it passes them: 1 anticlockwise, -1 clockwise.
     sweep
@@ -131,6 +136,7 @@ class Check:
     distance: float
     transmission: float
     defects: tuple[str, ...]
+    turns_fully: bool
     sense: int
     sweep: float
     inputs: FloatArray
@@ -195,8 +201,9 @@ DIMENSION_COLUMNS: Final = (
 CHECK_COLUMNS: Final = (
     Column("transmission_angle", "transmission, deg", ".2f/deg", "rad", value="check.transmission"),
     Column("defects", "defects", value="defects"),
+    *(Column(key, unit="m", value=f"linkage.{key}", in_table=False) for key in ("fixed", "moving", "point")),
 )
-"""Columns of all answers: before and after those of a kind of synthesis."""
+"""Columns of all answers: before and after those of a kind of synthesis. Pivots and point stand in JSON alone."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -239,8 +246,7 @@ def check_linkage(linkage: FourBarLinkage, positions: ComplexArray, points: Comp
     is_inside = motion.contains(angles)
     reached = np.full((len(angles), 3), np.inf + 0j)
     if is_inside.any():
-        paths = study_kinematics(scene, DRIVE, angles[is_inside]).paths
-        reached[is_inside] = np.column_stack([_as_complex(paths[name]) for name in ("crank.end", "coupler.end", "P")])
+        reached[is_inside] = _run_through(scene, angles[0], angles[is_inside])
     gaps = np.abs(reached[:, :2] - moving).max(axis=1)
     is_reached = gaps < SAME_POSITION * max(linkage.lengths)
     defects = [*_position_defects(linkage, travel, is_inside, is_reached), *_order_defects(angles[is_reached], bool(motion.period))]
@@ -253,11 +259,24 @@ def check_linkage(linkage: FourBarLinkage, positions: ComplexArray, points: Comp
         distance=float(distances.max()),
         transmission=float(transmission[np.argmax(np.abs(transmission - 0.5 * math.pi))]),
         defects=tuple(defects),
+        turns_fully=travel.turns_fully,
         sense=sense,
         sweep=sweep,
         inputs=inputs,
         path=study.paths["P"],
     )
+
+
+def _run_through(scene: Scene, first: float, angles: FloatArray) -> ComplexArray:
+    """Return moving pivots and point at input angles, shape (n, 3): from the first position to the lowest and to the highest of them.
+
+    Angles between keep the kinematics on one branch where another is near.
+    """
+    grid = np.unique(np.concatenate([angles, [first], np.linspace(angles.min(), angles.max(), N_BETWEEN)]))
+    back = grid[grid <= first][::-1]
+    paths = study_kinematics(scene, DRIVE, np.concatenate([back, grid])).paths
+    places = len(back) + np.searchsorted(grid, angles)
+    return np.column_stack([_as_complex(paths[name])[places] for name in ("crank.end", "coupler.end", "P")])
 
 
 def _as_complex(path: FloatArray) -> ComplexArray:

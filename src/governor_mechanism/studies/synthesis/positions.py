@@ -21,7 +21,7 @@ import numpy as np
 
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.studies.synthesis.linkage import Candidate, FourBarLinkage, Synthesis, check_all
-from governor_mechanism.studies.synthesis.tables import parse_pair, read_points, require_count
+from governor_mechanism.studies.synthesis.tables import parse_pivots, read_points, require_count
 from governor_mechanism.types import ComplexArray, FloatArray
 from governor_mechanism.units.text_table import short_repr
 
@@ -98,7 +98,7 @@ def read_position_task(source: object, given: Mapping[str, Any]) -> tuple[FloatA
     if positions is None:
         raise MechanismError("the file has no positions; write points = [[x, y, angle], ...]")
     require_count(positions, (3, 4, 5), "the number of positions")
-    chosen = {name: _read_pivots(name, value) for name, value in keys.items()}
+    chosen = {name: parse_pivots(name, value) for name, value in keys.items()}
     if len(positions) == 3 and len(chosen) != 1:
         raise MechanismError("three positions leave two pivots free: give fixed_pivots or moving_pivots, one of both, as two points [x, y]")
     if len(positions) > 3 and chosen:
@@ -106,15 +106,6 @@ def read_position_task(source: object, given: Mapping[str, Any]) -> tuple[FloatA
     if np.abs(np.exp(1j * (positions[:, 2] - positions[0, 2])) - 1.0).max() < 1e-9:
         raise MechanismError("the angles of all positions are the same: any parallelogram with links of equal length moves a body so")
     return positions, chosen
-
-
-def _read_pivots(name: str, value: object) -> tuple[complex, complex]:
-    if not isinstance(value, list | tuple) or len(value) != 2:
-        raise MechanismError(f'{name} must be two points, as [[0, 0], ["100 mm", 0]]')
-    first, second = (complex(*parse_pair(point, "length", f"point {k} of {name}")) for k, point in enumerate(value, start=1))
-    if first == second:
-        raise MechanismError(f"the two points of {name} coincide")
-    return first, second
 
 
 def synthesise_positions(positions: FloatArray, chosen: Mapping[str, tuple[complex, complex]]) -> PositionSynthesis:

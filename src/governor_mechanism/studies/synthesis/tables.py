@@ -28,6 +28,7 @@ def read_points(
     source: object,  # path of a CSV or TOML file, or rows
     columns: Mapping[str, str],  # kinds of quantity by the names of the columns
     keys: Sequence[str] = (),  # further keys that a TOML file may have
+    optional: Mapping[str, str] | None = None,  # columns after these, which are all there or all missing
 ) -> tuple[FloatArray | None, dict[str, Any]]:
     """Return points (n, columns), SI, and the further keys of a file; None for the points if a file has none.
 
@@ -42,12 +43,14 @@ def read_points(
             reason = error.strerror if isinstance(error, OSError) else "it is no text in UTF-8"
             raise MechanismError(f"the file of points {str(path)!r} cannot be read: {reason}") from None
         if path.suffix.lower() == ".toml":
-            return _read_toml(text, str(path), columns, keys)
-        rows, where = _read_csv(text, str(path), columns), f"{path}: "
-    return _parse_rows(rows, columns, where), {}
+            return _read_toml(text, str(path), columns, keys, optional or {})
+        rows, where = _read_csv(text, str(path), columns, optional or {}), f"{path}: "
+    return _parse_rows(rows, columns, where, optional or {}), {}
 
 
-def _read_toml(text: str, path: str, columns: Mapping[str, str], keys: Sequence[str]) -> tuple[FloatArray | None, dict[str, Any]]:
+def _read_toml(
+    text: str, path: str, columns: Mapping[str, str], keys: Sequence[str], optional: Mapping[str, str]
+) -> tuple[FloatArray | None, dict[str, Any]]:
     try:
         document = tomllib.loads(text)
     except (ValueError, RecursionError) as error:
@@ -59,10 +62,10 @@ def _read_toml(text: str, path: str, columns: Mapping[str, str], keys: Sequence[
     if unknown:
         raise MechanismError(*unknown)
     rows = document.pop("points", None)
-    return (None if rows is None else _parse_rows(rows, columns, f"{path}: ")), document
+    return (None if rows is None else _parse_rows(rows, columns, f"{path}: ", optional)), document
 
 
-def _read_csv(text: str, path: str, columns: Mapping[str, str]) -> list[list[str]]:
+def _read_csv(text: str, path: str, columns: Mapping[str, str], optional: Mapping[str, str]) -> list[list[str]]:
     """Return the cells of a CSV file with the units of its header, in the order of the columns."""
     lines = [row for row in csv.reader(io.StringIO(text)) if any(cell.strip() for cell in row) and not row[0].lstrip().startswith("#")]
     example = ",".join(f"{name} [{QUANTITY_KINDS[kind].units[0]}]" for name, kind in columns.items())
@@ -70,8 +73,11 @@ def _read_csv(text: str, path: str, columns: Mapping[str, str]) -> list[list[str
         raise MechanismError(f"{path} is empty; its first line names the columns, as {example}")
     headings = [_HEADING.match(cell) for cell in lines[0]]
     names = [one.group(1) if one else cell.strip() for one, cell in zip(headings, lines[0], strict=True)]
+    if set(names) & set(optional):
+        columns = {**columns, **optional}
     if sorted(names) != sorted(columns):
-        raise MechanismError(f"{path}: the columns must be {', '.join(columns)}, as {example}; found {', '.join(names)}")
+        also = f" (and {', '.join(optional)})" if optional else ""
+        raise MechanismError(f"{path}: the columns must be {', '.join(columns)}{also}, as {example}; found {', '.join(names)}")
     units = [(one.group(2) or "") if one else "" for one in headings]
     wrong = [
         f"{path}: line {k} has {len(row)} cells; the header has {len(names)}"
@@ -84,10 +90,12 @@ def _read_csv(text: str, path: str, columns: Mapping[str, str]) -> list[list[str
     return [[f"{row[k].strip()} {units[k]}".strip() for k in order] for row in lines[1:]]
 
 
-def _parse_rows(rows: Any, columns: Mapping[str, str], where: str) -> FloatArray:
+def _parse_rows(rows: Any, columns: Mapping[str, str], where: str, optional: Mapping[str, str]) -> FloatArray:
     """Return rows of quantities in SI; raise MechanismError with all mistakes."""
-    names = list(columns)
     table = rows.tolist() if isinstance(rows, np.ndarray) else rows
+    if isinstance(table, list | tuple) and table and isinstance(table[0], list | tuple) and len(table[0]) > len(columns):
+        columns = {**columns, **optional}
+    names = list(columns)
     if not isinstance(table, list | tuple) or not all(isinstance(row, list | tuple) and len(row) == len(names) for row in table):
         raise MechanismError(f"{where}points must be rows of {', '.join(names)}; found {format_value(rows)}")
     collector = ProblemCollector()
@@ -117,12 +125,27 @@ def parse_pair(value: object, kind: str, what: str) -> tuple[float, float]:
     return parse_quantity(value[0], kind, what), parse_quantity(value[1], kind, what)
 
 
-def require_count(points: FloatArray, counts: Sequence[int], what: str, hint: str = "") -> None:
-    """Raise MechanismError for another number of points than one of those allowed, or for two points that coincide."""
+def parse_pivots(name: str, value: object) -> tuple[complex, complex]:
+    """Return two points that differ, m."""
+    if not isinstance(value, list | tuple) or len(value) != 2:
+        raise MechanismError(f'{name} must be two points, as [[0, 0], ["100 mm", 0]]')
+    first, second = (complex(*parse_pair(point, "length", f"point {k} of {name}")) for k, point in enumerate(value, start=1))
+    if first == second:
+        raise MechanismError(f"the two points of {name} coincide")
+    return first, second
+
+
+def require_count(points: FloatArray, counts: Sequence[int], what: str, hint: str = "", *, is_path: bool = False) -> None:
+    """Raise MechanismError for another number of points than one of those allowed, or for two points that coincide.
+
+    A path may pass a point again; only neighbours on it, or its ends, must differ.
+    """
     if len(points) not in counts:
-        raise MechanismError(f"{what} must be {', '.join(map(str, counts[:-1]))} or {counts[-1]}; found {len(points)}{hint}")
+        few = ", ".join(map(str, counts[:-1])) + f" or {counts[-1]}" if len(counts) < 10 else f"{counts[0]} to {counts[-1]}"
+        raise MechanismError(f"{what} must be {few}; found {len(points)}{hint}")
     scale = float(np.ptp(points, axis=0).max())
     for first in range(len(points)):
-        for second in range(first):
+        for second in ((first - 1) % len(points),) if is_path else range(first):
             if np.abs(points[first] - points[second]).max() <= 1e-9 * scale:
-                raise MechanismError(f"{what}: {second + 1} and {first + 1} coincide; leave one out")
+                low, high = sorted((first, second))
+                raise MechanismError(f"{what}: {low + 1} and {high + 1} coincide; leave one out")
