@@ -167,6 +167,43 @@ def test_a_start_in_equilibrium_becomes_a_number_where_it_is_pulled():
     assert session.find_changes() == {"start.lever_angle": 5.0}
 
 
+def test_a_run_that_locks_takes_few_steps_while_a_hand_holds_it():
+    session = Session(gm.load("jansen").replace({"run.duration": "2 s"}))
+    session.change({"dimensions.crank": 17.0}, is_last=False)
+    held = session.solve()
+    assert held.run.outcome is gm.Outcome.STEP_LIMIT
+    assert "while you hold it: from there on it needs many steps, as where it locks" in session.describe(held)["accuracy"]
+    session.change({"dimensions.crank": 17.0})
+    released = session.solve()
+    assert released.run.outcome is gm.Outcome.STALLED
+    assert len(released.run.times) == len(held.run.times)  # both reach the last reported time before it locks
+    assert held.run.cost.steps < released.run.cost.steps / 5
+
+
+def test_a_run_that_takes_long_goes_to_the_shown_time_while_a_hand_moves(monkeypatch):
+    session = Session(gm.load("porter").replace({"run.duration": "2 s"}))
+    monkeypatch.setattr("governor_mechanism.live.session.HELD_TIME", 0.5 * session.run.cost.wall_time)
+    session.shown_time = 0.4
+    session.change({"dimensions.sleeve_mass": 21.0}, is_last=False)
+    brief, whole = session.solve(is_brief=True), session.solve()
+    assert brief.run.times[-1] == pytest.approx(0.4, abs=1e-12)
+    assert (session.describe_moment(brief)["readingsAt"], whole.run.times[-1]) == ("At t = 0.4 s", 2.0)
+    errors = brief.run.reading_errors["arm_angle"] + whole.run.reading_errors["arm_angle"]
+    assert brief.run.readings["arm_angle"][-1] == pytest.approx(whole.run.readings["arm_angle"][len(brief.run.times) - 1], abs=errors)
+    session.shown_time = 1.5  # more than half of the time that there is
+    session.change({"dimensions.sleeve_mass": 22.0}, is_last=False)
+    assert 0.9 < session.solve(is_brief=True).run.times[-1] < 1.1
+
+
+def test_the_equilibria_follow_a_hand_that_moves():
+    session = Session(gm.load("porter").replace({"run.duration": "0.1 s"}))
+    session.describe(session.solve())
+    session.change({"spindle.speed": 130.0}, is_last=False)
+    moment = session.describe_moment(session.solve(is_brief=True))
+    assert moment["equilibria"] == session.describe(session.solve())["equilibria"]
+    assert "At 130 rpm" in moment["equilibria"]["sentences"]
+
+
 def test_a_governor_shows_its_equilibria_and_the_curve_as_opened():
     session = Session(gm.load("porter").replace({"run.duration": "0.1 s"}))
     state = session.describe(session.solve())

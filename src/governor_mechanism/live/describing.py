@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from governor_mechanism.machines.custom import CUSTOM_MACHINE
+from governor_mechanism.model.results.outcome import Outcome
 from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.observables.valve_motion import has_valve_events
 from governor_mechanism.render.film.timing import select_slow_down
@@ -39,6 +40,21 @@ def describe_outcome(run: Trajectory) -> str:
     """Return in a line how a run ended, how accurate it is, and what was computed."""
     lines, _ = format_closing_lines(run, MAX_SENTENCE_LENGTH)
     return "; ".join([*lines, f"engine {run.cost.engine}, {1e3 * run.cost.wall_time:.3g} ms"])
+
+
+def describe_end(run: Trajectory) -> str:
+    """Return when a run ends, in words."""
+    return f"At t = {run.times[-1]:.4g} s"
+
+
+def describe_bounded_outcome(run: Trajectory) -> str:
+    """Return how a run ended whose work was bounded, since a hand moves."""
+    end = f"to t = {run.times[-1]:.4g} s while you hold it"
+    return (
+        f"{end}: from there on it needs many steps, as where it locks"
+        if run.outcome is Outcome.STEP_LIMIT
+        else f"{end}; {describe_outcome(run)}"
+    )
 
 
 def describe_readings(run: Trajectory) -> list[dict[str, Any]]:

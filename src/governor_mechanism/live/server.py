@@ -164,13 +164,14 @@ async def _answer(socket: WebSocket, session: Session, changed: asyncio.Event) -
     while True:
         await changed.wait()
         changed.clear()
-        snapshot = await run_in_threadpool(session.solve)
         if not is_first:
+            snapshot = await run_in_threadpool(lambda: session.solve(is_brief=True))
             moment = await run_in_threadpool(session.describe_moment, snapshot)
             await socket.send_text(json.dumps(moment, allow_nan=False))
             with suppress(TimeoutError):
                 await asyncio.wait_for(changed.wait(), HELD_PAUSE if session.is_held else LAST_PAUSE)
         if not changed.is_set():
+            snapshot = await run_in_threadpool(session.solve)
             state = await run_in_threadpool(session.describe, snapshot)
             await socket.send_text(json.dumps(state, allow_nan=False))
         is_first = False

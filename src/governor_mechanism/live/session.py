@@ -8,9 +8,20 @@ from typing import Any, Final
 import numpy as np
 
 import governor_mechanism as gm
+from governor_mechanism.engines.base import Engine, make_reported_times
+from governor_mechanism.engines.certificate import ErrorControlledEngine
+from governor_mechanism.engines.selection import select_engine
 from governor_mechanism.errors import GovernorMechanismError, MechanismError
 from governor_mechanism.live.choices import EFFECTS_KEY, choose, find_choices
-from governor_mechanism.live.describing import choose_pace, describe_outcome, describe_readings, list_inspections, show_whole_run
+from governor_mechanism.live.describing import (
+    choose_pace,
+    describe_bounded_outcome,
+    describe_end,
+    describe_outcome,
+    describe_readings,
+    list_inspections,
+    show_whole_run,
+)
 from governor_mechanism.live.equilibria import EquilibriumPlot
 from governor_mechanism.live.grips import find_grips, find_start, find_travel
 from governor_mechanism.live.motion import Motion
@@ -24,9 +35,16 @@ from governor_mechanism.render.page.page_data import collect_data, collect_pictu
 from governor_mechanism.render.page.views import ShownRun, show_run
 from governor_mechanism.render.page.writer import describe_accuracy, list_dimensions, list_effects, raise_exponents
 from governor_mechanism.scenes.changed_document import document_of, replace_document_value
+from governor_mechanism.types import FloatArray
 
 MAX_UNDONE: Final = 500
 """Number of changes that can be undone."""
+
+HELD_TIME: Final = 0.05
+"""Time, s, that a run takes at most while a hand moves, as the last whole run lets one expect: it goes on to an earlier end instead."""
+
+LEAST_HELD_STEPS: Final = 100
+"""Least limit of the steps of a run while a hand holds something: a mechanism that locks would take all that its engine allows."""
 
 MAX_MOTIONS: Final = 8
 """Largest number of tabs whose motions are kept."""
@@ -46,12 +64,18 @@ class Snapshot:
         Why the present values allow none; empty if they do.
     number
         Number of changes before it.
+    is_bounded
+        Whether its steps were bounded, since a hand held something.
+    is_brief
+        Whether the run ends earlier than that of the scene, since a hand moved.
     """
 
     document: Mapping[str, Any]
     run: Trajectory
     problem: str
     number: int
+    is_bounded: bool = False
+    is_brief: bool = False
 
 
 class Session:
@@ -81,6 +105,7 @@ class Session:
         if not len(run.times):
             raise MechanismError(run.message)
         self._last = Snapshot(document=self._document, run=run, problem="", number=0)
+        self._complete = run  # the last run that came to the end of its scene
         self._equilibria = EquilibriumPlot(scene)
         self.shown_time = 0.0
         """Time, s, that the page shows which asked for the last change."""
@@ -198,22 +223,71 @@ class Session:
         for listener in tuple(self.listeners):
             listener()
 
-    def solve(self) -> Snapshot:
-        """Return the run of the present document, or the last possible one with the reason."""
+    def solve(self, *, is_brief: bool = False) -> Snapshot:
+        """Return the run of the present document, or the last possible one with the reason.
+
+        The steps of a run are bounded that is to be brief, or while a hand holds something. A brief one whose whole run takes long goes to
+        the shown time at most, or to where it would take too long.
+        """
         with self._solving:
-            document, number = self._document, self._number
-            if self._last.number == number:
-                return self._last
-            run, problem = _try_run(document)
-            self._last = Snapshot(document=document, run=run or self._last.run, problem=problem, number=number)
-            return self._last
+            document, number, is_bounded = self._document, self._number, self._is_dragging or is_brief
+            last = self._last
+            if last.number == number and (is_bounded or not last.is_bounded):
+                return last
+            run, problem, is_short = self._try_run(document, is_bounded=is_bounded, is_brief=is_brief)
+            found = Snapshot(
+                document=document,
+                run=run or last.run,
+                problem=problem,
+                number=number,
+                is_bounded=is_bounded and run is not None,
+                is_brief=is_short and run is not None,
+            )
+            if not found.is_brief:
+                self._last = found
+            if not is_bounded and run is not None and run.times[-1] >= run.scene.run.duration:
+                self._complete = run
+            return found
+
+    def _try_run(self, document: Mapping[str, Any], *, is_bounded: bool, is_brief: bool) -> tuple[Trajectory | None, str, bool]:
+        """Return the run of a document, or None and why there is none to be shown; and whether it is shorter than the scene asks for."""
+        is_short = False
+        try:
+            scene = gm.Scene.from_dict(document)
+            times = make_reported_times(scene)
+            end = self._held_end(times) if is_brief else len(times)
+            is_short = end < len(times)
+            run = gm.run(scene, engine=self._bounded_engine(scene) if is_bounded else "auto", times=times[:end] if is_short else None)
+        except GovernorMechanismError as error:
+            problems = error.problems if isinstance(error, MechanismError) else (str(error),)
+        else:
+            if len(run.times):
+                return run, "", is_short
+            problems = (run.message,)
+        sentence = "; ".join(problems)
+        return None, f"{sentence[:1].upper()}{sentence[1:]}. The pictures show the last possible state.", is_short
+
+    def _held_end(self, times: FloatArray) -> int:
+        """Return how many of the reported times (n,) s of a scene a run reaches while a hand moves: all of them, if that is quick."""
+        pace = self._complete.cost.wall_time / max(float(self._complete.times[-1]), float(times[-1]) / len(times))
+        if pace * float(times[-1]) <= HELD_TIME:
+            return len(times)
+        end = min(self.shown_time, HELD_TIME / pace)
+        return int(np.clip(np.searchsorted(times, end) + 1, min(2, len(times)), len(times)))
+
+    def _bounded_engine(self, scene: Scene) -> Engine:
+        """Return the engine of a scene, with hardly more steps than the last complete run took."""
+        engine, _ = select_engine(scene.run.engine, scene)
+        if not isinstance(engine, ErrorControlledEngine):
+            return engine
+        return replace(engine, max_steps=max(self._complete.cost.steps, LEAST_HELD_STEPS))
 
     def extend_motion(self, tab: str, time: float, duration: float, *, is_new: bool) -> dict[str, Any]:
         """Return the motion that one tab shows from a time (s) on, for a duration (s), under the present document.
 
         A new one goes on from the run of the document. Raises MechanismError if the document allows no run.
         """
-        snapshot = self.solve()
+        snapshot = self.solve(is_brief=not is_new)
         with self._changing:
             if is_new or tab not in self._motions:
                 others = [pair for pair in self._motions.items() if pair[0] != tab][1 - MAX_MOTIONS :]
@@ -237,10 +311,12 @@ class Session:
         if snapshot.problem:
             return self._describe_state(snapshot, None)
         run = snapshot.run
-        limits, slow_down = choose_pace(run)
+        limits, _ = choose_pace(run)
+        _, slow_down = choose_pace(self.run)
         times = np.clip(np.array([self.shown_time]), *limits)
         shown = show_run(run, None, limits, times, slow_down, boxes=self._boxes)
-        return self._describe_state(snapshot, shown) | {"moment": collect_pictures(shown, slow_down)}
+        moment = collect_pictures(shown, slow_down)
+        return self._describe_state(snapshot, shown) | {"moment": moment, "equilibria": self._equilibria.draw(run.scene)}
 
     def describe(self, snapshot: Snapshot) -> dict[str, Any]:
         """Return all that the page shows of a snapshot, as values that JSON knows; while a hand holds something, nothing is rescaled."""
@@ -271,7 +347,8 @@ class Session:
             "quantities": [asdict(one) for one in quantities.values()],
             "grips": [asdict(one) for one in grips],
             "readings": describe_readings(run),
-            "accuracy": describe_outcome(run),
+            "readingsAt": describe_end(run) if snapshot.is_bounded else "At the end of the run",
+            "accuracy": describe_bounded_outcome(run) if snapshot.is_bounded else describe_outcome(run),
             "fileName": self.file.name,
             "changes": self.find_changes(),
             "inspections": list_inspections(run),
@@ -279,17 +356,3 @@ class Session:
             "canUndo": bool(self._done),
             "canRedo": bool(self._undone),
         }
-
-
-def _try_run(document: Mapping[str, Any]) -> tuple[Trajectory | None, str]:
-    """Return the run of a document, or None and why there is none to be shown."""
-    try:
-        run = gm.run(gm.Scene.from_dict(document))
-    except GovernorMechanismError as error:
-        problems = error.problems if isinstance(error, MechanismError) else (str(error),)
-    else:
-        if len(run.times):
-            return run, ""
-        problems = (run.message,)
-    sentence = "; ".join(problems)
-    return None, f"{sentence[:1].upper()}{sentence[1:]}. The pictures show the last possible state."

@@ -23,6 +23,7 @@ from governor_mechanism.render.geometry.attached import (
 )
 from governor_mechanism.render.geometry.outlines import make_rectangle, make_wall, select_extreme_rows
 from governor_mechanism.render.geometry.primitives import BoundingBox, DrawnShape, Polygon, TextShape, Vec2, bounding_box, enclose_boxes
+from governor_mechanism.render.geometry.recording import enclose_recorded, record_parts
 from governor_mechanism.render.machines.engine_room import proportions as room
 from governor_mechanism.render.machines.engine_room.arrangement import CUT_OFF, THROTTLE, EngineRoomParts, engine_torque, load_torque
 from governor_mechanism.render.machines.engine_room.controls import (
@@ -209,9 +210,9 @@ class GovernorElevation:
     def _bounds(self) -> BoundingBox:
         """Box (m) around the governor at all poses of the run."""
         drawing, poses = self._drawing, self._drawing.poses
-        rows = select_extreme_rows(poses)
-        boxes = [bounding_box(_without_scale(drawing.moving_shapes(poses[k], float(drawing.run.times[k])))) for k in rows]
-        return enclose_boxes([bounding_box(_without_scale(drawing.static_shapes)), *boxes])
+        moments = [Moment(poses[k], float(drawing.run.times[k])) for k in select_extreme_rows(poses)]
+        moving = enclose_recorded(record_parts([*_parts_of_room(drawing.moving)], moments))
+        return enclose_boxes([bounding_box(_without_scale(drawing.static_shapes)), moving])
 
     @property
     def _length(self) -> float:

@@ -7,7 +7,7 @@ function startWorkbench(page) {
   let waiting = null;
   const change = (values, isLast) => {
     const isFirst = waiting === null;
-    waiting = { action: "change", values: { ...(waiting?.values || {}), ...values }, isLast, time: page.player.time };
+    waiting = { action: "change", values: { ...(waiting?.values || {}), ...values }, isLast, time: resting ?? page.player.time };
     const sendWaiting = () => {
       if (!waiting) return;
       send(waiting);
@@ -31,6 +31,7 @@ function startWorkbench(page) {
   };
   let whole = null; // the last answer with a whole run
   let wasPlaying = false; // before only one moment was shown
+  let resting = null; // time at which the clock waits meanwhile, where the run of a moment does not go so far
   const showWholeRun = () => {
     motion.stop();
     showGoing();
@@ -77,7 +78,8 @@ function startWorkbench(page) {
       return;
     }
     find("stage").classList.toggle("is-past", Boolean(state.problem));
-    if (!state.problem && !motion.isOn) showState(state);
+    if (motion.isOn) resting = null;
+    else if (!state.problem) showState(state);
     if (!motion.isOn) panel.show(state);
     else panel.showQuantities(state);
     ghost.show(state);
@@ -98,9 +100,13 @@ function startWorkbench(page) {
       // The run of the last values is not yet here: one moment of it is shown, and the clock waits.
       wasPlaying ||= page.player.isPlaying;
       page.player.pause();
-      showKeepingEquilibria(page, decodeData(state.moment));
-      page.pictures.forEach((picture) => picture.update({ k: 0, fraction: 0 }, page.player.rate()));
+      resting ??= page.player.time;
+      showPictures(page, decodeData(state.moment));
+      showEquilibria(state.equilibria);
+      page.player.seek(state.moment.times.start);
     } else {
+      page.player.time = resting ?? page.player.time;
+      resting = null;
       showRun(page, state.isDecoded ? state.data : decodeData(state.data));
       state.isDecoded = true;
       showEquilibria(state.equilibria);

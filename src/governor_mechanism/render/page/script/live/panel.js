@@ -105,7 +105,7 @@ function makePanel(onChange, onAction) {
   const show = (state) => {
     showQuantities(state);
     tell(state.problem || state.accuracy, Boolean(state.problem));
-    showReadings(table, state.readings, "At the end of the run");
+    showReadings(table, state.readings, state.readingsAt);
   };
   const showMotion = (motion) => {
     tell(motion.note || motion.problem || (motion.isOver ? motion.message : motion.accuracy), Boolean(motion.note || motion.problem));
