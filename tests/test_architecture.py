@@ -29,7 +29,8 @@ FOLDERS = [
     {"scenes"},
     {"building"},
     {"files"},
-    {"verification", "studies"},
+    {"verification"},
+    {"studies"},
     {"render"},
     {"papers"},
     {"__init__"},
@@ -79,9 +80,10 @@ INNER_FOLDERS = {
         {"template"},
     ],
     "studies": [
-        {"compared_quantities", "effect_ablation", "equilibrium_report", "plain_runs", "sweep"},
+        {"compared_quantities", "effect_ablation", "equilibrium_report", "plain_runs"},
+        {"sweep"},
         {"comparison", "hard_cases", "regulation", "unknowns", "valve_gears", "work_precision_results"},
-        {"design", "fitting", "sensitivities", "synthesis", "work_precision"},
+        {"design", "fitting", "optimisation", "sensitivities", "synthesis", "work_precision"},
     ],
     "verification": [{"report"}, {"laws"}, {"machines", "user_kernel"}],
 }

@@ -95,6 +95,16 @@ CALLS: dict[str, tuple[Any, dict[str, Any], list[Any]]] = {
         {"scene": "porter", "data": {"time": [0.0, 0.1], "sleeve_lift": [0.1, 0.1]}, "over": {"spindle.speed": (12.0, 13.0)}},
         ["data", "over", "noise", "without", "profile", "engine", "starts", "seed"],
     ),
+    "optimise": (
+        gm.optimise,
+        {"scene": "porter", "over": {"dimensions.arm": (0.2, 0.4)}, "minimise": "max arm_angle"},
+        ["over", "minimise", "subject_to", "report", "method", "engine", "accuracy", "starts", "seed", "workers", "out"],
+    ),
+    "trade_off": (
+        gm.trade_off,
+        {"scene": "porter", "over": {"dimensions.arm": (0.2, 0.4)}, "minimise": ["max arm_angle", "min arm_angle"]},
+        ["over", "minimise", "maximise", "subject_to", "points", "method", "engine", "accuracy", "starts", "seed", "workers"],
+    ),
     "valve_gears": (gm.valve_gears, {"scenes": ["gooch"], "count": 2}, ["scenes", "count"]),
     "load_change_study": (gm.load_change_study, {"scene": "governed_engine"}, ["scene", "load_step", "at", "ramp", "engine"]),
     "stability_map": (gm.stability_map, {"scene": "governed_engine"}, ["scene", "vary", "border_points", "workers", "progress"]),

@@ -6,7 +6,9 @@ from governor_mechanism.api.designs import design_governed_engine as design_gove
 from governor_mechanism.api.designs import design_hartnell as design_hartnell
 from governor_mechanism.api.designs import design_pendulum as design_pendulum
 from governor_mechanism.api.fitting import fit as fit
+from governor_mechanism.api.fitting import optimise as optimise
 from governor_mechanism.api.fitting import sensitivities as sensitivities
+from governor_mechanism.api.fitting import trade_off as trade_off
 from governor_mechanism.api.kinematics import assemblies as assemblies
 from governor_mechanism.api.kinematics import kinematics as kinematics
 from governor_mechanism.api.kinematics import valve_gears as valve_gears
@@ -72,6 +74,9 @@ from governor_mechanism.studies.fitting.results import Fit as Fit
 from governor_mechanism.studies.hard_cases.study import HardCasesReport as HardCasesReport
 from governor_mechanism.studies.kinematics import Assemblies as Assemblies
 from governor_mechanism.studies.kinematics import KinematicStudy as KinematicStudy
+from governor_mechanism.studies.optimisation.question import Objective as Objective
+from governor_mechanism.studies.optimisation.results import Optimum as Optimum
+from governor_mechanism.studies.optimisation.results import TradeOff as TradeOff
 from governor_mechanism.studies.regulation.load_change import LoadChangeStudy as LoadChangeStudy
 from governor_mechanism.studies.regulation.stability_map import StabilityMap as StabilityMap
 from governor_mechanism.studies.sensitivities import Sensitivities as Sensitivities

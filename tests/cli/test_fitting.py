@@ -1,4 +1,4 @@
-"""The commands `fit` and `sensitivities`: what they write, their exit status, Ctrl-C."""
+"""The commands `fit`, `sensitivities` and `optimise`: what they write, their exit status, Ctrl-C."""
 
 import json
 import os
@@ -81,3 +81,39 @@ def test_sensitivities_are_printed_with_their_errors(tmp_path):
     assert " ± " in result.stdout
     rows = json.loads((tmp_path / "porter_sensitivities.json").read_text())["rows"]
     assert sum(row["elasticity"] for row in rows) == pytest.approx(0.0, abs=1e-6)
+
+
+def optimise(tmp_path, *words):
+    fixed = ["--over", "dimensions.ball_mass=4kg:6kg", "--set", "run.duration=2 s", "--no-figure", "--out", tmp_path]
+    return invoke("optimise", "porter", *fixed, *words)
+
+
+def test_optimise_writes_a_scene_with_the_best_values(tmp_path):
+    words = ["--minimise", "max sleeve_lift", "--subject-to", "min sleeve_lift >= 60 mm", "--report", "duration", "--film", "gif"]
+    result = optimise(tmp_path, *words, "--json")
+    assert result.exit_code == 0, result.output
+    record = json.loads(result.stdout)
+    assert gm.load(tmp_path / "porter_optimum.toml").part.dimensions["ball_mass"] == record["rows"][0]["value"]
+    assert [row["role"] for row in record["quantities"]] == ["minimised", ">= 60 mm", "reported"]
+    assert {path.name for path in tmp_path.iterdir()} == {f"porter_optimum.{end}" for end in ("toml", "csv", "json", "gif")}
+
+
+def test_two_objectives_give_their_trade_off(tmp_path):
+    result = optimise(tmp_path, "--minimise", "max sleeve_lift", "--maximise", "min sleeve_lift", "--points", "3")
+    assert "max sleeve_lift against min sleeve_lift" in result.stdout
+    assert {path.name for path in tmp_path.iterdir()} == {"porter_trade_off.csv", "porter_trade_off.json"}
+
+
+@pytest.mark.parametrize(
+    ("words", "sentence"),
+    [
+        ((), "minimise and maximise need one quantity"),
+        (("--minimise", "max sleeve_lift", "--subject-to", "max sleeve_lift"), "is no condition"),
+        (("--minimise", "max sleeve_lift", "--over", "dimensions.ball_mass=4kg:6kg"), "dimensions.ball_mass is given twice"),
+    ],
+)
+def test_mistakes_in_an_optimisation_are_sentences(tmp_path, words, sentence):
+    result = optimise(tmp_path, *words)
+    assert result.exit_code == 2
+    assert sentence in result.stderr
+    assert "Traceback" not in result.output

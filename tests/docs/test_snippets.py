@@ -13,6 +13,7 @@ from governor_mechanism.model.joints import Gear
 from governor_mechanism.scenes.library import catalogue_scenes, shipped_scenes
 from governor_mechanism.scenes.parser import parse_scene_document
 from governor_mechanism.studies.sweep.rules import ENGINE_RULES, STATISTICS, VALVE_RULES
+from governor_mechanism.studies.sweep.scene_rules import SCENE_RULES
 
 SHORT, SHORT_FILMED = "0.1", "1"
 """Durations (s) of runs of commands: they show as well that the options are understood. Films of shorter runs are slowed, and longer."""
@@ -98,6 +99,6 @@ def test_the_guarded_kernel_passes(page, tmp_path, capsys):
 def test_the_table_of_quantities_names_every_rule():
     text = (ROOT / "docs" / "how_to" / "sweep.md").read_text(encoding="utf-8")
     rows = "".join(line for line in text.splitlines() if line.startswith("| `"))
-    for rule in (*STATISTICS, *ENGINE_RULES, "valve travel", "duration", "error_estimate"):
+    for rule in (*STATISTICS, *ENGINE_RULES, *SCENE_RULES, "valve travel", "duration", "error_estimate"):
         assert rule in rows
     assert all(rule.split()[-1] in rows for rule in VALVE_RULES)

@@ -15,6 +15,7 @@ ALIASES = {
     "FloatArray": "array of floats",
     "InputValues": "values of an input: numbers, or text with units",
     "QuantityValues": "quantities in a list or an array: numbers in SI, or texts with units",
+    "Objective": "quantity by its rule or name, or a function of a run, or of a scene if its parameter is called scene",
     "PointSource": "points: the path of a CSV or TOML file, or rows of numbers in SI or texts with units",
     "Progress": "function that is called with the progress",
     "SceneSource": "scene, path of a scene file, or name of a shipped scene",

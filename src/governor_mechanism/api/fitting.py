@@ -1,4 +1,4 @@
-"""From what is wanted or measured to the values of a scene: sensitivities and fits."""
+"""From what is wanted or measured to the values of a scene: sensitivities, fits, optima."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import Any
 import governor_mechanism as gm
 from governor_mechanism.api.scenes import as_scene
 from governor_mechanism.types import DataFrame
-from governor_mechanism.units.problems import NUMBER, TEXT, TEXTS, check_arguments, whole_number
+from governor_mechanism.units.problems import BY_NAME, LIST, NUMBER, PATH, TEXT, TEXTS, check_arguments, whole_number
 
 
 @check_arguments(by=TEXTS, engine=TEXT, accuracy=NUMBER, workers=whole_number(1))
@@ -140,3 +140,185 @@ def fit(
     collector.raise_if_failed()
     options: dict[str, Any] = {"engine": engine, "n_starts": starts, "seed": seed, "profiled": tuple(profile)}
     return fit_measurements(FitQuestion(scene=resolved, unknowns=unknowns, measurements=measurements, **options))
+
+
+@check_arguments(
+    subject_to=TEXTS,
+    quantities=BY_NAME,
+    report=LIST,
+    workers=whole_number(1),
+    method=TEXT,
+    starts=whole_number(1),
+    seed=whole_number(0),
+    engine=TEXT,
+    accuracy=NUMBER,
+    out=PATH,
+)
+def optimise(
+    scene: gm.SceneSource,
+    over: Mapping[str, Sequence[float | str]] | Sequence[str],
+    *,
+    minimise: gm.Objective | None = None,
+    maximise: gm.Objective | None = None,
+    subject_to: Sequence[str] = (),
+    quantities: Mapping[str, gm.Objective] | None = None,
+    report: Sequence[gm.Objective] = (),
+    method: str = "local",
+    starts: int = 1,
+    seed: int = 0,
+    engine: str = "auto",
+    accuracy: float | None = None,
+    workers: int = 1,
+    cluster: str | gm.ClusterClient | None = None,
+    out: str | Path | None = None,
+) -> gm.Optimum:
+    """Find the values of keys of a scene with which a quantity is least or greatest, under conditions.
+
+    An impossible geometry, or a run that ends early, lies outside. Ctrl-C keeps the best values so far.
+
+    Parameters
+    ----------
+    scene
+        A scene, the path of a file, or the name of a shipped scene. Its values are the first start.
+    over
+        Lower and upper bound by key, as {"dimensions.ball_mass": ("4 kg", "6 kg")} or ["dimensions.ball_mass=4kg:6kg"].
+    minimise
+        What is made least: a quantity as in a sweep, as "max sleeve_lift"; a name from `quantities`; or a function of the run, or of the
+        scene if its parameter is called `scene`, which then needs no run. Of several values, as in several gears, the largest counts.
+    maximise
+        What is made greatest instead.
+    subject_to
+        Conditions, as "max sleeve_lift <= 120 mm": a quantity, <=, >= or =, and a limit.
+    quantities
+        Names for quantities and functions, to be used in conditions.
+    report
+        Further quantities that the result states before and after.
+    method
+        "local" follows gradients from the starts, "global" searches all of the bounds first.
+    starts
+        Number of starts of a local search: the scene's own values, and the best of random ones.
+    seed
+        Seed of the random numbers.
+    engine
+        Name of an engine, or "auto".
+    accuracy
+        Accuracy of the runs; 1e-8 if None.
+    workers
+        Largest number of processes for random starts and global searches. The result does not depend on it.
+    cluster
+        A client of dask.distributed, or the address of its scheduler, for them.
+    out
+        File in which computed values are kept while the search runs. A search that was interrupted continues from it.
+
+    Returns
+    -------
+    Optimum
+        Values before and after, the objective, the conditions with their margins, and the scene with the best values; it prints as tables.
+        `converged` is False if the search was interrupted, found no optimum, or nothing that meets all conditions.
+
+    Raises
+    ------
+    MechanismError
+        If scene, bounds, objective or conditions have mistakes; one sentence for each.
+
+    Examples
+    --------
+    >>> import governor_mechanism as gm
+    >>> found = gm.optimise("porter", ["dimensions.arm=280mm:320mm"], maximise="frequency of arm_angle")
+    >>> found.converged, found.values
+    (True, {'dimensions.arm': 0.28})
+    """
+    from governor_mechanism.studies.optimisation.optimise import find_optimum
+    from governor_mechanism.studies.optimisation.question import QuestionReader
+    from governor_mechanism.studies.sweep.workers import row_computer
+
+    reader = QuestionReader(as_scene(scene), engine=engine, accuracy=accuracy, workers=workers, cluster=cluster, named=quantities)
+    least, greatest = ([] if one is None else [one] for one in (minimise, maximise))
+    question = reader.read(over, least, greatest, subject_to, method, report)
+    with row_computer(workers, cluster) as compute:
+        return find_optimum(question, method, starts, seed, compute, None if out is None else Path(out))
+
+
+@check_arguments(
+    minimise=LIST,
+    maximise=LIST,
+    subject_to=TEXTS,
+    quantities=BY_NAME,
+    workers=whole_number(1),
+    points=whole_number(3),
+    method=TEXT,
+    starts=whole_number(1),
+    seed=whole_number(0),
+    engine=TEXT,
+    accuracy=NUMBER,
+)
+def trade_off(
+    scene: gm.SceneSource,
+    over: Mapping[str, Sequence[float | str]] | Sequence[str],
+    *,
+    minimise: Sequence[gm.Objective] = (),
+    maximise: Sequence[gm.Objective] = (),
+    subject_to: Sequence[str] = (),
+    quantities: Mapping[str, gm.Objective] | None = None,
+    points: int = 7,
+    method: str = "local",
+    starts: int = 1,
+    seed: int = 0,
+    engine: str = "auto",
+    accuracy: float | None = None,
+    workers: int = 1,
+    cluster: str | gm.ClusterClient | None = None,
+) -> gm.TradeOff:
+    """Find what one objective costs in another: the best of the first for limits of the second.
+
+    The limits go in equal steps from the second objective at the best of the first to its own best.
+
+    Parameters
+    ----------
+    scene
+        A scene, the path of a file, or the name of a shipped scene.
+    over
+        Lower and upper bound by key, as in `optimise`.
+    minimise
+        Quantities or functions that are made least, as in `optimise`; those of `minimise` and `maximise` are two together.
+    maximise
+        Quantities or functions that are made greatest.
+    subject_to
+        Conditions, as in `optimise`.
+    quantities
+        Names for quantities and functions, to be used in conditions.
+    points
+        Number of points; at least 3.
+    method
+        "local" or "global".
+    starts
+        Number of starts of each local search.
+    seed
+        Seed of the random numbers.
+    engine
+        Name of an engine, or "auto".
+    accuracy
+        Accuracy of the runs; 1e-8 if None.
+    workers
+        Largest number of processes for random starts and global searches.
+    cluster
+        A client of dask.distributed, or the address of its scheduler, for them.
+
+    Returns
+    -------
+    TradeOff
+        Both objectives and the values at each point; it prints as a table, and `plot` draws the curve.
+
+    Raises
+    ------
+    MechanismError
+        If scene, bounds, objectives or conditions have mistakes; one sentence for each.
+    """
+    from governor_mechanism.studies.optimisation.optimise import find_trade_off
+    from governor_mechanism.studies.optimisation.question import QuestionReader
+    from governor_mechanism.studies.sweep.workers import row_computer
+
+    reader = QuestionReader(as_scene(scene), engine=engine, accuracy=accuracy, workers=workers, cluster=cluster, named=quantities)
+    question = reader.read(over, minimise, maximise, subject_to, method, n_objectives=2)
+    with row_computer(workers, cluster) as compute:
+        return find_trade_off(question, points, method, starts, seed, compute)

@@ -1,4 +1,4 @@
-"""The commands `sensitivities` and `fit`: how numbers follow from the values of a scene, and values from measured readings.
+"""The commands `sensitivities`, `fit` and `optimise`: how numbers follow from the values of a scene, and values from what is wanted.
 
 Heavy imports are made when a command needs them.
 """
@@ -6,15 +6,17 @@ Heavy imports are made when a command needs them.
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
 import governor_mechanism as gm
 from governor_mechanism.cli import console
+from governor_mechanism.cli.compare import SideBySideFormat
 from governor_mechanism.cli.options import Changes, SceneName, load_changed, stem_of
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.files.writing import atomic_write
+from governor_mechanism.model.results.film_options import FilmOptions
 from governor_mechanism.render.figure_files import FigureFiles
 
 OUT = typer.Option(help="Folder for the results.")
@@ -82,10 +84,8 @@ def fit(
     with console.show_status("fitting"), console.first_interrupt_is_answered():
         result = gm.fit(loaded, data, over, noise=levels, without=intervals, profile=profile or (), engine=engine, starts=starts, seed=seed)
     stem = f"{stem_of(loaded)}_fit"
-    scene_file = figures.folder / f"{stem}.toml"
-    with atomic_write(scene_file) as temporary:
-        temporary.write_text(result.scene.to_toml(), encoding="utf-8")
-    files = [scene_file, result.save_csv(figures.folder / f"{stem}.csv"), result.save_json(figures.folder / f"{stem}.json")]
+    files = [_write_scene(result.scene, figures.folder / f"{stem}.toml")]
+    files += [result.save_csv(figures.folder / f"{stem}.csv"), result.save_json(figures.folder / f"{stem}.json")]
     return console.CommandResult(result, files=files + figures.save_all(result, stem), ok=result.ok)
 
 
@@ -97,3 +97,68 @@ def _read_noise(noise: list[str]) -> str | dict[str, str] | None:
     if len(pairs) > 1:
         raise MechanismError('noise: give one standard deviation for all readings, as "0.1 mm", or each with a name, "sleeve_lift=0.1 mm"')
     return noise[0]
+
+
+def optimise(
+    scene: SceneName,
+    over: Annotated[list[str], typer.Option(help="An unknown with its bounds: dimensions.ball_mass=4kg:6kg. Repeatable.")],
+    minimise: Annotated[
+        list[str] | None,
+        typer.Option(help='What is made least: a quantity as in a sweep, "max sleeve_lift". Two objectives give their trade-off.'),
+    ] = None,
+    maximise: Annotated[list[str] | None, typer.Option(help="What is made greatest instead. Repeatable.")] = None,
+    subject_to: Annotated[
+        list[str] | None, typer.Option(help='A condition: "max sleeve_lift <= 120 mm", with <=, >= or =. Repeatable.')
+    ] = None,
+    report: Annotated[list[str] | None, typer.Option(help="A further quantity that is stated before and after. Repeatable.")] = None,
+    changes: Changes = None,
+    is_global: Annotated[bool, typer.Option("--global", help="Search all of the bounds first, and not from the starts alone.")] = False,
+    starts: Annotated[int, typer.Option(help="Number of starts of a local search: the scene's own values, and random ones.")] = 1,
+    seed: Annotated[int, typer.Option(help="Seed of the random numbers.")] = 0,
+    points: Annotated[int, typer.Option(help="Number of points of a trade-off.")] = 7,
+    engine: Annotated[str, typer.Option(help="The engine of all runs.")] = "auto",
+    accuracy: Annotated[float | None, typer.Option(help="Accuracy of the runs, relative to the scale of each reading. [1e-8]")] = None,
+    workers: Annotated[int, typer.Option(help="Largest number of processes. The result does not depend on it.")] = 1,
+    film: Annotated[SideBySideFormat | None, typer.Option(help="Write a film of before and after side by side, in this format.")] = None,
+    *,
+    figures: FigureFiles,
+    as_json: console.AsJson = False,
+) -> console.CommandResult:
+    """Find the values with which a quantity of a scene is least or greatest, under conditions; write scene, table, record and figure.
+
+    An impossible geometry lies outside. Ctrl-C keeps the best values so far, and the same command continues. The exit status is 1 if the
+    search does not converge, or nothing that it found meets all conditions.
+    """
+    console.prepare_folder(figures.folder)
+    loaded = load_changed(scene, changes)
+    options: dict[str, Any] = {"method": "global" if is_global else "local", "starts": starts, "seed": seed, "engine": engine}
+    options |= {"accuracy": accuracy, "workers": workers, "subject_to": subject_to or ()}
+    least, greatest = minimise or [], maximise or []
+    if len(least) + len(greatest) > 1:
+        with console.show_status("optimising"):
+            result = gm.trade_off(loaded, over, minimise=least, maximise=greatest, points=points, **options)
+        stem = f"{stem_of(loaded)}_trade_off"
+        files = [result.save_csv(figures.folder / f"{stem}.csv"), result.save_json(figures.folder / f"{stem}.json")]
+        return console.CommandResult(result, files=files + figures.save_all(result, stem), ok=result.ok)
+    goals: dict[str, Any] = {"minimise": least[0] if least else None, "maximise": greatest[0] if greatest else None, "report": report or ()}
+    stem = f"{stem_of(loaded)}_optimum"
+    with console.show_status("optimising"), console.first_interrupt_is_answered():
+        optimum = gm.optimise(loaded, over, **goals, **options, out=figures.folder / f"{stem}.part")
+    files = [_write_scene(optimum.scene, figures.folder / f"{stem}.toml")]
+    files += [optimum.save_csv(figures.folder / f"{stem}.csv"), optimum.save_json(figures.folder / f"{stem}.json")]
+    files += figures.save_all(optimum, stem)
+    if film is not None:
+        from governor_mechanism.render.film.writer import write_film
+
+        with console.show_progress_bar("film") as progress:
+            runs = [gm.run(one) for one in (optimum.before, optimum.scene)]
+            path = figures.folder / f"{stem}.{film.value}"
+            files.append(write_film(runs, path, FilmOptions(), titles=["before", "after"], progress=progress))
+    return console.CommandResult(optimum, files=files, ok=optimum.ok)
+
+
+def _write_scene(scene: gm.Scene, path: Path) -> Path:
+    """Write a scene file."""
+    with atomic_write(path) as temporary:
+        temporary.write_text(scene.to_toml(), encoding="utf-8")
+    return path

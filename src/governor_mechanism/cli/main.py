@@ -18,7 +18,7 @@ from governor_mechanism.cli.compare import compare
 from governor_mechanism.cli.crosscheck import crosscheck
 from governor_mechanism.cli.design import design_app
 from governor_mechanism.cli.equilibria import equilibria
-from governor_mechanism.cli.fitting import fit, sensitivities
+from governor_mechanism.cli.fitting import fit, optimise, sensitivities
 from governor_mechanism.cli.regulation import regulation_app
 from governor_mechanism.cli.run import open_scene, run
 from governor_mechanism.cli.scenes import assemblies, catalogue, describe, init, kinematics, models, schema
@@ -45,7 +45,7 @@ COMMAND_GROUPS: Final[Mapping[str, Mapping[str, Callable[..., console.CommandRes
         "regulation": regulation_app,
     },
     "Study many runs": {"sweep": sweep, "sensitivities": sensitivities, "fit": fit},
-    "Find dimensions": {"synthesise": synthesis_app, "design": design_app},
+    "Find dimensions": {"optimise": optimise, "synthesise": synthesis_app, "design": design_app},
     "Verify": {"crosscheck": crosscheck, "accuracy": accuracy, "hard-cases": hard_cases, "errata": errata},
 }
 """The commands, by what they are for."""

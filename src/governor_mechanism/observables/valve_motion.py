@@ -6,6 +6,7 @@ Every driver but that of the crank stands still where it starts.
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from functools import cached_property
 from itertools import pairwise
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -99,9 +100,6 @@ class ValveMotion:
         The valve.
     dead_centres
         Crank angles of the dead centres of the crank end, which is 0, and of the head end, rad.
-    turn
-        Piecewise polynomials of the fifth degree of the crank angle by reading, exact with two derivatives at `N_NODES` equal angles, and
-        periodic.
     centre
         Position of the valve in the centre of its motion, m.
     stroke
@@ -122,12 +120,11 @@ class ValveMotion:
             raise MechanismError(f"valve events need a crank whose angle determines the position of the whole mechanism; {found}")
         self._path, self._pose_increment = _follow_turn(self._mechanism, self._solver)
         self._origin, self.dead_centres = 0.0, (0.0, math.pi)
-        self.turn = self._interpolate_turn()
         if self.valve.piston_travel:
             crank_end, head_end = self._find_extremes(self.valve.piston_travel)
             self._origin = math.remainder(self._origin + self._direction * crank_end, math.tau)
             self.dead_centres = (0.0, (head_end - crank_end) % math.tau)
-            self.turn = self._interpolate_turn()
+            del self.turn  # from this origin it is interpolated again, where it is needed
         self.centre, self._crank_end_position, self.stroke = self._find_centre(), *self._find_stroke()
 
     def evaluate(
@@ -172,7 +169,9 @@ class ValveMotion:
         position = self.turn[self.valve.displacement]
         return float(np.ptp(position(find_turning_angles(position))))
 
-    def _interpolate_turn(self) -> "dict[str, BPoly]":
+    @cached_property
+    def turn(self) -> "dict[str, BPoly]":
+        """Piecewise polynomials of the fifth degree of the crank angle by reading, exact at `N_NODES` equal angles, and periodic."""
         nodes = np.linspace(0.0, math.tau, N_NODES + 1)
         motions = self.evaluate(nodes)
         return {name: _interpolate_periodic(nodes, *(motion[name] for motion in motions)) for name in motions.readings}

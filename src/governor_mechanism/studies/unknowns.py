@@ -31,7 +31,7 @@ class Unknown(Recorded):
     low, high
         Bounds, SI.
     start
-        Value of the scene, SI; the middle of the bounds where the scene leaves it open.
+        Value of the scene, SI; where it leaves a dimension out, the usual one, and elsewhere the middle of the bounds.
     """
 
     key: str
@@ -62,7 +62,7 @@ def parse_unknowns(scene: Scene, over: Mapping[str, Any] | Sequence[str], what: 
     unknowns = []
     for key, pair in bounds.items():
         try:
-            unknowns.append(_make_unknown(document, key, pair, what))
+            unknowns.append(_make_unknown(document, key, pair, what, _default_of(scene, key)))
         except MechanismError as error:
             problems += [f"{what}{one.removeprefix('vary')}" if one.startswith("vary:") else one for one in error.problems]
     if problems:
@@ -95,7 +95,14 @@ def _split(text: object) -> tuple[str, Any]:
     return key.strip(), (low.strip(), high.strip()) if colon else values
 
 
-def _make_unknown(document: Mapping[str, Any], key: str, pair: tuple[Any, Any], what: str) -> Unknown:
+def _default_of(scene: Scene, key: str) -> float | None:
+    """Return the value, SI, of a dimension that a scene leaves out; None for one without, and for other keys."""
+    part, _, name = key.rpartition("dimensions.")
+    found = [one for one in scene.parts if part == (f"part.{one.name}." if len(scene.parts) > 1 else "")]
+    return found[0].dimensions.get(name) if found and name != key else None
+
+
+def _make_unknown(document: Mapping[str, Any], key: str, pair: tuple[Any, Any], what: str, default: float | None) -> Unknown:
     """Return an unknown; raise MechanismError for a key that takes no quantity, or crossed bounds."""
     axis = parse_axes(document, {key: list(pair)})[0]
     if not axis.kind or not axis.is_numeric:
@@ -103,7 +110,7 @@ def _make_unknown(document: Mapping[str, Any], key: str, pair: tuple[Any, Any], 
     low, high = map(float, axis.values)
     if not low < high:
         raise MechanismError(f"{what}: the bounds of {key} are crossed: {format_value(pair[0])} to {format_value(pair[1])}; swap them")
-    start = axis.scene_value if isinstance(axis.scene_value, float) else 0.5 * (low + high)
+    start = axis.scene_value if isinstance(axis.scene_value, float) else 0.5 * (low + high) if default is None else default
     if not low <= start <= high:
         shown = format_quantity(start, axis.unit)
         raise MechanismError(f"{what}: the scene has {key} = {shown}, outside its bounds; widen them, or begin with another value")

@@ -187,6 +187,7 @@ TEXTS: Final[Requirement] = (
     "a list of texts",
     lambda value: isinstance(value, list | tuple) and all(isinstance(one, str) for one in value),
 )
+LIST: Final[Requirement] = "a list", lambda value: isinstance(value, list | tuple)
 VARIED: Final[Requirement] = (
     'values by key, as {"dimensions.arm": ["200 mm", "300 mm"]}, or a list of texts',
     lambda value: isinstance(value, Mapping | str) or TEXTS[1](value),

@@ -172,6 +172,11 @@ def _compare_all(scene: Scene, row: type[ComparisonRow], reason: str, label: str
         yield row(f"{label}{equation}", value, expected, equation.within, equation.unit, reason)
 
 
+def relative_law_differences(scene: Scene) -> FloatArray:
+    """Return for each equation of the law of a scene the difference of its sides, relative to that which it allows; shape (n,)."""
+    return np.array([abs(row.difference) / row.allowed for row in _compare_all(scene, ComparisonRow, "")])
+
+
 def _compare_changed(scene: Scene, law: Law) -> Iterator[ComparisonRow]:
     """Yield a row for each dimension, changed alone: of the equation that suffers most."""
     for name in (*law.holds_under, *law.broken_by):

@@ -20,6 +20,7 @@ from governor_mechanism.scenes.changed_document import parse_scene_with, replace
 from governor_mechanism.scenes.parser import parse_scene_document
 from governor_mechanism.scenes.quantities import UNITLESS_LIMITS, parse_si
 from governor_mechanism.studies.sweep.quantities import find_display_unit
+from governor_mechanism.units.expressions import read_any_quantity
 from governor_mechanism.units.problems import ProblemCode, ProblemCollector
 from governor_mechanism.units.quantities import QUANTITY_KINDS, format_value, number_or_text
 
@@ -68,6 +69,9 @@ MAX_COMPARED_VALUES = 20
 
 SENTINEL_VALUE = "?"
 """Value that no kind of quantity accepts."""
+
+ANY_QUANTITY = " is no quantity; "
+"""What the parser says of the sentinel value at a key that takes any kind of quantity, as a dimension of a mechanism of the user's own."""
 
 ProblemFinder = Callable[[Any], list[str]]
 """Function that returns the parser's messages for a value at a key."""
@@ -229,8 +233,10 @@ def _parse_axis(document: Mapping[str, Any], request: AxisRequest, other_request
         with suppress(MechanismError):  # reported when that axis is checked
             document = replace_document_value(document, other.key, other.values[0])
     find_problems = _problem_finder(document, request.key)
-    kind = _kind_named_in(find_problems(SENTINEL_VALUE))
-    axis = _make_axis(request, kind, find_problems)
+    problems = find_problems(SENTINEL_VALUE)
+    takes_any = any(ANY_QUANTITY in problem for problem in problems)
+    kind = read_any_quantity(request.values[0], request.key)[1] if takes_any else _kind_named_in(problems)
+    axis = _make_axis(request, kind, find_problems, writes_unit=takes_any)
     _refuse_repeated_values(axis, request)
     _refuse_ineffective_axis(document, axis, is_only_axis=not other_requests)
     return replace(axis, scene_value=find_scene_value(document, axis.key, kind))
@@ -255,14 +261,19 @@ def _kind_named_in(problems: Sequence[str]) -> str | None:
 def find_kind(document: Mapping[str, Any], key: str) -> str:
     """Return the kind of quantity that a key takes; raise MechanismError, with what the parser says, if it takes none."""
     problems = _problem_finder(document, key)(SENTINEL_VALUE)
+    if any(ANY_QUANTITY in problem for problem in problems):
+        return read_any_quantity(find_scene_value(document, key, None), key)[1]
     kind = _kind_named_in(problems)
     if kind is None:
         raise MechanismError(*(problems or [f"{key} takes no quantity"]))
     return kind
 
 
-def _make_axis(request: AxisRequest, kind: str | None, find_problems: ProblemFinder) -> SweepAxis:
-    """Return the axis of a key that takes quantities of a kind; `kind` is None if only words are allowed."""
+def _make_axis(request: AxisRequest, kind: str | None, find_problems: ProblemFinder, *, writes_unit: bool) -> SweepAxis:
+    """Return the axis of a key that takes quantities of a kind; `kind` is None if only words are allowed.
+
+    A key that takes any kind of quantity needs a unit, without which a number is a plain one.
+    """
     if request.range_count is not None and kind is None:
         no_range_message = f"{request.key} takes no range; list its values, as in {request.key}=a,b"
         raise MechanismError(*(find_problems(request.values[0]) or [no_range_message]))
@@ -270,11 +281,12 @@ def _make_axis(request: AxisRequest, kind: str | None, find_problems: ProblemFin
     if request.range_count is not None:
         (low, high), count = values, request.range_count
         values = [high if 0 < k == count - 1 else _round_grid_value(low + (high - low) * k / max(count - 1, 1)) for k in range(count)]
-    suspicious_limit = UNITLESS_LIMITS.get(kind or "", math.inf)
+    suspicious_limit = -1.0 if writes_unit else UNITLESS_LIMITS.get(kind or "", math.inf)
 
     def to_document_value(value: Any) -> Any:
         """Return the value to write: a number above the limit for bare numbers gets its unit."""
-        return f"{value!r} {QUANTITY_KINDS[kind].si_unit}" if kind and isinstance(value, float) and abs(value) > suspicious_limit else value
+        unit = QUANTITY_KINDS[kind].si_unit if kind and isinstance(value, float) and abs(value) > suspicious_limit else ""
+        return f"{value!r} {unit}" if unit else value
 
     return SweepAxis(key=request.key, kind=kind or "", values=tuple(values), document_values=tuple(map(to_document_value, values)))
 

@@ -28,6 +28,7 @@ from governor_mechanism.studies.sweep.rules import (
     evaluate_engine_rule,
     evaluate_valve_rule,
 )
+from governor_mechanism.studies.sweep.scene_rules import SCENE_RULES
 from governor_mechanism.units.problems import ProblemCode, ProblemCollector
 from governor_mechanism.units.quantities import DISPLAY_UNITS, format_value
 
@@ -88,6 +89,8 @@ class RunQuantity(Recorded):
             return float(run.times[-1])
         if rule in VALVE_RULES:
             return evaluate_valve_rule(rule, run.scene)
+        if rule in SCENE_RULES:
+            return float(SCENE_RULES[rule].take(run.scene).max())
         if rule in ENGINE_RULES:
             return evaluate_engine_rule(rule, run)
         if rule == ERROR_ESTIMATE_RULE:
@@ -178,6 +181,8 @@ class _QuantityParser:
             return RunQuantity(name=name, rule=rule, unit="s" if rule == DURATION_RULE else "")
         if rule in VALVE_RULES and has_valve_events(self._scene):
             return RunQuantity(name=name, rule=rule, unit=VALVE_RULES[rule], scale=self._scene.mechanism.length_scale)
+        if rule in SCENE_RULES and SCENE_RULES[rule].applies(self._scene):
+            return RunQuantity(name=name, rule=rule, unit=SCENE_RULES[rule].unit)
         if rule in ENGINE_RULES and self._scene.mechanism.stall_limits:
             return RunQuantity(name=name, rule=rule, unit=ENGINE_RULES[rule])
         return self._parse_statistic(name, rule)
@@ -203,6 +208,7 @@ class _QuantityParser:
         rates = [f"{RATE_PREFIX}{name}" for name in self._reading_units if name in self._positions]
         known_rules = [f"{one} {name}".strip() for names in (self._reading_units, rates) for one in (*STATISTICS, "") for name in names]
         own_rules = [*(VALVE_RULES if has_valve_events(self._scene) else ()), *(ENGINE_RULES if self._scene.mechanism.stall_limits else ())]
+        own_rules += [name for name, one in SCENE_RULES.items() if one.applies(self._scene)]
         own_rules += [DURATION_RULE, ERROR_ESTIMATE_RULE]
         return (
             f"quantity {format_value(rule)} is unknown; known are {', '.join(STATISTICS)} of a reading (final if none is given): "

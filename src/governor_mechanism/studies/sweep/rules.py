@@ -16,6 +16,7 @@ from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.observables.derived_readings import mean_gas_torque
 from governor_mechanism.observables.valve_motion import CYLINDER_ENDS, find_event_angles, valve_motion_of
+from governor_mechanism.studies.compared_quantities import SETTLING_TOLERANCE, settling_time
 from governor_mechanism.studies.sweep.rows import ROW_NO_OSCILLATION, ROW_NO_VALUE, ROW_NOT_SETTLED
 from governor_mechanism.types import BoolArray, FloatArray, IntArray
 
@@ -277,6 +278,13 @@ def _take_frequency(taken: Taken) -> float:
     return n_periods / (end - start)
 
 
+def _take_settling_time(taken: Taken) -> float:
+    time = settling_time(taken.numbers.run, taken.reading)
+    if time is None:
+        raise MissingNumberError(ROW_NOT_SETTLED, f"{taken.reading} does not come to rest in the run, or does not move")
+    return time
+
+
 def _no_oscillation(taken: Taken) -> MissingNumberError:
     return MissingNumberError(ROW_NO_OSCILLATION, f"{taken.reading} makes no whole oscillation in the run")
 
@@ -342,6 +350,13 @@ STATISTICS: Mapping[str, Statistic] = {
     ),
     "frequency": Statistic(
         take=_take_frequency, meaning="whole oscillations in a second, from turning points", unit="Hz", needs="position"
+    ),
+    "settling time": Statistic(
+        take=_take_settling_time,
+        meaning="time from the last change of a given speed, or from the start, until the reading stays within "
+        f"{SETTLING_TOLERANCE:.0%} of its change about its last value",
+        unit="s",
+        needs="position",
     ),
     "mean speed": Statistic(
         take=_take_mean_speed, meaning="mean of lowest and highest speed of an angle in its last whole turn", unit="rad/s", needs="angle"

@@ -1,0 +1,88 @@
+"""Figures of an optimum, values between their bounds with quantities before and after, and of the trade-off of two objectives."""
+
+from __future__ import annotations
+
+import textwrap
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from governor_mechanism.render.figures.page import Page, Panel, add_legend
+from governor_mechanism.render.number_format import display_unit_of, format_label
+from governor_mechanism.render.style import BLUE, INK, MUTED, VERMILLION
+from governor_mechanism.units.quantities import format_quantity
+
+if TYPE_CHECKING:
+    from governor_mechanism.studies.optimisation.results import OptimisedQuantity, Optimum, TradeOff
+
+_WIDTH, _LINE, _PANEL, _HEADER, _FOOTER = 8.6, 0.42, 2.6, 0.95, 0.6
+"""Width of the page, heights of an unknown, of a panel, and of the rooms above and below, inches."""
+
+_LEFT, _RIGHT = 0.30, 0.95
+"""Ends of the panel of the unknowns, in fractions of the page."""
+
+
+def optimum_figure(optimum: Optimum) -> Page:
+    """Draw the unknowns between their bounds, before and after, and below quantities with several values, or the course of the search."""
+    several = [one for one in optimum.quantities if len(one.after) > 1]
+    above, below = max(_LINE * len(optimum.rows), 0.7), _PANEL
+    height = _HEADER + above + 0.75 + below + _FOOTER
+    objective = optimum.objective
+    page = Page(
+        _WIDTH, height, optimum.title, f"{objective.name} {objective.role}: {optimum.outcome}", subtitle_y=1 - 0.7 * _HEADER / height
+    )
+    top = 1 - _HEADER / height
+    _draw_values(page.add_panel((_LEFT, top - above / height, _RIGHT - _LEFT, above / height), grid="x"), optimum)
+    place = (0.11, _FOOTER / height, 0.86, below / height)
+    if several:
+        _draw_several(page.add_panel(place), several[0])
+    else:
+        _draw_course(page.add_panel(place), optimum)
+    return page
+
+
+def _draw_values(panel: Panel, optimum: Optimum) -> None:
+    """Draw each unknown between its bounds."""
+    for k, row in enumerate(optimum.rows):
+        before, after = ((one - row.low) / (row.high - row.low) for one in (row.before, row.value))
+        panel.plot([0.0, 1.0], [k, k], color=MUTED, linewidth=0.8)
+        panel.plot([before, after], [k, k], color=BLUE, linewidth=2.0)
+        panel.plot(before, k, "o", color=INK, markerfacecolor="none", clip_on=False, label="before" if not k else None)
+        panel.plot(after, k, "o", color=BLUE, clip_on=False, zorder=5, label="after" if not k else None)
+        panel.write_note(format_quantity(row.value, row.unit), (after, k), (0, 6), ha="center", color=INK)
+    panel.set(ylim=(len(optimum.rows) - 0.4, -0.75), xlim=(0.0, 1.0), xticks=(0.0, 1.0), xticklabels=("lower bound", "upper bound"))
+    panel.set_yticks(range(len(optimum.rows)), ["\n".join(textwrap.wrap(row.key, 34)) for row in optimum.rows])
+    add_legend(panel, loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=2)
+
+
+def _draw_several(panel: Panel, quantity: OptimisedQuantity) -> None:
+    """Draw the values of a quantity that has several, before and after."""
+    unit, factor = display_unit_of(quantity.unit)
+    panel.label("number of the value", format_label(quantity.name, unit))
+    numbers = 1 + np.arange(len(quantity.after))
+    if quantity.before is not None:
+        panel.plot(numbers, np.array(quantity.before) * factor, "o--", color=INK, markerfacecolor="none", linewidth=1.0, label="before")
+    panel.plot(numbers, np.array(quantity.after) * factor, "o-", color=BLUE, label="after")
+    panel.set_xticks(numbers)
+    add_legend(panel)
+
+
+def _draw_course(panel: Panel, optimum: Optimum) -> None:
+    """Draw the best objective so far over the number of scenes tried."""
+    unit, factor = display_unit_of(optimum.objective.unit)
+    panel.label("scenes tried", format_label(optimum.objective.name, unit))
+    if len(optimum.history):
+        counts = np.append(optimum.history[:, 0], optimum.n_evaluations)
+        panel.step(counts, np.append(optimum.history[:, 1], optimum.history[-1, 1]) * factor, where="post", color=BLUE)
+
+
+def trade_off_figure(result: TradeOff) -> Page:
+    """Draw the first objective over the second, with the scene itself."""
+    page = Page(6.4, 4.8, result.title, f"what the best {result.names[0]} costs in {result.names[1]}", subtitle_y=0.895)
+    (first_unit, first_factor), (second_unit, second_factor) = map(display_unit_of, result.units)
+    panel = page.add_panel((0.13, 0.13, 0.83, 0.7), format_label(result.names[1], second_unit), format_label(result.names[0], first_unit))
+    first, second = (np.array([getattr(row, name) for row in result.rows]) for name in ("first", "second"))
+    panel.plot(second * second_factor, first * first_factor, "o-", color=BLUE, label="best")
+    panel.plot(result.start[1] * second_factor, result.start[0] * first_factor, "D", color=VERMILLION, label="the scene itself")
+    add_legend(panel)
+    return page

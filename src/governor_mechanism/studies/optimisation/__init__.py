@@ -1,0 +1,1 @@
+"""Optimisation of the dimensions of a scene."""
