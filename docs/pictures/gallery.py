@@ -85,6 +85,7 @@ STUDIES = (
     "design flywheel",
     "design governed-engine --power '20 PS' --speed 120rpm --droop 4%",
     "hard-cases",
+    f"synthesise positions {shlex.quote(str(POINTS / 'gate.toml'))} --map",
     f"synthesise path {shlex.quote(str(POINTS / 'nine_points.csv'))} --closed",
 )
 """Commands whose figures are shown."""

@@ -35,6 +35,7 @@ from governor_mechanism.api.studies import compare as compare
 from governor_mechanism.api.studies import effects_study as effects_study
 from governor_mechanism.api.studies import hard_cases as hard_cases
 from governor_mechanism.api.studies import sweep as sweep
+from governor_mechanism.api.synthesis import map_pivots as map_pivots
 from governor_mechanism.api.synthesis import synthesise_function as synthesise_function
 from governor_mechanism.api.synthesis import synthesise_path as synthesise_path
 from governor_mechanism.api.synthesis import synthesise_positions as synthesise_positions
@@ -86,6 +87,7 @@ from governor_mechanism.studies.synthesis.function import FunctionSynthesis as F
 from governor_mechanism.studies.synthesis.linkage import FourBarLinkage as FourBarLinkage
 from governor_mechanism.studies.synthesis.linkage import SynthesisedLinkage as SynthesisedLinkage
 from governor_mechanism.studies.synthesis.path import PathSynthesis as PathSynthesis
+from governor_mechanism.studies.synthesis.pivot_map import PivotMap as PivotMap
 from governor_mechanism.studies.synthesis.positions import PositionSynthesis as PositionSynthesis
 from governor_mechanism.studies.synthesis.tables import PointSource as PointSource
 from governor_mechanism.studies.valve_gears import ValveGears as ValveGears

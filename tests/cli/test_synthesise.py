@@ -62,3 +62,13 @@ def test_path_has_cognates_and_a_scene(tmp_path):
     assert len(row["cognates"]) == 2
     assert gm.load(tmp_path / "handle_1.toml").run.duration > 0.0
     assert (tmp_path / "handle.png").stat().st_size > 5000
+
+
+def test_a_map_of_three_positions_is_drawn(tmp_path):
+    file = tmp_path / "gate.csv"
+    file.write_text("x [mm],y [mm],angle [deg]\n0,0,0\n40,25,15\n70,60,40\n")
+    result = invoke(tmp_path, "positions", file, "--map")
+    assert result.exit_code == 0, result.output
+    assert "input turns fully" in result.stdout
+    assert (tmp_path / "gate_map.png").stat().st_size > 5000
+    assert invoke(tmp_path, "positions", file, "--map", "--take", 2).exit_code == 2

@@ -119,3 +119,39 @@ POSITIONS = [[0, 0, 0], [1, 0.5, "20 deg"], [2, 0.5, "50 deg"]]
 def test_mistakes_get_a_sentence(positions, pivots, message):
     with pytest.raises(gm.MechanismError, match=message):
         gm.synthesise_positions(positions, **pivots)
+
+
+def test_a_map_holds_the_circles_and_their_linkages_run_as_it_says():
+    found = gm.map_pivots(POSITIONS, moving_pivots=[[0, 0]], count=21)
+    body = Displacements(np.array([[0, 0, 0], [1, 0.5, np.radians(20.0)], [2, 0.5, np.radians(50.0)]]))
+    places, centres = found.x + 1j * found.y, found.other_x + 1j * found.other_y
+    is_near = np.abs(centres) < 1e3
+    radii = np.abs(body.moved(places) - centres[:, None])
+    assert np.ptp(radii, axis=1)[is_near].max() < 1e-9
+    assert np.abs(radii[is_near, 0] - found.link[is_near]).max() < 1e-12
+    assert sum(region.share for region in found.regions) == pytest.approx(1.0, rel=1e-14)
+    defects = {"input turns fully": "none", "input rocks": "none", "branch": "branch"}
+    for region in found.regions:
+        if region.name in defects:
+            chosen = [[0, 0], [region.x, region.y]]
+            rows = gm.synthesise_positions(POSITIONS, moving_pivots=chosen).rows
+            row = next(one for one in rows if abs(one.linkage.moving[0]) < 1e-12)  # the link of the first pivot drives
+            assert row.defects.startswith(defects[region.name])
+            assert row.check.turns_fully == (region.name == "input turns fully")
+
+
+@pytest.mark.parametrize(
+    ("positions", "given", "message"),
+    [
+        ([*POSITIONS, [3, 0, 1]], {}, "the number of positions of a map must be 3; found 4"),
+        (POSITIONS, {"fixed_pivots": [[0, 0]], "moving_pivots": [[0, 0]]}, "one of both"),
+        (POSITIONS, {"span": "-1 m"}, "span, the width of the map, must be positive"),
+        (POSITIONS, {"count": 1}, "count must be a whole number of at least 2"),
+        (POSITIONS, {"moving_pivots": []}, "must be one point"),
+        ([[0, 0, 0], [1, 0, 1], [2, 0, 2]], {}, "places on a line"),
+        ([[0, 0, 1], [1, 0, 1], [2, 1, 1]], {}, "the angles of all positions are the same"),
+    ],
+)
+def test_mistakes_about_a_map_get_a_sentence(positions, given, message):
+    with pytest.raises(gm.MechanismError, match=message):
+        gm.map_pivots(positions, **given)

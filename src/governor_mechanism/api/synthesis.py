@@ -78,6 +78,59 @@ def synthesise_function(
     return synthesise(*read_function_task(pairs, given))
 
 
+def map_pivots(
+    positions: gm.PointSource,
+    *,
+    moving_pivots: Sequence[Sequence[float | str]] | None = None,
+    fixed_pivots: Sequence[Sequence[float | str]] | None = None,
+    span: float | str | None = None,
+    count: int | None = None,
+) -> gm.PivotMap:
+    """Return the map of the second pivot of the four-bars through three positions of a body, with the first one chosen.
+
+    Each place of the second pivot has one linkage. The map says whether its input, the link at the first pivot, turns fully or rocks, or
+    which is its gravest defect, with the length of its output link and the least transmission angle at the positions, by the signs and
+    sizes of the angles between the links.
+
+    Parameters
+    ----------
+    positions
+        Three rows of x, y and the angle of the body, or the path of a file, as in `synthesise_positions`.
+    moving_pivots
+        A list of the first moving pivot in the first position, in the fixed axes; a second one is not used. None, without `fixed_pivots`,
+        is the point of the body.
+    fixed_pivots
+        A list of the first fixed pivot, for a map of the second fixed one.
+    span
+        Width and height of the map, m or text with a unit; None is four times the extent of the positions.
+    count
+        Number of places on each side; None is 101.
+
+    Returns
+    -------
+    PivotMap
+        The regions; it prints as a table, and `plot` draws the map.
+
+    Raises
+    ------
+    MechanismError
+        If there are not three positions, if two coincide, if the body does not turn, if the link of the first pivot would be a slider, or
+        if something is no quantity.
+
+    Examples
+    --------
+    >>> import governor_mechanism as gm
+    >>> found = gm.map_pivots([[0, 0, 0], [1, 0.5, "20 deg"], [2, 0.5, "50 deg"]], moving_pivots=[[0, 0]])
+    >>> found.regions[0].name
+    'input turns fully'
+    """
+    from governor_mechanism.studies.synthesis.pivot_map import map_pivots as make_map
+    from governor_mechanism.studies.synthesis.pivot_map import read_map_task
+
+    given = {"moving_pivots": moving_pivots, "fixed_pivots": fixed_pivots, "span": span, "count": count}
+    return make_map(*read_map_task(positions, given))
+
+
 def synthesise_path(
     points: gm.PointSource,
     *,

@@ -12,6 +12,7 @@ import typer
 
 import governor_mechanism as gm
 from governor_mechanism.cli import console
+from governor_mechanism.cli.options import refuse_idle_options
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.files.writing import atomic_write
 from governor_mechanism.render.figure_files import FigureFiles
@@ -34,13 +35,26 @@ def function(file: PointFile, take: Take = 1, *, figures: FigureFiles, as_json: 
         return _report(gm.synthesise_function(file), file, take, figures)
 
 
-def positions(file: PointFile, take: Take = 1, *, figures: FigureFiles, as_json: console.AsJson = False) -> console.CommandResult:
+def positions(
+    file: PointFile,
+    take: Take = 1,
+    draw_map: Annotated[bool, typer.Option("--map", help="For three positions: what each place of the second pivot makes.")] = False,
+    *,
+    figures: FigureFiles,
+    as_json: console.AsJson = False,
+) -> console.CommandResult:
     """Find the four-bars whose coupler passes three, four or five positions of a body, in their order.
 
     FILE has the columns "x [mm]", "y [mm]" and "angle [deg]", or as TOML: points = [["0 mm", "0 mm", "0 deg"], ...], and for three
-    positions fixed_pivots or moving_pivots, two points. The exit status is 1 if there is no linkage without a defect.
+    positions fixed_pivots or moving_pivots, two points. With --map the first of them is kept, or else the point of the body; the map is
+    written as a table, a record and a figure. The exit status is 1 if there is no linkage without a defect.
     """
     console.prepare_folder(figures.folder)
+    if draw_map:
+        refuse_idle_options("take", condition="with --map")
+        result, stem = gm.map_pivots(file), f"{Path(file).stem}_map"
+        files = [result.save_csv(figures.folder / f"{stem}.csv"), result.save_json(figures.folder / f"{stem}.json")]
+        return console.CommandResult(result, files=files + figures.save_all(result, stem), ok=result.is_possible)
     with console.show_status("running four-bars through the positions"):
         return _report(gm.synthesise_positions(file), file, take, figures)
 

@@ -6,15 +6,19 @@ import math
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
+from matplotlib.colors import LinearSegmentedColormap, ListedColormap
+from matplotlib.patches import Patch
 
 from governor_mechanism.render.figures.page import SERIES_LINE_STYLES, Page, Panel, add_legend
-from governor_mechanism.render.style import BLUE, GREEN, INK, MUTED, PAPER, RULE, SERIES_COLOURS, VERMILLION
+from governor_mechanism.render.style import BLUE, GREEN, GREEN_EDGES, INK, LIGHT_STEEL, MUTED, PAPER, RULE, SERIES_COLOURS, SKY, VERMILLION
+from governor_mechanism.studies.synthesis.pivot_map import REGIONS
 from governor_mechanism.types import ComplexArray, FloatArray
 
 if TYPE_CHECKING:
     from governor_mechanism.studies.synthesis.function import FunctionSynthesis
     from governor_mechanism.studies.synthesis.linkage import Synthesis, SynthesisedLinkage
     from governor_mechanism.studies.synthesis.path import PathSynthesis
+    from governor_mechanism.studies.synthesis.pivot_map import PivotMap
     from governor_mechanism.studies.synthesis.positions import PositionSynthesis
 
 MAX_SHOWN: Final = 6
@@ -30,6 +34,12 @@ _ERROR_HEIGHT, _CURVE_HEIGHT = 2.9, 6.0
 
 _CURVE_EXTENT = 2.0
 """Half the height of the region in which Burmester's curves are shown, relative to the extent of the positions."""
+
+_MAP_SIZE = 9.6, 6.0
+"""Width and height of the map of a pivot, inches."""
+_REGION_COLOURS: Final = (GREEN_EDGES[0], GREEN_EDGES[1], "#f4bd94", "#cdc5b8", LIGHT_STEEL, PAPER)
+"""Colours of the regions of that map, in the order of their names."""
+_MAP_COLOURS: Final = LinearSegmentedColormap.from_list("transmission", ("#fbe0bf", SKY, "#00436a"))
 
 
 def synthesis_figure(
@@ -133,3 +143,44 @@ def _draw_errors(panel: Panel, errors: FloatArray, k: int, number: int) -> None:
     panel.plot(
         errors[:, 0], errors[:, 1], color=SERIES_COLOURS[k], linestyle=SERIES_LINE_STYLES[k], linewidth=1.4, label=f"linkage {number}"
     )
+
+
+def pivot_map_figure(result: PivotMap) -> Page:
+    """Draw what four-bar each place of the second pivot makes, and the transmission angle of those without defects."""
+    varied, others = ("moving", "fixed") if result.varied == "moving_pivots" else ("fixed", "moving")
+    page = Page(*_MAP_SIZE)
+    page.write_title(f"Places of the second {varied} pivot for three positions of a body", y=0.95, size=13)
+    page.write_title(f"the {others} pivot and the lengths follow; the link at the first pivot is the input", y=0.9, size=8.5, colour=MUTED)
+    count = round(math.sqrt(len(result.x)))
+    x, y = 1e3 * result.x[:count], 1e3 * result.y[::count]
+    codes = np.array([REGIONS.index(name) for name in result.region])
+    angles = np.where(codes < 2, np.degrees(result.transmission), np.nan).reshape(count, count)
+    values = (codes.reshape(count, count), ListedColormap(_REGION_COLOURS), (-0.5, len(REGIONS) - 0.5)), (angles, _MAP_COLOURS, (0.0, 90.0))
+    for k, (grid, colours, (low, high)) in enumerate(values):
+        panel = page.add_panel((0.08 + 0.47 * k, 0.2, 0.4, 0.62), "x [mm]", "" if k else "y [mm]", grid=None)
+        mesh = panel.pcolormesh(x, y, grid, cmap=colours, vmin=low, vmax=high, shading="nearest", rasterized=True)
+        _draw_bodies(panel, result)
+        panel.set_aspect("equal")
+        if k:
+            panel.write_heading("least transmission angle [deg], without defects", y=1.03, size=10)
+            page.colorbar(mesh, cax=page.add_panel((0.58, 0.095, 0.34, 0.02), grid=None), orientation="horizontal")
+        else:
+            panel.write_heading("what each place makes", y=1.03, size=10)
+    shown = [code for code in range(len(REGIONS)) if np.any(codes == code)]
+    patches = [Patch(facecolor=_REGION_COLOURS[code], label=REGIONS[code]) for code in shown]
+    page.legend(handles=patches, loc="lower left", bbox_to_anchor=(0.06, 0.03), ncols=3, frameon=False, fontsize=8)
+    return page
+
+
+def _draw_bodies(panel: Panel, result: PivotMap) -> None:
+    """Draw the positions as frames of axes, and the first pivot with the one that follows from it."""
+    size = 0.05e3 * float(np.ptp(result.x))
+    for x, y, angle in result.positions:
+        for turn, colour in ((0.0, INK), (0.5 * math.pi, MUTED)):
+            end = size * np.exp(1j * (angle + turn))
+            panel.plot([1e3 * x, 1e3 * x + end.real], [1e3 * y, 1e3 * y + end.imag], color=colour, linewidth=1.4, zorder=4)
+    first, other = 1e3 * result.first
+    moving, fixed = (first, other) if result.varied == "moving_pivots" else (other, first)
+    panel.plot(*np.transpose([fixed, moving]), color=BLUE, linewidth=1.6, zorder=5)
+    panel.plot(*fixed, "^", color=INK, markersize=7, zorder=6)
+    panel.plot(*moving, "o", color=INK, markerfacecolor=PAPER, markersize=5, zorder=6)

@@ -167,26 +167,34 @@ def circle_equations(body: Displacements) -> FloatArray:
 
 
 def _dyad_of_three(body: Displacements, pivot: complex, name: str) -> Dyad:
-    """Return the dyad of three positions with a chosen pivot; the equations are linear in the other one."""
-    equations, at = circle_equations(body), pivot - body.point
-    u, v = at.real, at.imag
-    p, q, rest = 4, 5, 6
-    if name == "moving_pivots":  # in X and Y: p = uX + vY, q = vX - uY
-        factors = u * equations[:, p] + v * equations[:, q], v * equations[:, p] - u * equations[:, q]
-        matrix = equations[:, 2:4] + np.column_stack(factors)
-        constant = equations[:, rest] + equations[:, :2] @ (u, v)
-    else:  # in u and v: p = Xu + Yv, q = -Yu + Xv
-        factors = u * equations[:, p] - v * equations[:, q], v * equations[:, p] + u * equations[:, q]
-        matrix = equations[:, :2] + np.column_stack(factors)
-        constant = equations[:, rest] + equations[:, 2:4] @ (u, v)
-    if abs(np.linalg.det(matrix)) < 1e-12 * np.abs(matrix).max() ** 2:
+    """Return the dyad of three positions with a chosen pivot."""
+    other = complex(other_pivots(body, np.array(pivot), name))
+    if np.isnan(other):
         raise MechanismError(
             f"the point {pivot.real:g}, {pivot.imag:g} m of {name} has its three places on a line, so that its link would be a slider; "
             "choose another point"
         )
-    found = np.linalg.solve(matrix, -constant)
-    other = body.point + complex(found[0], found[1])
     return Dyad(other, pivot) if name == "moving_pivots" else Dyad(pivot, other)
+
+
+def other_pivots(body: Displacements, pivots: ComplexArray, name: str) -> ComplexArray:
+    """Return the other pivots of dyads of three positions with chosen ones; the equations are linear in them. NaN for a slider."""
+    u, v, x, y, p, q, rest = circle_equations(body).T
+    chosen = (pivots - body.point)[..., None]
+    first, second = chosen.real, chosen.imag
+    if name == "moving_pivots":  # in X and Y: p = uX + vY, q = vX - uY
+        by_x, by_y, constant = x + first * p + second * q, y + second * p - first * q, rest + first * u + second * v
+    else:  # in u and v: p = Xu + Yv, q = -Yu + Xv
+        by_x, by_y, constant = u + first * p - second * q, v + second * p + first * q, rest + first * x + second * y
+    determinant = _cross(by_x, by_y)
+    is_slider = np.abs(determinant) < 1e-12 * np.maximum(np.abs(by_x), np.abs(by_y)).max(axis=-1) ** 2
+    with np.errstate(divide="ignore", invalid="ignore"):
+        found = (_cross(by_y, constant) + 1j * _cross(constant, by_x)) / determinant
+    return np.where(is_slider, np.nan, body.point + found)
+
+
+def _cross(first: FloatArray, second: FloatArray) -> FloatArray:
+    return first[..., 0] * second[..., 1] - first[..., 1] * second[..., 0]
 
 
 def burmester_curves(body: Displacements) -> ComplexArray:

@@ -141,8 +141,9 @@ def require_count(points: FloatArray, counts: Sequence[int], what: str, hint: st
     A path may pass a point again; only neighbours on it, or its ends, must differ.
     """
     if len(points) not in counts:
-        few = ", ".join(map(str, counts[:-1])) + f" or {counts[-1]}" if len(counts) < 10 else f"{counts[0]} to {counts[-1]}"
-        raise MechanismError(f"{what} must be {few}; found {len(points)}{hint}")
+        numbers = [str(count) for count in counts] if len(counts) < 10 else [f"{counts[0]} to {counts[-1]}"]
+        allowed = " or ".join([", ".join(numbers[:-1]), numbers[-1]] if len(numbers) > 1 else numbers)
+        raise MechanismError(f"{what} must be {allowed}; found {len(points)}{hint}")
     scale = float(np.ptp(points, axis=0).max())
     for first in range(len(points)):
         for second in ((first - 1) % len(points),) if is_path else range(first):
