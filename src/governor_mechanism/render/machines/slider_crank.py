@@ -26,7 +26,7 @@ _MAX_KEY_STEPS = 3
 """The key shows a round force; the largest force is at most this multiple of it."""
 
 
-_KEY = ("force of the shaft on the crank, of the pin on the", "rod, of gudgeon and guide on the crosshead")
+_KEY = "forces on crank, rod and crosshead at their joints"
 
 
 class _Load(NamedTuple):
@@ -101,5 +101,4 @@ class SliderCrankDrawing(GenericDrawing):
         yield from make_arrow("reaction", ((left, lowest), (left + length, lowest)), _HEAD_SIZE * u)
         x = left + length + 0.04 * u
         yield TextShape("scale", x, lowest, number, _LETTER_WIDTH * len(number) * u)
-        for row, text in enumerate(_KEY, start=1):
-            yield TextShape("scale", left, lowest - row * _LINE_HEIGHT * u, text, _LETTER_WIDTH * len(text) * u)
+        yield TextShape("scale", left, lowest - _LINE_HEIGHT * u, _KEY, _LETTER_WIDTH * len(_KEY) * u)
