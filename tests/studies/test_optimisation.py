@@ -9,6 +9,7 @@ import pytest
 import governor_mechanism as gm
 from governor_mechanism.closed_form import pendulum
 from governor_mechanism.studies.optimisation.question import Question
+from governor_mechanism.studies.unknowns import parse_unknowns
 
 SPEED = 130.0 * np.pi / 30.0
 """Highest speed that is wanted, rad/s."""
@@ -247,3 +248,8 @@ def test_all_mistakes_are_named_at_once():
     with pytest.raises(gm.MechanismError) as caught:
         gm.optimise("porter", ["dimensions.arm=3m:2m"], minimise="x", subject_to=["y <= 1", "z"], method="?")
     assert len(caught.value.problems) == 5
+
+
+def test_bounds_as_text_may_be_bare_numbers():
+    read = parse_unknowns(gm.load("stephenson_arc_middle"), ["dimensions.valve_set_at=-1:0.5", "dimensions.hanger=300mm:0.7"])
+    assert [(one.low, one.high) for one in read] == [(-1.0, 0.5), (0.3, 0.7)]

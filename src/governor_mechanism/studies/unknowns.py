@@ -12,7 +12,7 @@ from governor_mechanism.model.scene import Scene
 from governor_mechanism.scenes.changed_document import document_of, parse_scene_with
 from governor_mechanism.studies.sweep.parameters import find_kind, find_scene_value, parse_axes
 from governor_mechanism.types import FloatArray
-from governor_mechanism.units.quantities import QUANTITY_KINDS, format_quantity, format_value
+from governor_mechanism.units.quantities import QUANTITY_KINDS, format_quantity, format_value, number_or_text
 
 OVER_EXAMPLE = '{"dimensions.arm": ("280 mm", "320 mm")}, or dimensions.arm=280mm:320mm'
 """Example of bounds in messages."""
@@ -92,7 +92,7 @@ def _split(text: object) -> tuple[str, Any]:
     """Return key and bounds of "key=low:high"."""
     key, _, values = text.partition("=") if isinstance(text, str) else (format_value(text), "", "")
     low, colon, high = values.partition(":")
-    return key.strip(), (low.strip(), high.strip()) if colon else values
+    return key.strip(), (number_or_text(low.strip()), number_or_text(high.strip())) if colon else values
 
 
 def _default_of(scene: Scene, key: str) -> float | None:
