@@ -105,6 +105,11 @@ CALLS: dict[str, tuple[Any, dict[str, Any], list[Any]]] = {
         {"scene": "porter", "over": {"dimensions.arm": (0.2, 0.4)}, "minimise": ["max arm_angle", "min arm_angle"]},
         ["over", "minimise", "maximise", "subject_to", "points", "method", "engine", "accuracy", "starts", "seed", "workers"],
     ),
+    "synthesise_dimensions": (
+        gm.synthesise_dimensions,
+        {"scene": "chebyshev_lambda", "over": ["dimensions.rocker=2m:3m"], "point": "rod.end", "path": [[0.0, 4.0], [4.0, 4.0]]},
+        ["over", "point", "path", "along", "between", "starts", "seed"],
+    ),
     "valve_gears": (gm.valve_gears, {"scenes": ["gooch"], "count": 2}, ["scenes", "count"]),
     "load_change_study": (gm.load_change_study, {"scene": "governed_engine"}, ["scene", "load_step", "at", "ramp", "engine"]),
     "stability_map": (gm.stability_map, {"scene": "governed_engine"}, ["scene", "vary", "border_points", "workers", "progress"]),

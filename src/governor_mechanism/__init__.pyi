@@ -36,6 +36,7 @@ from governor_mechanism.api.studies import effects_study as effects_study
 from governor_mechanism.api.studies import hard_cases as hard_cases
 from governor_mechanism.api.studies import sweep as sweep
 from governor_mechanism.api.synthesis import map_pivots as map_pivots
+from governor_mechanism.api.synthesis import synthesise_dimensions as synthesise_dimensions
 from governor_mechanism.api.synthesis import synthesise_function as synthesise_function
 from governor_mechanism.api.synthesis import synthesise_path as synthesise_path
 from governor_mechanism.api.synthesis import synthesise_positions as synthesise_positions
@@ -83,6 +84,7 @@ from governor_mechanism.studies.regulation.stability_map import StabilityMap as 
 from governor_mechanism.studies.sensitivities import Sensitivities as Sensitivities
 from governor_mechanism.studies.sweep.results import Sweep as Sweep
 from governor_mechanism.studies.sweep.workers import ClusterClient as ClusterClient
+from governor_mechanism.studies.synthesis.dimensions import DimensionSynthesis as DimensionSynthesis
 from governor_mechanism.studies.synthesis.function import FunctionSynthesis as FunctionSynthesis
 from governor_mechanism.studies.synthesis.linkage import FourBarLinkage as FourBarLinkage
 from governor_mechanism.studies.synthesis.linkage import SynthesisedLinkage as SynthesisedLinkage

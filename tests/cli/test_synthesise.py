@@ -72,3 +72,16 @@ def test_a_map_of_three_positions_is_drawn(tmp_path):
     assert "input turns fully" in result.stdout
     assert (tmp_path / "gate_map.png").stat().st_size > 5000
     assert invoke(tmp_path, "positions", file, "--map", "--take", 2).exit_code == 2
+
+
+def test_dimensions_of_a_mechanism_draw_a_line(tmp_path):
+    file = tmp_path / "line.csv"
+    file.write_text("x [mm],y [mm]\n" + "".join(f"{x},4000\n" for x in range(0, 4001, 500)))
+    words = ["dimensions", "chebyshev_lambda", "--point", "rod.end", "--path", file, "--over", "dimensions.rocker=2m:3m", "--starts", 1]
+    result = invoke(tmp_path, *words, "--set", "dimensions.rocker=2.3 m", "--json")
+    assert result.exit_code == 0, result.output
+    assert abs(json.loads(result.stdout)["rows"][0]["dimensions.rocker"] - 2.5) < 0.02
+    assert gm.load(tmp_path / "chebyshev_lambda_dimensions_1.toml").run.duration > 0.0
+    refused = invoke(tmp_path, *words, "--between", "90deg")
+    assert refused.exit_code == 2
+    assert "between must be the first and the last value" in refused.stderr

@@ -1,10 +1,12 @@
-"""Synthesis: dimensions of four-bars for what is wanted."""
+"""Synthesis: dimensions of four-bars, and of any mechanism, for what is wanted."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 import governor_mechanism as gm
+from governor_mechanism.api.scenes import as_scene
+from governor_mechanism.units.problems import TEXT, check_arguments, whole_number
 
 
 def synthesise_function(
@@ -243,3 +245,63 @@ def synthesise_positions(
     from governor_mechanism.studies.synthesis.positions import synthesise_positions as synthesise
 
     return synthesise(*read_position_task(positions, {"fixed_pivots": fixed_pivots, "moving_pivots": moving_pivots}))
+
+
+@check_arguments(point=TEXT, along=TEXT, starts=whole_number(1), seed=whole_number(0))
+def synthesise_dimensions(
+    scene: gm.SceneSource,
+    over: Mapping[str, Sequence[float | str]] | Sequence[str],
+    point: str,
+    path: gm.PointSource,
+    *,
+    along: str | None = None,
+    between: Sequence[float | str] | None = None,
+    starts: int = 6,
+    seed: int = 0,
+) -> gm.DimensionSynthesis:
+    """Find dimensions of a mechanism of one's own with which one of its points draws a path.
+
+    The sum of the squared distances of the given points from the path is minimised, which passes them in their order, in either direction;
+    where on it the first lies is free. An impossible geometry lies outside.
+
+    Parameters
+    ----------
+    scene
+        A scene of one part, the path of a file, or the name of a shipped scene. Its values are the first start.
+    over
+        Lower and upper bound by key, as {"dimensions.rocker": ("2 m", "3 m")} or ["dimensions.rocker=2m:3m"].
+    point
+        Name of the point, as in `run.paths`.
+    path
+        Rows of x and y, m or texts with a unit, or the path of a file: CSV with the columns "x [mm]" and "y [mm]", or TOML with `points`.
+    along
+        Name of the reading that drives the mechanism, or "time"; None as in `kinematics`.
+    between
+        First and last value of that reading; None for a whole turn, or for its travel.
+    starts
+        Number of starts: the scene's own values, and the best of random ones.
+    seed
+        Seed of the random starts.
+
+    Returns
+    -------
+    DimensionSynthesis
+        All different solutions, the best first; it prints as a table. `rows[0].scene` is a scene that runs.
+
+    Raises
+    ------
+    MechanismError
+        If scene, bounds, point or path have mistakes; one sentence for each.
+
+    Examples
+    --------
+    >>> import governor_mechanism as gm
+    >>> line = [[0.0, 4.0], [1.0, 4.0], [2.0, 4.0], [3.0, 4.0], [4.0, 4.0]]
+    >>> found = gm.synthesise_dimensions("chebyshev_lambda", ["dimensions.rocker=2m:3m"], "rod.end", line, starts=1)
+    >>> round(found.rows[0].values["dimensions.rocker"], 2)
+    2.5
+    """
+    from governor_mechanism.studies.synthesis.dimensions import read_dimension_task
+    from governor_mechanism.studies.synthesis.dimensions import synthesise_dimensions as synthesise
+
+    return synthesise(read_dimension_task(as_scene(scene), over, point, path, along, between, {"n_starts": starts, "seed": seed}))

@@ -1,4 +1,4 @@
-"""The commands `synthesise`: dimensions of four-bars for what is wanted.
+"""The commands `synthesise`: dimensions of four-bars, and of any mechanism, for what is wanted.
 
 Heavy imports are made when a command needs them.
 """
@@ -12,12 +12,13 @@ import typer
 
 import governor_mechanism as gm
 from governor_mechanism.cli import console
-from governor_mechanism.cli.options import refuse_idle_options
+from governor_mechanism.cli.options import Changes, SceneName, load_changed, refuse_idle_options, stem_of
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.files.writing import atomic_write
 from governor_mechanism.render.figure_files import FigureFiles
 
 if TYPE_CHECKING:
+    from governor_mechanism.studies.synthesis.dimensions import DimensionSynthesis
     from governor_mechanism.studies.synthesis.linkage import Synthesis
 
 PointFile = Annotated[str, typer.Argument(metavar="FILE", help="A file of points: CSV with units in the header, or TOML.")]
@@ -79,21 +80,54 @@ def path(
         return _report(gm.synthesise_path(file, closed=closed or None, starts=starts, seed=seed), file, take, figures)
 
 
+def dimensions(
+    scene: SceneName,
+    point: Annotated[str, typer.Option(help="Name of the point that draws the path, as in run.paths.")],
+    path: Annotated[str, typer.Option(metavar="FILE", help='A file of points: CSV with the columns "x [mm]" and "y [mm]", or TOML.')],
+    over: Annotated[list[str], typer.Option(help="An unknown with its bounds: dimensions.rocker=2m:3m. Repeatable.")],
+    changes: Changes = None,
+    along: Annotated[str | None, typer.Option(help="The reading that drives the mechanism. [the angle of the crank]")] = None,
+    between: Annotated[str | None, typer.Option(help="First and last value of that reading, 90deg:270deg. [a whole turn]")] = None,
+    starts: Annotated[int, typer.Option(help="Number of starts: the scene's own values, and random ones.")] = 6,
+    seed: Annotated[int, typer.Option(help="Seed of the random starts.")] = 0,
+    take: Take = 1,
+    *,
+    figures: FigureFiles,
+    as_json: console.AsJson = False,
+) -> console.CommandResult:
+    """Find the dimensions of a mechanism of your own with which one of its points draws a path.
+
+    The path is passed in the order of its points, wherever it begins. The exit status is 1 if the search does not converge.
+    """
+    console.prepare_folder(figures.folder)
+    loaded = load_changed(scene, changes)
+    ends = None if between is None else between.split(":")
+    with console.show_status("searching dimensions"), console.first_interrupt_is_answered():
+        result = gm.synthesise_dimensions(loaded, over, point, path, along=along, between=ends, starts=starts, seed=seed)
+    return _write(result, f"{stem_of(loaded)}_dimensions", take, figures, ok=result.ok)
+
+
 def _report(result: Synthesis, file: str, take: int, figures: FigureFiles) -> console.CommandResult:
-    """Return what a command prints, after it has written the scene of one linkage, the table, the record and the figure."""
+    """Return what a command prints, after it has written what it found."""
     stem = Path(file).stem
     if not result.rows and take == 1:
         return console.CommandResult(result, files=[], ok=False)
+    return _write(result, stem, take, figures, ok=bool(result.rows) and not result.rows[0].check.defects)
+
+
+def _write(result: Synthesis | DimensionSynthesis, stem: str, take: int, figures: FigureFiles, *, ok: bool) -> console.CommandResult:
+    """Return what a command prints, after it has written the scene of one row, the table, the record and the figure."""
     if not 1 <= take <= len(result.rows):
         raise MechanismError(f"--take must be the number of a linkage, 1 to {len(result.rows)}; found {take}")
     scene_file = figures.folder / f"{stem}_{take}.toml"
     with atomic_write(scene_file) as temporary:
         temporary.write_text(result.rows[take - 1].scene.to_toml(), encoding="utf-8")
     files = [scene_file, result.save_csv(figures.folder / f"{stem}.csv"), result.save_json(figures.folder / f"{stem}.json")]
-    ok = not result.rows[0].check.defects
     return console.CommandResult(result, files=files + figures.save_all(result, stem), ok=ok)
 
 
-synthesis_app = typer.Typer(help="Find four-bars for what is wanted.", no_args_is_help=True, rich_markup_mode=None)
-for command in (function, positions, path):
+synthesis_app = typer.Typer(
+    help="Find four-bars, or dimensions of any mechanism, for what is wanted.", no_args_is_help=True, rich_markup_mode=None
+)
+for command in (function, positions, path, dimensions):
     console.add_command(synthesis_app, command)

@@ -224,7 +224,7 @@ def study_kinematics(
     mechanism = _mechanism_of(scene)
     over = over or find_drive(mechanism)
     if values is None:
-        values = _default_values(scene, over)
+        values = default_values(scene, over)
     motion = analyse_kinematics(scene, over, values, rate, acceleration)
     named = [*(name for name in scene.run.readings if not name.startswith("reaction.")), *readings]
     leading = _led_by(mechanism, over)
@@ -260,7 +260,7 @@ def find_drive(mechanism: Mechanism) -> str:
     return drive
 
 
-def _default_values(scene: Scene, over: str) -> FloatArray:
+def default_values(scene: Scene, over: str) -> FloatArray:
     """Return the values of a study that names none."""
     if over == TIME_VARIABLE:
         return np.linspace(0.0, scene.run.duration, DEFAULT_COUNT)

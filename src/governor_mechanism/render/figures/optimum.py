@@ -1,4 +1,4 @@
-"""Figures of an optimum, values between their bounds with quantities before and after, and of the trade-off of two objectives."""
+"""Figures of an optimum, values between their bounds with quantities before and after; of a trade-off; and of dimensions for a path."""
 
 from __future__ import annotations
 
@@ -7,13 +7,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from governor_mechanism.render.figures.page import Page, Panel, add_legend
+from governor_mechanism.render.figures.page import MM_PER_M, Page, Panel, add_legend
 from governor_mechanism.render.number_format import display_unit_of, format_label
 from governor_mechanism.render.style import BLUE, INK, MUTED, VERMILLION
 from governor_mechanism.units.quantities import format_quantity
 
 if TYPE_CHECKING:
     from governor_mechanism.studies.optimisation.results import OptimisedQuantity, Optimum, TradeOff
+    from governor_mechanism.studies.synthesis.dimensions import DimensionSynthesis
 
 _WIDTH, _LINE, _PANEL, _HEADER, _FOOTER = 8.6, 0.42, 2.6, 0.95, 0.6
 """Width of the page, heights of an unknown, of a panel, and of the rooms above and below, inches."""
@@ -84,5 +85,21 @@ def trade_off_figure(result: TradeOff) -> Page:
     first, second = (np.array([getattr(row, name) for row in result.rows]) for name in ("first", "second"))
     panel.plot(second * second_factor, first * first_factor, "o-", color=BLUE, label="best")
     panel.plot(result.start[1] * second_factor, result.start[0] * first_factor, "D", color=VERMILLION, label="the scene itself")
+    add_legend(panel)
+    return page
+
+
+def dimension_figure(result: DimensionSynthesis) -> Page:
+    """Draw the given points with the path of the best dimensions and that of the scene itself, to one scale."""
+    best = result.rows[0]
+    subtitle = f"path of {result.point}: root mean square distance {format_quantity(best.distance, 'm', '.4g')}"
+    page = Page(6.8, 6.0, result.title, subtitle, subtitle_y=0.905)
+    panel = page.add_panel((0.12, 0.1, 0.84, 0.75), "x [mm]", "y [mm]")
+    curves = {"before": (result.before, "--", MUTED), "after": (best.curve, "-", BLUE)}
+    for label, (curve, style, colour) in curves.items():
+        panel.plot(*(MM_PER_M * curve).T, style, color=colour, linewidth=1.2, label=label)
+    panel.plot(*(MM_PER_M * result.path).T, "o", color=VERMILLION, markersize=4, label="given points")
+    shown = MM_PER_M * np.vstack([result.path, best.curve, result.before])
+    panel.show_points(shown, margin=0.1, min_half_width=1e-6)
     add_legend(panel)
     return page
