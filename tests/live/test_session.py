@@ -1,6 +1,7 @@
 """A mechanism under the hand: what may be changed, what is undone, and that each answer is the run of its scene."""
 
 import json
+import re
 import tomllib
 from base64 import b64decode
 from dataclasses import replace
@@ -16,7 +17,8 @@ from governor_mechanism.live.describing import describe_outcome, show_whole_run
 from governor_mechanism.live.grips import TRAVEL_SAMPLES, find_grips
 from governor_mechanism.live.quantities import find_quantities, split_quantity
 from governor_mechanism.live.saving import write_scene
-from governor_mechanism.live.session import Session
+from governor_mechanism.live.session import LEAST_HELD_STEPS, Session
+from governor_mechanism.render.style import colour_rules
 
 
 @pytest.fixture
@@ -169,15 +171,14 @@ def test_a_start_in_equilibrium_becomes_a_number_where_it_is_pulled():
 
 def test_a_run_that_locks_takes_few_steps_while_a_hand_holds_it():
     session = Session(gm.load("jansen").replace({"run.duration": "2 s"}))
-    session.change({"dimensions.crank": 17.0}, is_last=False)
+    usual = session.run.cost.steps
+    session.change({"dimensions.crank": 17.0}, is_last=False)  # its joints stay open from 0.98 s on
     held = session.solve()
-    assert held.run.outcome is gm.Outcome.STEP_LIMIT
+    assert (held.run.outcome, held.run.times[-1]) == (gm.Outcome.STEP_LIMIT, 0.98)
+    assert held.run.cost.steps < 10 * max(usual, LEAST_HELD_STEPS)
     assert "while you hold it: from there on it needs many steps, as where it locks" in session.describe(held)["accuracy"]
-    session.change({"dimensions.crank": 17.0})
-    released = session.solve()
-    assert released.run.outcome is gm.Outcome.STALLED
-    assert len(released.run.times) == len(held.run.times)  # both reach the last reported time before it locks
-    assert held.run.cost.steps < released.run.cost.steps / 5
+    session.change({"dimensions.crank": 15.5})
+    assert session.solve().run.outcome is gm.Outcome.DONE
 
 
 def test_a_run_that_takes_long_goes_to_the_shown_time_while_a_hand_moves(monkeypatch):
@@ -222,6 +223,9 @@ def test_dry_friction_shows_the_speeds_between_which_it_holds():
     low, high = (f"{60 / (2 * np.pi) * speed[0]:.4g} rpm" for speed in (band.falling_speed, band.rising_speed))
     assert f"Dry friction holds it there between {low} and {high}" in equilibria["sentences"]
     assert "held by friction" in equilibria["picture"]
+    known = set(re.findall(r"(--c-\w+):", colour_rules()))
+    unknown = [name for name, colour in re.findall(r"var\((--c-\w+)(, #\w+)?\)", equilibria["picture"]) if name not in known and not colour]
+    assert not unknown  # the browser would paint them black
 
 
 def test_a_saved_scene_is_the_opened_file_with_the_changed_values_alone_changed(tmp_path):

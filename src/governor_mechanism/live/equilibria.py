@@ -26,7 +26,7 @@ from governor_mechanism.units.constants import RPM
 from governor_mechanism.units.quantities import DISPLAY_UNITS, format_quantity, format_reading_name
 
 COLOUR: Final = re.compile(r'(fill|stroke)="#([0-9a-fA-F]{6})"')
-"""A colour of a picture, which has a counterpart on a dark ground."""
+"""A colour of a picture, which has a counterpart on a dark ground, or is the same there."""
 
 CURVE_POINTS: Final = 150
 """Number of points of the speed curve: one for every other pixel of the plot."""
@@ -65,7 +65,7 @@ class EquilibriumPlot:
         if found is None:
             return None
         picture = _plot(found, (self._first or found).curve)
-        return {"picture": COLOUR.sub(r'\1="var(--c-\2)"', picture), "sentences": " ".join(_describe(found))}
+        return {"picture": COLOUR.sub(r'\1="var(--c-\2, #\2)"', picture), "sentences": " ".join(_describe(found))}
 
 
 def _analyse(scene: Scene) -> Statics | None:

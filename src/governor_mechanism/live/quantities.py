@@ -30,6 +30,9 @@ WORDS: Final = (
 COORDINATES: Final = {"1": "x", "2": "y"}
 """Names of the values of a position."""
 
+POINT_WORDS: Final = {"1": "time", "2": "value"}
+"""Names of both numbers of a point of a function of time, in front of its number."""
+
 PLACES: Final = ("ground", "at", "points")
 """Keys under which lists are positions."""
 
@@ -96,7 +99,7 @@ def _leaves(table: Any, path: tuple[str, ...] = ()) -> Iterator[tuple[tuple[str,
     if isinstance(table, Mapping):
         items: Sequence[tuple[str, Any]] = [(key, value) for key, value in table.items() if key not in WORDS]
     elif isinstance(table, list | tuple):
-        items = [(_name_of(item, number), item) for number, item in enumerate(table, start=1)]
+        items = [(name_of_item(item, number), item) for number, item in enumerate(table, start=1)]
     else:
         yield path, table
         return
@@ -105,7 +108,7 @@ def _leaves(table: Any, path: tuple[str, ...] = ()) -> Iterator[tuple[tuple[str,
             yield from _leaves(value, (*path, key))
 
 
-def _name_of(item: Any, number: int) -> str:
+def name_of_item(item: Any, number: int) -> str:
     """Return how a dotted key names an item of a list."""
     name = item.get("name") if isinstance(item, Mapping) else None
     return name if isinstance(name, str) and "." not in name else str(number)
@@ -119,7 +122,10 @@ def _read(path: tuple[str, ...], value: Any, length_scale: float) -> Quantity | 
     number, unit = written
     is_place = path[-1] in COORDINATES and bool(set(PLACES) & set(path[:-1]))
     n_group = 2 if path[0] == "part" else 1
+    is_point = len(path) > n_group + 1 and path[-1] in POINT_WORDS and path[-2].isdecimal() and not is_place
     names = [*path[n_group:-1], COORDINATES[path[-1]]] if is_place else [*path[n_group:]]
+    if is_point:
+        names = [*path[n_group:-2], POINT_WORDS[path[-1]], path[-2]]
     half = RANGE_FACTOR * length_scale if is_place and not unit else 1.0
     low, high = (number / RANGE_FACTOR, number * RANGE_FACTOR) if number else (-half, half)
     return Quantity(

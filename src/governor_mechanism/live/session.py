@@ -12,7 +12,7 @@ from governor_mechanism.engines.base import Engine, make_reported_times
 from governor_mechanism.engines.certificate import ErrorControlledEngine
 from governor_mechanism.engines.selection import select_engine
 from governor_mechanism.errors import GovernorMechanismError, MechanismError
-from governor_mechanism.live.choices import EFFECTS_KEY, choose, find_choices
+from governor_mechanism.live.choices import choose, find_choices
 from governor_mechanism.live.describing import (
     choose_pace,
     describe_bounded_outcome,
@@ -109,7 +109,7 @@ class Session:
         self._equilibria = EquilibriumPlot(scene)
         self.shown_time = 0.0
         """Time, s, that the page shows which asked for the last change."""
-        self._kept_effects: dict[str, Any] = {}
+        self._kept: dict[str, Any] = {}  # what stood in the document for earlier choices
         self._boxes: Sequence[BoundingBox] = ()
         self._motions: dict[str, Motion] = {}
 
@@ -183,8 +183,7 @@ class Session:
         Raises MechanismError for a key that is no choice of the scene, or a value that it cannot have.
         """
         with self._changing:
-            self._kept_effects |= {name: one for name, one in self._document.get(EFFECTS_KEY, {}).items() if one}
-            document = choose(self._document, self.run.scene, key, value, self._kept_effects)
+            document = choose(self.run, self._document, key, value, self._kept)
             self._done = [*self._done, self._document][-MAX_UNDONE:]
             self._is_dragging = False
             self._undone.clear()
@@ -264,7 +263,7 @@ class Session:
             if len(run.times):
                 return run, "", is_short
             problems = (run.message,)
-        sentence = "; ".join(problems)
+        sentence = "; ".join(problems).rstrip(".")
         return None, f"{sentence[:1].upper()}{sentence[1:]}. The pictures show the last possible state.", is_short
 
     def _held_end(self, times: FloatArray) -> int:
@@ -330,7 +329,7 @@ class Session:
         }
         return self._describe_state(snapshot, shown) | {
             "data": collect_data(shown, slow_down),
-            "choices": [asdict(one) for one in find_choices(snapshot.document, run.scene).values()],
+            "choices": [asdict(one) for one in find_choices(run, snapshot.document).values()],
             "equilibria": self._equilibria.draw(run.scene),
             "facts": {name: [(term, raise_exponents(text)) for term, text in rows] for name, rows in facts.items()},
         }

@@ -1,9 +1,9 @@
-// Words and switches of the scene: its engine and its effects.
+// Words and switches of the scene: its engine, its effects, and every word of its file.
 
 /** A section with a row for each choice; `show(state)` brings them to a state, `onChoice(key, value)` hears of another one. */
 function makeChoices(onChoice) {
   const node = makeNode("details");
-  node.append(makeNode("summary", "", "effects and engine"));
+  node.append(makeNode("summary", "", "effects, engine and kinds"));
   const list = makeNode("div");
   node.append(list);
 
@@ -15,7 +15,7 @@ function makeChoices(onChoice) {
   };
   const makeWords = (choice) => {
     const input = makeNode("select");
-    input.append(...choice.options.map((word) => new Option(word, word, false, word === choice.value)));
+    input.append(...choice.options.map((word) => new Option(word.replaceAll("_", " "), word, false, word === choice.value)));
     input.addEventListener("change", () => onChoice(choice.key, input.value));
     return input;
   };
