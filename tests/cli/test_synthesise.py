@@ -84,4 +84,4 @@ def test_dimensions_of_a_mechanism_draw_a_line(tmp_path):
     assert gm.load(tmp_path / "chebyshev_lambda_dimensions_1.toml").run.duration > 0.0
     refused = invoke(tmp_path, *words, "--between", "90deg")
     assert refused.exit_code == 2
-    assert "between must be the first and the last value" in refused.stderr
+    assert "between must be two values" in refused.stderr

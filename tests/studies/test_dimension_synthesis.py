@@ -80,8 +80,8 @@ def test_impossible_dimensions_lie_outside(wrong):
         ({"path": [[0.0, 4.0], [0.0, 4.0], [0.0, 4.0]]}, "all points coincide"),
         ({"path": [["0 kg", 4.0], [1.0, 4.0], [2.0, 4.0]]}, "x of point 1 is a length"),
         ({"along": "crank_angel"}, "crank_angle"),
-        ({"between": ["90 deg"]}, "between must be the first and the last value"),
-        ({"between": ["90 mm", 1.0]}, "crank_angle is an angle"),
+        ({"between": ["90 deg"]}, "between must be two values"),
+        ({"between": ["90 mm", 1.0]}, "between is an angle"),
     ],
 )
 def test_mistakes_are_sentences(changes, sentence):

@@ -15,11 +15,11 @@ from governor_mechanism.mechanics.kinematics.kinematic_analysis import TIME_VARI
 from governor_mechanism.model.results.result import Column, Recorded, Result, format_columns, item_column
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.studies.kinematics import default_values, find_drive
-from governor_mechanism.studies.synthesis.tables import PointSource, read_points
+from governor_mechanism.studies.synthesis.tables import PointSource, parse_pair, read_points
 from governor_mechanism.studies.unknowns import Unknown, parse_unknowns, scene_with
 from governor_mechanism.types import FloatArray, IntArray
 from governor_mechanism.units.problems import ProblemCollector
-from governor_mechanism.units.quantities import format_quantity, parse_quantity
+from governor_mechanism.units.quantities import format_quantity
 
 N_POSITIONS: Final = 241
 """Number of positions of a cycle, between which the path is a cubic spline; its error is about 1e-8 of its size."""
@@ -80,9 +80,7 @@ def read_dimension_task(
     with collector.at(""):
         kind = "time" if drive == TIME_VARIABLE else scene.part.mechanism.reading(drive).quantity
         if between is not None:
-            if isinstance(between, str) or len(between) != 2:
-                raise MechanismError('between must be the first and the last value of the drive, as ("90 deg", "270 deg")')
-            ends = parse_quantity(between[0], kind, f"between: {drive}"), parse_quantity(between[1], kind, f"between: {drive}")
+            ends = parse_pair(between, kind, "between")
         elif drive != TIME_VARIABLE and (values := default_values(scene, drive)) is not None and math.isclose(np.ptp(values), math.tau):
             ends = float(values[0]), float(values[-1])  # a crank that turns fully goes on doing so
         names = list(solve_kinematics(scene, drive, default_values(scene, drive)[:1]).paths)
