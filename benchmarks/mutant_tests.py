@@ -9,14 +9,13 @@ import random
 import signal
 import sys
 import time
-from collections import Counter
 from collections.abc import Generator, Iterable
 from dataclasses import dataclass, field
 from functools import cache
 from pathlib import Path
-from types import CodeType, FrameType
 from typing import Any
 
+import coverage
 import pytest
 
 from mutations import PACKAGE, SOURCE, Mutant
@@ -26,9 +25,6 @@ SECONDS_OF_A_TEST = 10.0
 
 SECONDS_OF_A_FILE = 120.0
 """After this CPU time no further tests of a file are recorded, s."""
-
-MAX_TRACED_CALLS = 2_000
-"""Calls of a function whose lines are recorded in one test."""
 
 
 class TooLong(BaseException):
@@ -54,12 +50,12 @@ class ReachRecorder:
 
     folder: str
     output: Path
-    lines: set[tuple[str, int]] = field(default_factory=set)
-    calls: Counter[CodeType] = field(default_factory=Counter)
+    coverage: coverage.Coverage = field(init=False)
     has_passed: bool = True
 
     def pytest_sessionstart(self) -> None:
         """Import the folder, lest the first test seem to reach what runs then."""
+        self.coverage = coverage.Coverage(data_file=None, config_file=False, include=[f"{self.folder}/*"], messages=False)
         for path in sorted(Path(self.folder).rglob("*.py")):
             importlib.import_module(".".join(path.relative_to(SOURCE).with_suffix("").parts))
 
@@ -76,34 +72,26 @@ class ReachRecorder:
     def pytest_runtest_protocol(self, item: pytest.Item) -> Generator[None, Any, Any]:
         """Trace one test, which finds nothing in caches that another one has filled."""
         _clear_caches()
-        self.lines, self.calls, self.has_passed = set(), Counter(), True
+        self.has_passed = True
         signal.signal(signal.SIGPROF, _end_test)
         begin = time.process_time()
         signal.setitimer(signal.ITIMER_PROF, SECONDS_OF_A_TEST, 1.0)
-        sys.settrace(self._trace_call)
+        self.coverage.start()
         try:
             return (yield)
         finally:
-            sys.settrace(None)
+            self.coverage.stop()
             signal.setitimer(signal.ITIMER_PROF, 0.0)
+            seconds, reached = time.process_time() - begin, self.coverage.get_data()
+            lines = [(file, line) for file in reached.measured_files() for line in reached.lines(file) or ()]
+            self.coverage.erase()
             if self.has_passed:
                 with self.output.open("a") as stream:
-                    stream.write(json.dumps([item.nodeid, time.process_time() - begin, sorted(self.lines)]) + "\n")
+                    stream.write(json.dumps([item.nodeid, seconds, lines]) + "\n")
 
     def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
         """Note a test that fails or is left out."""
         self.has_passed = self.has_passed and report.passed
-
-    def _trace_call(self, frame: FrameType, event: str, argument: object) -> Any:
-        code = frame.f_code
-        if not code.co_filename.startswith(self.folder):
-            return None
-        self.calls[code] += 1
-        return self._trace_line if self.calls[code] <= MAX_TRACED_CALLS else None
-
-    def _trace_line(self, frame: FrameType, event: str, argument: object) -> Any:
-        self.lines.add((frame.f_code.co_filename, frame.f_lineno))
-        return self._trace_line
 
 
 def _clear_caches() -> None:

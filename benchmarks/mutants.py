@@ -2,10 +2,11 @@
 
 A mutant is the package with one small fault: an operator, a comparison, a number, a condition or a statement is changed. It is killed if
 a test fails. Mutants are a random sample of all that a folder has; messages, docstrings, annotations and examples for schemas are not
-changed. A mutant exists in memory alone: the loader of its module compiles the changed syntax tree. Kernels that contain the change are
-interpreted, not compiled, so that a mutant costs seconds. Only tests that reach its line run, the shortest first, up to a limit of their
+changed. A mutant exists in memory alone: the loader of its module compiles the changed syntax tree. Where a kernel contains the change, all
+kernels run as Python: those of the library have no fault. Only tests that reach its line run, the shortest first, up to a limit of their
 time (see `mutant_tests`): those of its folder, and then wider ones if the first ones notice nothing. Tests stop at
-the first failure. A mutant that takes much longer than its tests do is killed by its time: it loops.
+the first failure. A mutant that takes much longer than its tests do is killed by its time: it loops. A test that starts a process of its
+own does not notice a mutant.
 
 Tools that write mutants to files (cosmic-ray) would compile all kernels for every mutant; mutmut changes no function with a decorator, and
 every kernel has one.
@@ -26,7 +27,6 @@ import math
 import os
 import random
 import resource
-import shutil
 import signal
 import sys
 import time
@@ -68,7 +68,7 @@ ENGINE_TESTS = tuple(
 )
 
 TESTS = {
-    "closed_form": Tests(("tests/closed_form",)),
+    "closed_form": Tests(("tests/closed_form", "tests/machines/test_hartnell.py", "tests/machines/test_proell.py"), ("tests/machines",)),
     "effects": Tests(("tests/effects", "tests/scenes/test_effect_tables.py", "tests/engines/test_effects.py")),
     "mechanics": Tests(("tests/mechanics",), ENGINE_TESTS),
 }
@@ -94,20 +94,6 @@ SEED = 18
 # --- loading -----------------------------------------------------------------------------------------------------------
 
 
-class _NamedRecords(ast.NodeTransformer):
-    """Types of records give their elements attributes, as compiled kernels do."""
-
-    def visit_Call(self, node: ast.Call) -> ast.AST:
-        self.generic_visit(node)
-        if ast.unparse(node.func) == "np.dtype":
-            node.args = [ast.Tuple(elts=[ast.parse("__import__('mutations').NamedRecord", mode="eval").body, node.args[0]], ctx=ast.Load())]
-        return node
-
-
-def _compile(tree: ast.Module, path: str) -> CodeType:
-    return compile(ast.fix_missing_locations(_NamedRecords().visit(tree)), path, "exec", dont_inherit=True)
-
-
 class MutantLoader(importlib.machinery.SourceFileLoader):
     """Loads modules of the package; that of the mutant with its fault."""
 
@@ -116,10 +102,7 @@ class MutantLoader(importlib.machinery.SourceFileLoader):
     def get_code(self, fullname: str) -> CodeType:
         """Return the compiled module."""
         if self.mutant is not None and fullname == self.mutant.module:
-            return _compile(mutated_tree(self.mutant), self.path)
-        text = Path(self.path).read_text(encoding="utf-8")
-        if "np.dtype(" in text:
-            return _compile(ast.parse(text), self.path)
+            return compile(ast.fix_missing_locations(mutated_tree(self.mutant)), self.path, "exec", dont_inherit=True)
         code = super().get_code(fullname)
         assert code is not None
         return code
@@ -182,22 +165,14 @@ def run_tests(
     return "survived" if code == 0 else "timeout" if code == -signal.SIGXCPU else "killed"
 
 
-def use_kernel_cache_copy(folder: Path) -> None:
-    """Let compiled kernels come from a copy of the cache: one that a mutant compiles must not stay."""
-    for cache in (SOURCE / PACKAGE / "__pycache__").glob("kernels-*"):
-        shutil.copytree(cache, folder / "governor-mechanism" / cache.name, dirs_exist_ok=True)
-    os.environ["NUMBA_CACHE_DIR"] = str(folder)
-
-
 def _run_in_child(
     tests: Sequence[str], mutant: Mutant | None, is_interpreted: bool, output: Path, plugins: Sequence[object], seconds: float
 ) -> int:
-    import numba.core.config
     import numpy as np
     import pytest
 
-    numba.core.config.DISABLE_JIT = is_interpreted
     if is_interpreted:
+        os.environ["GOVERNOR_MECHANISM_JIT"] = "0"
         np.seterr(all="ignore")  # as in compiled kernels
     if math.isfinite(seconds):
         resource.setrlimit(resource.RLIMIT_CPU, (int(seconds), int(seconds) + 5))
@@ -206,7 +181,17 @@ def _run_in_child(
     with output.open("w") as stream:
         os.dup2(stream.fileno(), 1)
         os.dup2(stream.fileno(), 2)
-        options = ["-q", "-p", "no:cacheprovider", "-p", "no:xdist", "--assert=plain", "--hypothesis-profile=mutants", f"--rootdir={ROOT}"]
+        options = [
+            "-q",
+            "-p",
+            "no:cacheprovider",
+            "-p",
+            "no:xdist",
+            "--assert=plain",
+            "--tb=native",
+            "--hypothesis-profile=mutants",
+            f"--rootdir={ROOT}",
+        ]
         if mutant is not None:
             options.append("-x")
         try:
@@ -229,7 +214,6 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--table", type=Path, default=Path("mutants.tsv"))
     parser.add_argument("--reach", type=Path, default=Path("mutants.reach"), help="folder of the record of the lines that tests reach")
     asked = parser.parse_args(arguments)
-    use_kernel_cache_copy(asked.table.with_suffix(".kernels").resolve())
     for library in LIBRARIES:
         importlib.import_module(library)
     records, output = asked.reach.resolve(), asked.table.with_suffix(".log").resolve()

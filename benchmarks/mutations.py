@@ -3,26 +3,15 @@
 from __future__ import annotations
 
 import ast
+import importlib.util
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from functools import cache, cached_property
 from pathlib import Path
-
-import numpy as np
+from types import ModuleType
 
 SOURCE = Path(__file__).resolve().parents[1] / "src"
 PACKAGE = "governor_mechanism"
-
-KERNEL_CONSTANTS = (
-    "effects/spring.py",
-    "effects/dashpot.py",
-    "mechanics/contact/tolerances.py",
-    "mechanics/dynamics/system/arrays.py",
-    "mechanics/reduction/reduced_model.py",
-    "mechanics/reduction/reduced_model.py",
-    "integrators/dop853.py",
-    "engines/reduced/passage.py",
-)
-"""Files without kernels whose functions and constants are parts of kernels."""
 
 TEXT_KEYWORDS = {"meaning", "examples", "hint", "noun", "reason"}
 """Arguments of `quantity` and `entry` that only messages and schemas show."""
@@ -69,12 +58,6 @@ FUNCTIONS = {
 """Functions and their replacements."""
 
 
-class NamedRecord(np.void):
-    """A record whose elements are attributes, as in compiled kernels; `numpy.record` takes thrice the time."""
-
-    __getattr__ = np.void.__getitem__
-
-
 @dataclass(frozen=True)
 class Mutant:
     """One change in a module: the node is that of this number in the order of `ast.walk`."""
@@ -90,10 +73,10 @@ class Mutant:
         """Return the name of the module."""
         return ".".join(self.path.relative_to(SOURCE).with_suffix("").parts)
 
-    @property
+    @cached_property
     def is_in_kernels(self) -> bool:
-        """Whether kernels contain the change, so that they have to be interpreted: to compile them would take a minute."""
-        return str(self.path.relative_to(SOURCE / PACKAGE)) in KERNEL_CONSTANTS or "numerics.jit import" in self.path.read_text("utf-8")
+        """Whether the change is in one of the definitions that kernels come from."""
+        return _kernel_digest(self.module, ast.unparse(mutated_tree(self))) != _kernel_digest("", "")
 
     @property
     def place(self) -> str:
@@ -212,3 +195,21 @@ def mutated_tree(mutant: Mutant) -> ast.Module:
     node = next(one for number, one in enumerate(ast.walk(tree)) if number == mutant.node)
     changes(node)[mutant.change][1](node)
     return tree
+
+
+@cache
+def _kernel_sources() -> ModuleType:
+    """Return the module that finds the sources of kernels, without importing the package: that is left to the process of a mutant."""
+    name = f"{PACKAGE}.numerics.kernel_sources"
+    spec = importlib.util.spec_from_file_location(name, SOURCE.joinpath(*name.split(".")).with_suffix(".py"))
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+@cache
+def _kernel_digest(module: str, text: str) -> str:
+    """Return the digest of the definitions of kernels, with another text of one module."""
+    sources = _kernel_sources()
+    texts = sources.read_texts(SOURCE / PACKAGE)
+    return sources.KernelSources(texts | {module: text} if module else texts).digest()

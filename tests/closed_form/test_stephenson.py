@@ -5,6 +5,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from governor_mechanism.closed_form import stephenson as closed
 from governor_mechanism.errors import MechanismError
@@ -86,6 +88,50 @@ def test_a_mirrored_gear_has_the_mirrored_motion():
     np.testing.assert_allclose(forward.die_offset, -np.asarray(backward.die_offset), atol=1e-7)
 
 
+@given(
+    st.builds(
+        closed.LinkGear,
+        radius=st.floats(0.01, 0.08),
+        rod=st.floats(0.9, 1.6),
+        advance=st.floats(0.0, 0.9),
+        link_radius=st.floats(0.8, 1.6),
+        half_link=st.floats(0.1, 0.2),
+        setback=st.floats(0.0, 0.05),
+        suspension_x=st.floats(-0.05, 0.05),
+        suspension_y=st.floats(-0.15, 0.15),
+        hanger=st.floats(0.4, 0.8),
+        crossed=st.booleans(),
+    ),
+    st.floats(0.0, math.tau),
+    st.floats(-1.0, 1.0),
+)
+def test_rods_hanger_and_arc_keep_their_lengths(gear, crank_angle, lever):
+    """The places of the pins, by complex numbers, from those of die and link that the closed form returns."""
+    position = closed.link_position(gear, crank_angle=crank_angle, gear=lever)
+    turn = complex(math.cos(position.link_angle), math.sin(position.link_angle))
+    die_turn = np.exp(1j * position.die_offset / gear.link_radius)
+    middle = position.valve + gear.link_radius * turn * (1.0 - die_turn)  # from the die along the arc, which is on the valve line
+    behind = gear.setback + gear.link_radius - math.sqrt(gear.link_radius**2 - gear.half_link**2)
+    for side, angle in ((1, gear.advance), (-1, math.pi - gear.advance)):  # the forward and the backward eccentric
+        pin = middle + turn * complex(-behind, (-side if gear.crossed else side) * gear.half_link)
+        eccentric = 1j * gear.radius * np.exp(-1j * (crank_angle + angle))
+        assert abs(pin - eccentric) == pytest.approx(gear.rod, abs=1e-12)
+    # the hanger's fixed end is right above the suspension of a level link, with the die at the pin of the gear
+    level = math.sqrt(gear.rod**2 - gear.half_link**2) + behind + gear.suspension_x
+    raised = lever * gear.link_radius * math.asin(gear.half_link / gear.link_radius) * (-1 if gear.crossed else 1)
+    fixed_end = complex(level, gear.suspension_y - raised + gear.hanger)
+    suspension = middle + turn * complex(gear.suspension_x, gear.suspension_y)
+    assert abs(suspension - fixed_end) == pytest.approx(gear.hanger, abs=1e-12)
+
+
+@pytest.mark.parametrize("crossed", [False, True])
+def test_small_eccentrics_in_full_gear_move_the_valve_as_the_forward_one_does(crossed):
+    long_rods = replace(GEAR, radius=1e-5, rod=50.0, link_radius=50.0, hanger=50.0, crossed=crossed)
+    valve = closed.link_position(long_rods, crank_angle=TURN, gear=1.0).valve
+    # rods of fifty metres leave out the square of half the link over their length
+    np.testing.assert_allclose(valve - np.mean(valve), 1e-5 * np.sin(TURN + GEAR.advance), atol=1e-7)
+
+
 @pytest.mark.parametrize(
     ("changes", "sentence"),
     [
@@ -100,5 +146,6 @@ def test_wrong_dimensions_are_refused(changes, sentence):
 
 
 def test_a_gear_without_position_is_refused():
-    with pytest.raises(MechanismError, match="the link cannot be assembled at a crank angle of 0 deg in gear 1"):
-        closed.link_position(replace(GEAR, radius=0.5, hanger=0.05), crank_angle=0.0, gear=1.0)
+    for changes in ({"radius": 0.5, "hanger": 0.05}, {"radius": 2.0}):  # the hanger does not reach; the rods do not meet
+        with pytest.raises(MechanismError, match="the link cannot be assembled at a crank angle of 0 deg in gear 1"):
+            closed.link_position(replace(GEAR, **changes), crank_angle=0.0, gear=1.0)

@@ -65,19 +65,6 @@ def test_a_vanishing_extension_makes_it_a_porter_governor():
         np.testing.assert_allclose(getattr(closed, function)(proell, arm_angle=ANGLES), expected, rtol=1e-8)
 
 
-def test_frequency_and_speed_follow_from_the_acceleration():
-    governor, angle, step = build_closed_form(), math.radians(55.0), 1e-5
-    speed = float(closed.equilibrium_speed(governor, arm_angle=angle))
-
-    def acceleration(at: float, turning: float = speed) -> float:
-        return float(closed.arm_acceleration(governor, arm_angle=at, arm_rate=0.0, spindle_speed=turning))
-
-    assert acceleration(angle) == pytest.approx(0.0, abs=1e-11)  # rounding of moments of some 100 N m over 0.4 kg m2
-    slope = (acceleration(angle + step) - acceleration(angle - step)) / (2 * step)
-    expected = float(closed.squared_natural_frequency(governor, arm_angle=angle, spindle_speed=speed))
-    assert -slope == pytest.approx(expected, rel=1e-7)  # the step squared, and rounding over it
-
-
 def test_sarkars_equilibrium_with_upright_extensions_is_unstable():
     """His 163.9 rpm at 150 mm lie where the speed falls as the balls move outward; the formula does not show it."""
     curve = gm.controlling_force("proell", over=np.radians([math.degrees(math.asin(0.6)), 45.0]))

@@ -296,6 +296,22 @@ def test_stiffness_is_half_the_slope_of_inertia_times_the_slope_of_squared_speed
     assert_allclose(pendulum.stiffness(governor, arm_angle=angle), lever * change / 2, rtol=1e-8, atol=noise)
 
 
+@given(linkages(), angles, st.floats(0.0, 30.0))
+def test_the_stiffness_at_any_speed_is_the_slope_of_the_moment(governor: PendulumGovernor, angle: float, speed: float) -> None:
+    def moment(at: Any) -> Any:
+        centrifugal = speed**2 * linkage.spindle_inertia_derivative(governor, arm_angle=at) / 2
+        return linkage.potential_derivative(governor, arm_angle=at) - centrifugal
+
+    try:
+        slope = slope_of(moment, angle)
+    except MechanismError:
+        assume(False)
+    assume(abs(link_angle(governor, angle)) < math.radians(70))  # as above
+    # rounding of the moments over the step of 1e-3 rad leaves some twelve digits of them
+    noise = 1e-9 * (float(np.max(np.abs(linkage.potential_derivative(governor, arm_angle=angle)))) + speed**2)
+    assert_allclose(pendulum.stiffness(governor, arm_angle=angle, spindle_speed=speed), slope, rtol=1e-8, atol=noise)
+
+
 def test_the_rod_masses_are_the_sum_over_their_particles() -> None:
     angle, parts = 0.6, 4000
     link = link_angle(GENERAL, angle)
