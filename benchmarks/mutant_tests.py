@@ -56,6 +56,7 @@ class ReachRecorder:
     def pytest_sessionstart(self) -> None:
         """Import the folder, lest the first test seem to reach what runs then."""
         self.coverage = coverage.Coverage(data_file=None, config_file=False, include=[f"{self.folder}/*"], messages=False)
+        self.coverage.set_option("run:disable_warnings", ["no-data-collected"])
         for path in sorted(Path(self.folder).rglob("*.py")):
             importlib.import_module(".".join(path.relative_to(SOURCE).with_suffix("").parts))
 

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from functools import cache, cached_property
 from pathlib import Path
 from types import ModuleType
+from typing import Any
 
 SOURCE = Path(__file__).resolve().parents[1] / "src"
 PACKAGE = "governor_mechanism"
@@ -76,7 +77,10 @@ class Mutant:
     @cached_property
     def is_in_kernels(self) -> bool:
         """Whether the change is in one of the definitions that kernels come from."""
-        return _kernel_digest(self.module, ast.unparse(mutated_tree(self))) != _kernel_digest("", "")
+        if self.module not in {module for module, _ in _kernel_sources().definitions}:
+            return False
+        changed = ast.unparse(mutated_tree(self))
+        return _search_module().KernelSources(_package_texts() | {self.module: changed}).digest() != _kernel_digest()
 
     @property
     def place(self) -> str:
@@ -198,7 +202,7 @@ def mutated_tree(mutant: Mutant) -> ast.Module:
 
 
 @cache
-def _kernel_sources() -> ModuleType:
+def _search_module() -> ModuleType:
     """Return the module that finds the sources of kernels, without importing the package: that is left to the process of a mutant."""
     name = f"{PACKAGE}.numerics.kernel_sources"
     spec = importlib.util.spec_from_file_location(name, SOURCE.joinpath(*name.split(".")).with_suffix(".py"))
@@ -208,8 +212,16 @@ def _kernel_sources() -> ModuleType:
 
 
 @cache
-def _kernel_digest(module: str, text: str) -> str:
-    """Return the digest of the definitions of kernels, with another text of one module."""
-    sources = _kernel_sources()
-    texts = sources.read_texts(SOURCE / PACKAGE)
-    return sources.KernelSources(texts | {module: text} if module else texts).digest()
+def _package_texts() -> dict[str, str]:
+    return _search_module().read_texts(SOURCE / PACKAGE)
+
+
+@cache
+def _kernel_sources() -> Any:
+    """Return the definitions that kernels come from."""
+    return _search_module().KernelSources(_package_texts())
+
+
+@cache
+def _kernel_digest() -> str:
+    return _kernel_sources().digest()
