@@ -224,7 +224,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         everything = all_mutants(folder)
         sample = random.Random(asked.seed).sample(everything, min(asked.count, len(everything)))
         print(f"{folder}: {len(everything)} mutants, sample of {len(sample)}", flush=True)
-        for is_interpreted in {mutant.is_in_kernels for mutant in sample}:
+        for is_interpreted in {mutant.is_in_kernels for mutant in sample} if asked.only is None else ():
             tests = sorted(recorded_tests(folder, TESTS[folder].own, is_interpreted, records), key=lambda test: test.seconds)
             if run_tests([test.name for test in tests], None, is_interpreted, output) != "survived":
                 print(output.read_text(), f"{folder}: tests that pass alone fail together, without a mutant")

@@ -77,9 +77,14 @@ class Mutant:
     @cached_property
     def is_in_kernels(self) -> bool:
         """Whether the change is in one of the definitions that kernels come from."""
-        if self.module not in {module for module, _ in _kernel_sources().definitions}:
+        tree, definitions = ast.parse(self.path.read_text(encoding="utf-8")), _kernel_sources().definitions
+        node = next(one for number, one in enumerate(ast.walk(tree)) if number == self.node)
+        (statement,) = (one for one in tree.body if node in ast.walk(one))
+        if isinstance(statement, ast.FunctionDef):
+            return (self.module, statement.name) in definitions
+        if isinstance(statement, ast.ClassDef) and (self.module, statement.name) not in definitions:
             return False
-        changed = ast.unparse(mutated_tree(self))
+        changed = ast.unparse(mutated_tree(self))  # of a class, kernels have some members alone
         return _search_module().KernelSources(_package_texts() | {self.module: changed}).digest() != _kernel_digest()
 
     @property

@@ -109,6 +109,20 @@ def test_the_bracket_is_the_difference_of_the_stored_work_also_for_unequal_cylin
     assert sum(terms) == pytest.approx(work / engine.full_pressure_work, abs=1e-14)
 
 
+@pytest.mark.parametrize("valve", ["suction_travel", "delivery_travel"])
+def test_the_bracket_holds_up_to_a_cut_off_at_which_a_valve_of_the_pump_opens(valve):
+    engine = replace(ENGINE, cut_off=getattr(ENGINE, valve))
+    first, second, third = engine.interval_limits
+    angles = 0.5 * first, 0.5 * (second + third)
+    work = np.diff(closed.stored_work(engine, crank_angle=np.array(angles)))[0]
+    terms = flywheel_equilibrium.bracket_terms(engine, slowest_angle=angles[0], fastest_angle=angles[1])
+    assert sum(terms) == pytest.approx(work / engine.full_pressure_work, abs=1e-14)
+    for slowest, fastest in ((0.0, second), (first, third)):  # the ends of both intervals belong to them
+        work = np.diff(closed.stored_work(engine, crank_angle=np.array([slowest, fastest])))[0]
+        terms = flywheel_equilibrium.bracket_terms(engine, slowest_angle=slowest, fastest_angle=fastest)
+        assert sum(terms) == pytest.approx(work / engine.full_pressure_work, abs=1e-14)
+
+
 def test_stored_work_at_the_listed_angles():
     degrees = np.array(list(printed.STORED_WORK))
     found = np.asarray(closed.stored_work(ENGINE, crank_angle=np.radians(degrees))) / ENGINE.full_pressure_work
@@ -213,6 +227,8 @@ def test_the_paper_s_ratio_and_its_coefficient_agree_to_first_order():
     for ratio in (10.0, 100.0, 1000.0):
         coefficient = flywheel.coefficient_of_energy_ratio(energy_ratio=ratio)
         assert coefficient == pytest.approx(1 / (2 * ratio), rel=0.04 / ratio**2)  # the next term is 1 / 32 mu^2 of it
+    # kinetic energies of 9 J and 25 J: their mean over their difference
+    assert flywheel.energy_ratio_of_speeds(inertia=2.0, energy=16.0, lowest=3.0, highest=5.0) == pytest.approx(17 / 16, rel=1e-15)
     given = {"inertia": 3000.0, "energy": 3000.0, "mean_speed": 6.0}
     for has_mean_energy in (False, True):
         low, high = flywheel.speed_limits(**given, mean_energy=has_mean_energy)
@@ -285,6 +301,14 @@ def test_textbook_gas_engine():
     assert round(inertia, -1) == 13710
 
 
+def test_a_torque_that_is_the_load_stores_nothing():
+    steps = {"angles": np.array([0.0, 1.0, 1.0, 2.0, 2.0, 3.0]), "torques": np.array([2.0, 2.0, 1.0, 1.0, 0.0, 0.0])}
+    assert flywheel.table_energy(**steps) == pytest.approx(1.0, rel=1e-15)  # 1 N m above the mean over 1 rad
+    assert flywheel.table_energy(angles=np.array([0.0, 2.0]), torques=np.full(2, 5.0)) == 0.0
+    # a triangle that crosses its mean of 1 N m in the middle of both sides
+    assert flywheel.table_energy(angles=np.array([0.0, 1.0, 2.0]), torques=np.array([0.0, 2.0, 0.0])) == pytest.approx(0.5, rel=1e-15)
+
+
 def test_the_table_and_the_harmonic_agree():
     angles = np.linspace(0.0, math.tau, 20001)
     found = flywheel.table_energy(angles=angles, torques=50 + 7 * np.cos(3 * angles))
@@ -335,8 +359,9 @@ def test_loads_and_wheels_that_cannot_be_are_refused():
         flywheel.arm_bending_moment(torque=1.0, radius=1.0, hub_radius=1.0, arms=6.0)
     with pytest.raises(MechanismError, match=r"energy_ratio must be 0\.5 or more"):
         flywheel.coefficient_of_energy_ratio(energy_ratio=0.4)
-    with pytest.raises(MechanismError, match="lists of equal length, with at least two ascending angles"):
-        flywheel.table_energy(angles=np.array([0.0, 2.0, 1.0]), torques=np.zeros(3))
+    for angles in ([0.0, 2.0, 1.0], [1.0, 1.0, 1.0], [1.0, 2.0], [1.0]):
+        with pytest.raises(MechanismError, match="lists of equal length, with at least two ascending angles"):
+            flywheel.table_energy(angles=np.array(angles), torques=np.zeros(3 if len(angles) > 1 else 1))
 
 
 def test_numbers_give_floats_and_arrays_broadcast():

@@ -14,7 +14,7 @@ from governor_mechanism.mechanics.dynamics.forces.force_elements import element_
 from governor_mechanism.mechanics.kinematics.assembly import PositionSolver
 from governor_mechanism.mechanics.kinematics.constraint_equations import ConstraintEquations
 from governor_mechanism.mechanics.reduction.lagrangian import SingleDofReduction
-from governor_mechanism.model.curves import PolynomialCurve, SplineCurve
+from governor_mechanism.model.curves import PolarHarmonics, PolarSpline, PolynomialCurve, SplineCurve
 from governor_mechanism.model.force_elements import Force, Spring, Torque, TorsionSpring
 from governor_mechanism.model.joints import (
     GROUND,
@@ -34,13 +34,14 @@ from governor_mechanism.model.joints import (
 )
 from governor_mechanism.model.mechanism import Body, SecondMoments
 from governor_mechanism.model.part import TURNING_PLANE
-from governor_mechanism.model.time_functions import InputFunction, PrescribedMotion
+from governor_mechanism.model.time_functions import AngleHarmonic, InputFunction, PrescribedMotion
 from reference.zehnder import PORTER_OPEN
 from rigid_link_governor import ARM_MASS, LINK_MASS, porter_with_rods
 from scene_parts import body_angle, make_mechanism, scene_of
 
 ON_BOTH = {"first": Point(body="a", x=0.31, y=-0.17), "second": Point(body="b", x=-0.23, y=0.29)}
 MOTION = PrescribedMotion(times=(0.0, 0.4, 1.1), values=(0.2, 0.9, -0.3))
+HARMONICS = (AngleHarmonic(amplitude=0.2, order=2, phase=0.3), AngleHarmonic(amplitude=-0.1, order=1, phase=-0.4))
 JOINTS = [
     Pin(name="j", **ON_BOTH),
     Weld(name="j", relative_angle=0.4, **ON_BOTH),
@@ -51,6 +52,8 @@ JOINTS = [
     CurveSlot(name="j", angle=0.6, curve=PolynomialCurve(coefficients=(0.1, -0.4, 0.7, 0.9)), **ON_BOTH),
     CurveSlot(name="j", angle=-0.2, curve=PolynomialCurve(coefficients=(0.1, -0.4, 0.3, 0.2, -0.1, 0.02)), **ON_BOTH),
     CurveSlot(name="j", curve=SplineCurve(x=(-4.0, -1.0, 0.5, 4.0), y=(0.3, -0.5, 0.9, 0.2)), **ON_BOTH),
+    CurveSlot(name="j", angle=0.4, curve=PolarSpline(angles=(-2.0, -0.5, 1.0, 2.2), radii=(0.6, 0.9, 0.5, 0.8)), **ON_BOTH),
+    CurveSlot(name="j", curve=PolarHarmonics(radius=0.7, harmonics=HARMONICS), **ON_BOTH),
     Gear(name="j", ratio=-1.7, offset=0.2, **ON_BOTH),
     RackAndPinion(name="j", radius=0.3, angle=0.5, offset=0.1, **ON_BOTH),
     ProportionalDisplacement(name="j", ratio=2.3, angle=0.8, offset=0.1, **ON_BOTH),
@@ -184,6 +187,40 @@ def test_stiffness_follows_from_the_derivative_of_the_squared_equilibrium_speed(
     near_pole = abs(coefficients.spindle_inertia_second_derivative[0] / coefficients.spindle_inertia_derivative[0])
     expected = 0.5 * coefficients.spindle_inertia_derivative[0] * differences(equilibrium_speed_squared)[0]
     assert stiffness == pytest.approx(expected, abs=1e-7 * parts * (1 + near_pole) ** 3)
+
+
+def crosshead_in_a_turning_plane():
+    """Return a slider-crank with a crosshead that moves along an inclined line without turning; every body is wider than high."""
+    moments = SecondMoments(xx=0.03, yy=0.01, xy=0.004, zz=0.02)
+    bodies = [Body(name=name, mass=mass, second_moments=moments) for name, mass in (("crank", 1.0), ("rod", 0.7), ("crosshead", 2.0))]
+    joints = [
+        Pin(name="bearing", first=Point(body=GROUND), second=Point(body="crank", x=-0.1)),
+        Pin(name="crank pin", first=Point(body="crank", x=0.1), second=Point(body="rod", x=-0.3)),
+        Pin(name="gudgeon", first=Point(body="rod", x=0.3), second=Point(body="crosshead")),
+        Prismatic(name="guide", first=Point(body=GROUND), second=Point(body="crosshead"), angle=0.1, relative_angle=0.2),
+    ]
+    sketch = [(0.05, 0.09, 1.0), (0.4, 0.1, -0.2), (0.7, 0.07, 0.2)]
+    scene = scene_of(make_mechanism(bodies, joints, [body_angle("crank", "turn")], sketch, size=0.6), Gravity(), Centrifugal())
+    return scene.with_changes(plane=TURNING_PLANE)
+
+
+def test_the_inertia_about_the_spindle_is_that_of_the_places_of_all_masses():
+    reduction = SingleDofReduction(crosshead_in_a_turning_plane())
+
+    def inertia(value):
+        """Return the sum over the bodies of the squares of the distances of their masses from the axis, and of their depth."""
+        total = 0.0
+        for body, (x, _, angle) in zip(reduction.mechanism.bodies, reduction.evaluate([value]).poses[0], strict=True):
+            axes, one = np.array([np.cos(angle), -np.sin(angle)]), body.second_moments
+            total += body.mass * x**2 + axes @ np.array([[one.xx, one.xy], [one.xy, one.yy]]) @ axes + one.zz
+        return total
+
+    for value in (-2.0, 0.9):
+        coefficients = reduction.evaluate([value])
+        first, second = differences(lambda step, value=value: inertia(value + step))
+        assert coefficients.spindle_inertia[0] == pytest.approx(inertia(value), rel=1e-13)
+        assert coefficients.spindle_inertia_derivative[0] == pytest.approx(first, rel=1e-8)
+        assert coefficients.spindle_inertia_second_derivative[0] == pytest.approx(second, rel=1e-6)
 
 
 def test_massive_rods_agree_with_the_closed_form():

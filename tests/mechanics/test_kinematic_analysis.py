@@ -227,6 +227,10 @@ def test_arguments_that_are_not_numbers_are_refused(call):
 def test_one_value_that_is_not_finite_among_others_is_refused():
     with pytest.raises(gm.MechanismError, match="must be a list of finite numbers"):
         validate_samples("crank_angle", [0.5, float("nan"), 0.7])
+    for what in ("rate", "acceleration"):
+        for number in (math.nan, math.inf):
+            with pytest.raises(gm.MechanismError, match=f"^{what} of 'crank_angle' must be a finite number"):
+                validate_samples("crank_angle", [0.5], **{what: number})
 
 
 def test_a_redundant_joint_changes_nothing():

@@ -358,3 +358,23 @@ def test_outputs_and_static_force_on_both_sides_of_the_start():
         force, limit = evaluate_static_force(model, piece, t, np.zeros(N_STATES), 0.0)
         assert force == pytest.approx(-70.0 * (x - 0.3) * slope, rel=1e-9)
         assert limit == 0.0
+
+
+def test_a_little_beyond_a_table_poses_are_solved():
+    scene = slider_crank()
+    table = extend_to(start_table(scene), 0.2, 0.6)
+    values = np.array([table.edge(0) - 1e-3, 0.4, table.edge(1) + 1e-3])
+    poses, tangents = table.evaluate_poses(values)
+    solver = PositionSolver(scene.mechanism)
+    for value, pose, tangent in zip(values, poses, tangents, strict=True):
+        ahead, behind = (solver.solve({"crank_angle": value + step}) for step in (1e-4, -1e-4))
+        np.testing.assert_allclose(pose, solver.solve({"crank_angle": value}), atol=1e-12)
+        np.testing.assert_allclose(tangent, (ahead - behind) / 2e-4, atol=1e-7)  # the step squared
+
+
+def test_the_coordinate_is_bounded_by_the_narrowest_of_its_limits():
+    said = {"low_message": "low", "high_message": "high"}
+    limits = [Limit(reading="crank_angle", low=low, high=high, **said) for low, high in ((-1.0, 0.9), (-0.5, 2.0), (-3.0, 1.5))]
+    scene = slider_crank(limits=(*limits, Limit(reading="slider_x", low=0.2, high=0.45, **said)))
+    table = extend_to(start_table(scene, 0.4), -2.0, 2.0)
+    assert (table.end_coordinate(0), table.end_coordinate(1)) == (-0.5, 0.9)

@@ -10,10 +10,15 @@ from governor_mechanism.effects.dashpot import Dashpot
 from governor_mechanism.effects.dry_friction import DryFriction
 from governor_mechanism.effects.spring import OutputSpring
 from governor_mechanism.engines.initial_state import initial_state
+from governor_mechanism.mechanics.dynamics.equations.equations_of_motion import evaluate_state_derivative
 from governor_mechanism.mechanics.dynamics.equations.inverse_dynamics import compute_inverse_dynamics
 from governor_mechanism.mechanics.dynamics.forces import force_laws
 from governor_mechanism.mechanics.dynamics.forces.contact_modes import ContactMode
 from governor_mechanism.mechanics.dynamics.forces.contacts import contacts_of, one_sided_forces_of
+from governor_mechanism.mechanics.dynamics.forces.loads import initial_lags
+from governor_mechanism.mechanics.dynamics.system.arrays import N_ENERGY_STATES, make_system_workspace
+from governor_mechanism.mechanics.dynamics.system.lowering import make_system
+from governor_mechanism.mechanics.dynamics.system.reference_points import from_mass_centres
 from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output
 from governor_mechanism.mechanics.kinematics.time_functions import stack_local_cubics
 from governor_mechanism.mechanics.reduction.equation_of_motion import evaluate_state_rates
@@ -46,7 +51,8 @@ def compare_formulations(scene: Scene, *, time: float = 0.0, sliding_sign: int =
     acceleration, shaft_acceleration, work_rate, dissipated_power = evaluate_state_rates(model, 0, -1.0, *state, 0.0, True)
 
     arrays = np.array([time]), poses[np.newaxis], velocities[np.newaxis], np.zeros((1, 0))
-    bodies = compute_inverse_dynamics(scene, *arrays, (ContactMode((None,) * len(signs), signs, (is_taut,) * len(springs)),))
+    contact_mode = ContactMode((None,) * len(signs), signs, (is_taut,) * len(springs))
+    bodies = compute_inverse_dynamics(scene, *arrays, (contact_mode,))
     expected = float(np.sum(coordinate.gradient * bodies.accelerations[0]) + coordinate.quadratic_velocity_term)
     assert acceleration == pytest.approx(expected, rel=TABLE_ERROR)
     without_friction = evaluate_state_rates(model, 0, -1.0, *state, 0.0, False).acceleration
@@ -59,7 +65,21 @@ def compare_formulations(scene: Scene, *, time: float = 0.0, sliding_sign: int =
         speed, speed_rate = train.spindle_ratio * np.array([state[2], shaft_acceleration]) if train.motion else given_motion(scene, time)
         turning_power = turning_inertia(scene, poses) * speed * speed_rate
     assert work_rate == pytest.approx(turning_power - bodies.power[0], rel=TABLE_ERROR, abs=TABLE_ERROR)
+    rates_of_bodies = energy_rates(scene, contact_mode, time, poses, velocities)
+    assert rates_of_bodies == pytest.approx((work_rate, dissipated_power), rel=TABLE_ERROR, abs=TABLE_ERROR)
     return {"acceleration": acceleration, "shaft": shaft_acceleration, "work": work_rate, "dissipation": dissipated_power}
+
+
+def energy_rates(scene: Scene, mode: ContactMode, time: float, poses: np.ndarray, velocities: np.ndarray) -> tuple[float, float]:
+    """Return the rates of work and of dissipated energy by the equations of all bodies."""
+    system, functions = make_system(scene, mode)
+    layout = system.state_layout
+    lags = initial_lags(scene, poses, velocities)
+    motion = np.concatenate([part.ravel() for part in from_mass_centres(system, poses, velocities)])
+    state = np.concatenate([motion, np.zeros(N_ENERGY_STATES), lags])
+    derivative, cubics = np.empty_like(state), stack_local_cubics(functions, np.array([time]))[0]
+    evaluate_state_derivative(system, make_system_workspace(system), cubics, 0.0, state, derivative)
+    return derivative[layout.work], derivative[layout.dissipated_energy]
 
 
 def given_motion(scene: Scene, time: float) -> tuple[float, float]:

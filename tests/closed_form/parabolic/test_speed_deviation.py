@@ -119,6 +119,8 @@ def test_numbers_give_floats_and_arrays_broadcast() -> None:
         ({"arm": "0.3 m"}, r"arm must be a number"),
         ({"angle_change": math.inf}, r"angle_change must be finite"),
         ({"angle_change": -1.0}, r"must be above 0 deg and below 90 deg; got .* angle_change = -57"),
+        ({"start_angle": 0.5, "angle_change": -0.5}, r"must be above 0 deg and below 90 deg; got start_angle = 28.6"),
+        ({"start_angle": math.pi / 4, "angle_change": math.pi / 4}, r"must be above 0 deg and below 90 deg; got start_angle = 45 deg"),
         ({"angle_change": np.array([0.1, 1.2])}, r"angle_change\[1\] = 68"),
         ({"arm": 3 * RADIUS, "angle_change": -0.3}, r"on or beyond the spindle axis.*arm = 1\.4.*turn the arm less"),
     ],
