@@ -35,9 +35,12 @@ def test_andrews_squeezer_starts_as_published(engine):
 
 def test_four_bar_chain_passes_its_singular_position():
     run = gm.run("four_bar_chain", engine="multibody", accuracy=1e-9)
-    assert run.error_estimate <= 1e-8  # each passage adds an error by chance, some 1e-9 in all
+    # Where the joints are singular, a rounding error displaces the links by its square root at most, another one on another processor.
+    assert run.error_estimate <= math.sqrt(np.finfo(float).eps)
     found = [run.readings["x"][-1], run.readings["y"][-1], run.rates["x"][-1], run.rates["y"][-1]]
     np.testing.assert_allclose(found, FOUR_BAR["own"], atol=1e-9)  # requirement; measured 3e-11
+    for name, error in zip(("x", "y"), np.subtract(found[:2], FOUR_BAR["own"][:2]), strict=True):
+        assert abs(error) <= run.reading_errors[name]
     np.testing.assert_allclose(found, FOUR_BAR["published"], atol=2e-6)  # its own error, 7e-7 m and 2e-6 m/s
     assert found[:2] == pytest.approx(FOUR_BAR["published"][:2], abs=1e-6)
 
