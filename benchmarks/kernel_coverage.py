@@ -221,6 +221,7 @@ TESTS = (
     "mechanics/test_inputs.py",
     "mechanics/test_joint_residuals.py::test_slots_follow_their_curves_over_all_segments",
     "mechanics/test_motion_table.py",
+    "mechanics/test_outlines.py::test_gradient_and_quadratic_term_are_those_of_differences",
     "mechanics/test_two_formulations.py",
     "engines/test_start_on_a_stop.py",
 )

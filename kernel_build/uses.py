@@ -11,8 +11,8 @@ from governor_mechanism.engines.base import RunRequest
 from governor_mechanism.engines.initial_state import initial_state
 from governor_mechanism.engines.multibody.engine import MultibodyEngine, MultibodyRunner
 from governor_mechanism.engines.multibody.implicit import RadauLimits
-from governor_mechanism.mechanics.kinematics.constraint_equations import make_curve_segments
-from governor_mechanism.mechanics.kinematics.constraint_kernels import evaluate_curve, evaluate_polar_curve
+from governor_mechanism.mechanics.curves.curve_kernels import evaluate_curve, evaluate_polar_curve
+from governor_mechanism.mechanics.curves.segments import make_curve_segments
 from governor_mechanism.model.joints import CurveSlot
 from governor_mechanism.scenes.parser import parse_scene_document
 from governor_mechanism.statics.scene_dynamics import SceneDynamics

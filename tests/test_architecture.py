@@ -43,7 +43,7 @@ FOLDERS = [
 
 INNER_FOLDERS = {
     "model": [{"*"}, {"results"}],
-    "mechanics": [{"kinematics"}, {"dynamics"}, {"reduction"}, {"contact"}],
+    "mechanics": [{"curves"}, {"kinematics"}, {"dynamics"}, {"reduction"}, {"contact"}],
     "mechanics/dynamics": [{"forces"}, {"characteristic_scales"}, {"system"}, {"equations"}],
     "engines": [
         {"base"},

@@ -128,7 +128,7 @@ def test_the_order_of_the_points_round_the_groove_does_not_matter():
         ({"polar": [[0, 0.05], [1, -0.06], [2, 0.05]]}, "radius of a closed curve's point"),
         ({"radius": 0.05, "harmonics": [{"amplitude": 0.01, "order": 1.5}]}, "closes with orders 1, 2, 3"),
         ({"radius": 0.05, "harmonics": [{"amplitude": 0.06, "order": 1}]}, "must be less than its radius, 0.05 m"),
-        ({"radius": 0.05, "points": [[0, 0]]}, r"or \{ radius = r, harmonics = \[...\] \}"),
+        ({"radius": 0.05, "points": [[0, 0]]}, r"\{ radius = r, harmonics = \[...\] \} or"),
     ],
 )
 def test_a_curve_that_does_not_close_once_round_its_origin_is_refused(curve, words):
@@ -150,3 +150,13 @@ def test_the_builder_has_closed_curves_too():
         scene = build(**curve)
         y = scene.mechanism.initial_guess[1][1]
         assert y == pytest.approx(gm.kinematics(grooved_cam(curve), "cam", [0.0]).readings["y"][0])
+
+
+@pytest.mark.parametrize(("law", "rise"), [("cycloidal", lambda u: u - math.sin(2 * math.pi * u) / (2 * math.pi)), ("harmonic", None)])
+def test_a_groove_with_lifts_raises_its_follower_by_their_law(law, rise):
+    rise = rise or (lambda u: (1 - math.cos(math.pi * u)) / 2)
+    lifts = [{"over": "100 deg", "lift": LIFT, "law": law}, {"over": "80 deg"}, {"over": "180 deg", "lift": -LIFT, "law": law}]
+    degrees = np.linspace(0, 720, 145)
+    motion = gm.kinematics(grooved_cam({"radius": BASE, "lifts": lifts}), "cam", np.radians(90 - degrees))
+    exact = [BASE + LIFT * (rise(one / 100) if one < 100 else 1 if one < 180 else 1 - rise((one - 180) / 180)) for one in degrees % 360]
+    np.testing.assert_allclose(motion.readings["y"], exact, atol=1e-14)

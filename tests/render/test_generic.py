@@ -335,3 +335,16 @@ def test_the_whole_groove_of_a_cam_turns_with_it_and_holds_the_roller():
         # The roller is as far from both edges, to the distance of the points of an edge.
         assert gaps[0] == pytest.approx(gaps[1], abs=2e-3)
         assert gaps[0] < 0.01
+
+
+def test_a_cam_is_drawn_as_its_outline_and_the_roller_touches_it():
+    run = gm.run("disc_cam", times=[0.0, 0.02, 0.05])
+    drawing = drawing_of(run, run.scene.part)
+    for pose, time in zip(run.poses, run.times, strict=True):
+        shapes = list(drawing.moving_shapes(pose, float(time)))
+        (roller,) = [shape for shape in of_role(shapes, "wheel") if isinstance(shape, Circle)]
+        (cam,) = [shape for shape in of_role(shapes, "plate") if isinstance(shape, Polygon) and len(shape.points) > 200]
+        assert (roller.x, roller.y) == pytest.approx((0.0, 0.04 + run.readings["lift"][list(run.times).index(time)]), abs=1e-12)
+        nearest = min(math.dist(point, (roller.x, roller.y)) for point in cam.points)
+        assert nearest == pytest.approx(roller.radius, abs=3e-5)  # points of the outline are a millimetre apart
+    assert not [shape for shape in background_of(run) if shape.role == "crank web"]

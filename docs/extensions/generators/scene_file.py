@@ -13,7 +13,7 @@ from governor_mechanism.machines.registry import MACHINES
 from governor_mechanism.model.effect import Effect, OutputEffect
 from governor_mechanism.model.joints import JOINTS, Joint
 from governor_mechanism.model.part import TURNING_PLANE
-from governor_mechanism.scenes.custom import parts
+from governor_mechanism.scenes.custom import contacts, field_types, parts
 from governor_mechanism.scenes.custom.assembly import ASSEMBLY
 from governor_mechanism.scenes.custom.law import EQUATION, LAW
 from governor_mechanism.scenes.custom.parser import CUSTOM_TOP_LEVEL
@@ -169,6 +169,10 @@ def _custom_sections() -> Iterator[str]:
     yield _section("`[[link]]`", "A massless bar between two points.", keys_table(parts.LINK), level=3)
     yield _section("`[[force]]`", f"Every force has a {code('type')}, and may have a {code('name')}.", level=3)
     yield from _sections_by_type(parts.FORCE_TABLES, "force")
+    contact = "A roller of a body touches the outline of another one, and may leave it. The gap between them is the reading `NAME_gap`."
+    yield _section("`[[contact]]`", contact, keys_table(contacts.CONTACT), level=3)
+    yield _section("`outline` of a body along a closed curve", keys_table(contacts.CURVE_OUTLINE), level=4)
+    yield _section("`lifts` of a curve", keys_table(field_types.LIFT), level=4)
     rows = ([code(kind), sentence(own.summary), ", ".join(map(code, own.fields_by_key))] for kind, own in READING_TABLES.items())
     yield _section("`[readings]`", "Each reading is a table with the key of its kind.", table(("kind", "reading", "keys"), rows), level=3)
     dimensions = (

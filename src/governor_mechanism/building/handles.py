@@ -14,6 +14,7 @@ from governor_mechanism.machines.custom import CUSTOM_MACHINE
 from governor_mechanism.model.joints import GROUND
 from governor_mechanism.model.part import FIXED_PLANE, TURNING_PLANE
 from governor_mechanism.scenes.custom.assembly import parse_take
+from governor_mechanism.scenes.custom.contacts import CONTACT
 from governor_mechanism.scenes.custom.field_types import PointRegistry, is_moving, parse_moving_point
 from governor_mechanism.scenes.custom.parts import (
     BODY,
@@ -75,6 +76,11 @@ class CallChecks:
         """Check a joint, link or force."""
         with _at(f"{what}:"):
             _TABLES[key][kind].read_ends(table, self._registry)
+
+    def check_contact(self, what: str, table: Mapping[str, Any]) -> None:
+        """Check a contact of a roller and an outline."""
+        with _at(f"{what}:"):
+            CONTACT.build(table, self._registry)
 
     def check_assembly(self, take: object) -> None:
         """Refuse what chooses no assembly."""
@@ -206,6 +212,20 @@ class BuiltBody:
         balls = [*self.table.get("point_masses", ()), ball]
         self.check({**self.table, "point_masses": balls})
         self.table["point_masses"] = balls
+
+    def set_outline(
+        self,
+        # corners [x, y], or [x, y, radius] where an arc begins, or {"curve": ..., "inset": ...} for a closed
+        # curve, as in scene files
+        outline: Sequence[Any] | Mapping[str, Any],
+    ) -> None:
+        """Give the body an outline, which rollers of other bodies may touch.
+
+        Raises MechanismError if it crosses itself, or a value is wrong.
+        """
+        table = {**self.table, "outline": plain_list(outline)}
+        self.check(table)
+        self.table["outline"] = table["outline"]
 
     def _position_of(self, point: BuiltPoint) -> list[Any]:
         """Return the coordinates of a point of this body."""

@@ -6,7 +6,16 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 from governor_mechanism.building.first_configuration import place_bodies
-from governor_mechanism.building.handles import BuiltBody, BuiltPoint, Program, Quantity, body_reference, given_values, point_reference
+from governor_mechanism.building.handles import (
+    BuiltBody,
+    BuiltPoint,
+    Program,
+    Quantity,
+    body_reference,
+    given_values,
+    name_of,
+    point_reference,
+)
 from governor_mechanism.building.parts import BodyBuilder, ForceBuilder, JointBuilder
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.later_module import LaterModule
@@ -95,6 +104,35 @@ class MechanismBuilder(BodyBuilder, JointBuilder, ForceBuilder):
         table = bodies | pairs | points
         self._checks.check_reading(name, table)
         readings[name] = table
+
+    def contact(
+        self, roller: BuiltPoint, body: BuiltBody, *, radius: Quantity | None = None, restitution: float | None = None, name: str = ""
+    ) -> None:
+        """Let a roller, or a point, touch the outline of another body; it may leave it and strike it again.
+
+        Parameters
+        ----------
+        roller
+            Centre of the roller.
+        body
+            The body with an outline.
+        radius
+            Radius of the roller, m or text with a unit; None for a point.
+        restitution
+            Coefficient of restitution, 0 to 1; None for 0.
+        name
+            Name; the gap is the reading NAME_gap. Made of both bodies if empty.
+
+        Raises
+        ------
+        MechanismError
+            If the body has no outline, the roller cannot follow it, or a value is wrong.
+        """
+        label = f"contact {name!r}" if isinstance(name, str) and name else "contact"
+        ends = {"first": point_reference(label, roller), "second": body_reference(label, body)}
+        table = {**name_of(name), **ends, **given_values(radius=radius, restitution=restitution)}
+        self._checks.check_contact(label, table)
+        self._lists.setdefault("contact", []).append(table)
 
     def gravity(self, value: bool | Quantity = True) -> None:
         """Let gravity act along -y.

@@ -9,14 +9,19 @@ import numpy as np
 from governor_mechanism.effects.clearance import CLEARANCE_READING
 from governor_mechanism.engines.continuation import motion_at_start
 from governor_mechanism.errors import MechanismError
+from governor_mechanism.mechanics.curves.outlines import is_inside, outline_points
 from governor_mechanism.mechanics.dynamics.characteristic_scales import time_scale
-from governor_mechanism.mechanics.dynamics.forces.contacts import contacts_of
+from governor_mechanism.mechanics.dynamics.forces.contacts import contacts_of, outline_gaps_of
 from governor_mechanism.mechanics.kinematics.assembly import PositionSolver
 from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output_value
+from governor_mechanism.mechanics.kinematics.point_paths import point_path
+from governor_mechanism.mechanics.kinematics.points import rotate_vector
 from governor_mechanism.mechanics.kinematics.time_functions import SpindleSpeedFunction
 from governor_mechanism.mechanics.reduction.lagrangian import SingleDofReduction
 from governor_mechanism.model.coupling.coupled_system import SHAFT_NAME, TurningPlane
+from governor_mechanism.model.joints import GROUND
 from governor_mechanism.model.mechanism import Mechanism, Shaft
+from governor_mechanism.model.outlines import CornerOutline
 from governor_mechanism.model.output_variables import BodyAngle, Limit
 from governor_mechanism.model.part import EQUILIBRIUM, Spindle
 from governor_mechanism.model.scene import Scene
@@ -235,6 +240,7 @@ STOP_TOLERANCE = 1e-9
 
 def _require_within_stops(scene: Scene, poses: FloatArray) -> None:
     mechanism = scene.mechanism
+    _require_apart(scene, poses)
     for contact in contacts_of(scene):
         is_angle = mechanism.reading(contact.output_name).quantity == "angle"
         unit, coordinate_scale = "rad" if is_angle else "m", mechanism.output_scale(contact.output_name)
@@ -245,6 +251,30 @@ def _require_within_stops(scene: Scene, poses: FloatArray) -> None:
                 f"the start lies beyond the stops of {contact.output_name!r}, {stop_range}: it is at {format_quantity(value, unit)}; "
                 "start between them, or move the stops"
             )
+
+
+def _require_apart(scene: Scene, poses: FloatArray) -> None:
+    """Raise an error for rollers that lie inside an outline at the start."""
+    mechanism, problems, depths = scene.mechanism, dict[str, str](), dict[str, float]()
+    for gap in outline_gaps_of(scene):
+        value, tolerance = float(evaluate_output_value(mechanism, gap.name, poses)), STOP_TOLERANCE * mechanism.length_scale
+        origin, roller = (point_path(mechanism, poses[np.newaxis], point)[0] for point in (gap.origin, gap.roller))
+        angle = poses[mechanism.body_index(gap.origin.body), 2] if gap.origin.body != GROUND else 0.0
+        is_within = isinstance(gap.outline, CornerOutline) and is_inside(
+            outline_points(gap.outline), *map(float, rotate_vector(-angle, *(roller - origin)))
+        )
+        if value < -tolerance or is_within:
+            depth = value + 2 * gap.radius if is_within else -value
+            if depth >= depths.get(gap.contact, math.inf):
+                continue  # it is as near to another part of the outline
+            depths[gap.contact] = depth
+            place = ", ".join(format_quantity(float(one), "m") for one in roller)
+            problems[gap.contact] = (
+                f"the roller of contact {gap.contact!r}, with its centre at ({place}), overlaps the outline of {gap.origin.body!r} by "
+                f"{format_quantity(depth, 'm')} at the start; move one of them, or write start.{gap.name} = 0 for parts that touch"
+            )
+    if problems:
+        raise MechanismError(*problems.values())
 
 
 def _assemble(position_solver: PositionSolver, start_values: Mapping[str, float]) -> FloatArray:

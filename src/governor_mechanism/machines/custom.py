@@ -11,8 +11,9 @@ from governor_mechanism.machines.base import MIN_DIMENSION, MassElement, join_el
 from governor_mechanism.model.curves import SplineCurve
 from governor_mechanism.model.force_elements import Damper, ForceElement, Spring, TorsionDamper, TorsionSpring
 from governor_mechanism.model.joints import GROUND, CurveSlot, Distance, Joint, Point, RotationalDriver, TranslationalDriver
-from governor_mechanism.model.mechanism import Body, Mechanism, NamedPoint, SecondMoments
-from governor_mechanism.model.output_variables import Limit, PointCoordinate, Reading
+from governor_mechanism.model.mechanism import Body, BodyOutline, Mechanism, NamedPoint, SecondMoments
+from governor_mechanism.model.outlines import Outline
+from governor_mechanism.model.output_variables import Limit, OutlineGap, PointCoordinate, Reading
 from governor_mechanism.model.valve import Valve
 from governor_mechanism.types import Vector2
 
@@ -142,6 +143,8 @@ class SketchedBody:
         Position of the origin of its axes, m.
     angle
         Angle of its axes, rad.
+    outline
+        Outline in its axes, which other parts may touch; None without one.
     """
 
     name: str
@@ -150,6 +153,7 @@ class SketchedBody:
     points: Mapping[str, Vector2] = field(default_factory=dict)
     origin: Vector2 = (0.0, 0.0)
     angle: float = 0.0
+    outline: Outline | None = None
 
     @property
     def named_points(self) -> dict[str, Vector2]:
@@ -215,12 +219,15 @@ class MechanismSketch:
         Force elements.
     ground
         Positions of the points of the ground that rest, m.
+    gaps
+        Gaps between rollers and outlines.
     """
 
     bodies: Sequence[SketchedBody]
     joints: Sequence[Joint]
     force_elements: Sequence[ForceElement]
     ground: Mapping[str, Vector2] = field(default_factory=dict)
+    gaps: Sequence[OutlineGap] = ()
 
     @property
     def length_scale(self) -> float:
@@ -245,10 +252,11 @@ class MechanismSketch:
 
     @property
     def unconnected_bodies(self) -> list[str]:
-        """Names of the bodies that no chain of joints, springs or dampers connects to the ground."""
+        """Names of the bodies that no chain of joints, springs, dampers or contacts connects to the ground."""
         connecting_types = (Spring, Damper, TorsionSpring, TorsionDamper)
         connections = [joint.bodies for joint in self.joints]
         connections += [load.bodies for load in self.force_elements if isinstance(load, connecting_types)]
+        connections += [(gap.roller.body, gap.origin.body) for gap in self.gaps]
         connected, previous_count = {GROUND}, 0
         while len(connected) > previous_count:
             previous_count = len(connected)
@@ -295,6 +303,9 @@ class MechanismSketch:
             valve=valve,
             points=tuple(self._named_points()),
             ends=tuple(self._ends()),
+            outlines=tuple(
+                BodyOutline(origin=body.point((0.0, 0.0)), outline=body.outline) for body in self.bodies if body.outline is not None
+            ),
         )
 
     def _named_points(self) -> Iterator[NamedPoint]:

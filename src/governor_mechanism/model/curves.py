@@ -2,9 +2,11 @@
 
 import math
 from dataclasses import dataclass
+from itertools import accumulate
 
 from governor_mechanism.errors import MechanismError, require_finite, require_positive, require_rising
 from governor_mechanism.model.time_functions import AngleHarmonic
+from governor_mechanism.units.fields import entry, quantity, require_valid_fields
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -133,4 +135,66 @@ class PolarHarmonics(PolarCurve):
     @property
     def typical_radius(self) -> float:
         """The mean radius, m."""
+        return self.radius
+
+
+CYCLOIDAL, HARMONIC = "cycloidal", "harmonic"
+"""Laws of a lift: s = h (u - sin(2 pi u) / 2 pi), without a jump of the acceleration, and s = h (1 - cos(pi u)) / 2, u from 0 to 1."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Lift:
+    """A part of a turn of a cam in which its radius rises, falls or stays.
+
+    Attributes
+    ----------
+    over
+        Angle of this part, rad.
+    lift
+        Rise of the radius, m; negative where it falls, 0 for a dwell.
+    law
+        Law of the lift: "cycloidal" or "harmonic".
+    """
+
+    over: float = quantity("angle", meaning="the angle of this part of a turn")
+    lift: float = quantity("length", sign="any", default=0.0, meaning="the rise of the radius; negative where it falls, 0 for a dwell")
+    law: str = entry("choice", words=(CYCLOIDAL, HARMONIC), default=CYCLOIDAL, meaning="the law of the lift")
+
+    def __post_init__(self) -> None:
+        require_valid_fields(self, "a lift")
+
+
+@dataclass(frozen=True, kw_only=True)
+class LiftCurve(PolarCurve):
+    """A closed curve with a radius that rises and falls by laws of cams, from angle 0 on anticlockwise.
+
+    Attributes
+    ----------
+    radius
+        Radius at angle 0, m.
+    lifts
+        The parts of the turn, one after the other: their angles are a whole turn, and their lifts add up to 0.
+    """
+
+    radius: float
+    lifts: tuple[Lift, ...]
+
+    def __post_init__(self) -> None:
+        require_positive(self.radius, "m", "radius of a cam")
+        turn, lift = math.fsum(one.over for one in self.lifts), math.fsum(one.lift for one in self.lifts)
+        if not math.isclose(turn, math.tau, rel_tol=1e-9):
+            raise MechanismError(f"the angles of a cam's lifts must add up to a turn; they are {math.degrees(turn):.9g} deg together")
+        if abs(lift) > 1e-12 * self.radius:
+            raise MechanismError(f"the lifts of a cam must add up to 0, so that its curve closes; they are {lift:g} m together")
+        if min(self.radii_at_starts) <= 0.0:
+            raise MechanismError("a cam falls to a radius that is not positive; give it a larger radius, or smaller lifts")
+
+    @property
+    def radii_at_starts(self) -> tuple[float, ...]:
+        """The radius where each part of the turn begins, m."""
+        return tuple(accumulate((one.lift for one in self.lifts[:-1]), initial=self.radius))
+
+    @property
+    def typical_radius(self) -> float:
+        """The radius at angle 0, m."""
         return self.radius

@@ -6,7 +6,7 @@ from functools import cached_property
 
 from governor_mechanism.model.joints import GROUND, Distance, Joint, Pin, Point, RotationalDriver, Slider, TranslationalDriver
 from governor_mechanism.model.mechanism import Mechanism
-from governor_mechanism.model.output_variables import ArcPosition, BodyAngle, LineAngle, PointCoordinate, PointDistance, Reading
+from governor_mechanism.model.output_variables import ArcPosition, BodyAngle, LineAngle, OutlineGap, PointCoordinate, PointDistance, Reading
 
 SAME_POINT_DIGITS = 12
 """Significant decimal places, m, by which two points of one body are the same."""
@@ -129,6 +129,8 @@ def bodies_of_reading(reading: Reading) -> tuple[str, ...]:
             return (reading.second.body, reading.first.body)
         case ArcPosition():
             return (reading.point.body, reading.centre.body)
+        case OutlineGap():
+            return (reading.roller.body, reading.origin.body)
     return ()
 
 

@@ -10,6 +10,7 @@ from governor_mechanism.errors import MechanismError, did_you_mean, require_fini
 from governor_mechanism.later_module import LaterModule
 from governor_mechanism.model.force_elements import ForceElement
 from governor_mechanism.model.joints import GROUND, Joint, Pin, Point, RotationalDriver, TranslationalDriver
+from governor_mechanism.model.outlines import Outline
 from governor_mechanism.model.output_variables import DerivedReading, Limit, Reading, StallLimit
 from governor_mechanism.model.valve import Valve
 from governor_mechanism.units.fields import optional_size, quantity
@@ -118,6 +119,22 @@ class NamedPoint:
 
 
 @dataclass(frozen=True, kw_only=True)
+class BodyOutline:
+    """The outline of a body.
+
+    Attributes
+    ----------
+    origin
+        Origin of the axes of the outline on the body; they have the direction of those of the body.
+    outline
+        The outline.
+    """
+
+    origin: Point
+    outline: Outline
+
+
+@dataclass(frozen=True, kw_only=True)
 class FixedLoad:
     """A load that no control can move in a mechanism, although others of its kind let it move.
 
@@ -173,6 +190,8 @@ class Mechanism:
         Points that the user named, whose paths can be shown.
     ends
         Ends of rods and points of the ground, by the names that joints have for them: "crank.end", "ground.O".
+    outlines
+        Outlines of bodies, which rollers may touch.
     """
 
     bodies: tuple[Body, ...]
@@ -192,6 +211,7 @@ class Mechanism:
     valve: Valve | None = None
     points: tuple[NamedPoint, ...] = ()
     ends: tuple[NamedPoint, ...] = ()
+    outlines: tuple[BodyOutline, ...] = ()
 
     def __post_init__(self) -> None:
         require_positive(self.length_scale, "m", "length scale of the mechanism")

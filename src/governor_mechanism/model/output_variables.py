@@ -4,6 +4,7 @@ from dataclasses import dataclass, field
 from typing import ClassVar
 
 from governor_mechanism.model.joints import GROUND, Distance, Joint, Pin, Point
+from governor_mechanism.model.outlines import Outline
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -146,6 +147,37 @@ class FollowerHeight(Reading):
     length: float
     zero: float = 0.0
     reference_point: Point | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class OutlineGap(Reading):
+    """Distance of a roller from an outline that it may touch, m: 0 where they touch, and never negative.
+
+    Attributes
+    ----------
+    contact
+        Name of the contact.
+    origin
+        Origin of the axes of the outline on its body; they have the direction of those of the body.
+    roller
+        Centre of the roller.
+    outline
+        The outline.
+    chain
+        Which of the parts of the outline between hollow corners it is, from 0.
+    radius
+        Radius of the roller, m; 0 for a point.
+    restitution
+        Coefficient of restitution, 0 to 1.
+    """
+
+    contact: str
+    origin: Point
+    roller: Point
+    outline: Outline
+    chain: int = 0
+    radius: float = 0.0
+    restitution: float = 0.0
 
 
 @dataclass(frozen=True, kw_only=True)

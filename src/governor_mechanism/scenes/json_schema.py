@@ -11,6 +11,7 @@ from governor_mechanism.effects.registry import EFFECTS
 from governor_mechanism.machines.custom import CUSTOM_MACHINE
 from governor_mechanism.machines.registry import MACHINES
 from governor_mechanism.model.effect import Effect, OutputEffect
+from governor_mechanism.scenes.custom.contacts import CONTACT
 from governor_mechanism.scenes.custom.law import LAW
 from governor_mechanism.scenes.custom.parser import CUSTOM_TOP_LEVEL
 from governor_mechanism.scenes.custom.parts import BODY, FORCE_TABLES, JOINT_TABLES, LINK, READING_TABLES, VALVE
@@ -125,6 +126,7 @@ def _custom_schema(key: str) -> dict[str, Any]:
         "joint": _by_type(JOINT_TABLES),
         "link": LINK.schema(),
         "force": _by_type(FORCE_TABLES),
+        "contact": CONTACT.schema(),
     }
     if key in lists:
         return list_of(lists[key])

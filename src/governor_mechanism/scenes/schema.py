@@ -18,7 +18,7 @@ from governor_mechanism.units.fields import Declaration, declare, fields_of
 from governor_mechanism.units.problems import KEY, Problem, ProblemCode, ProblemCollector, wrong_value
 from governor_mechanism.units.quantities import format_value
 
-CUSTOM_KEYS: Final = ("size", "plane", "ground", "body", "joint", "link", "force", "readings", "valve", "assembly", "law")
+CUSTOM_KEYS: Final = ("size", "plane", "ground", "body", "joint", "link", "force", "contact", "readings", "valve", "assembly", "law")
 """Keys that only a scene with a custom machine has."""
 
 RATE_KINDS: Final = {"angle": "angular_rate", "length": "speed"}

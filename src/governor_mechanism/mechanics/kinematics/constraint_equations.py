@@ -8,10 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from governor_mechanism.errors import MechanismError
+from governor_mechanism.mechanics.curves.segments import concatenate_segments, make_curve_segments
 from governor_mechanism.mechanics.kinematics.constraint_kernels import CONSTRAINT_ROW_DTYPE, ConstraintRows, RowEvaluation
 from governor_mechanism.mechanics.kinematics.points import Origins, attachment_fields
 from governor_mechanism.mechanics.kinematics.time_functions import CubicTimeFunction
-from governor_mechanism.model.curves import Curve, PolarHarmonics, PolarSpline, PolynomialCurve, SplineCurve
 from governor_mechanism.model.joints import Joint
 from governor_mechanism.model.joints.base import ConstraintRow, RowKind
 from governor_mechanism.model.mechanism import Mechanism
@@ -84,16 +84,8 @@ def make_constraint_table(
         n_segments += n_own_segments
         motions += [] if row.motion is None else [row.motion]
     joint_indices = np.array([index for index, _, _ in entries], dtype=np.int64)
-    rows = ConstraintRows(table, bodies_of_rows(table), _concatenate_segments(curve_segments))
+    rows = ConstraintRows(table, bodies_of_rows(table), concatenate_segments(curve_segments))
     return ConstraintTable(rows, joint_indices, tuple(motions))
-
-
-def _concatenate_segments(parts: list[FloatArray]) -> FloatArray:
-    """Return all curve segments with as many coefficients as the highest degree needs; the others are zero."""
-    if len(parts) == 1:
-        return parts[0]
-    n_columns = max(part.shape[1] for part in parts)
-    return np.concatenate([np.insert(part, [1] * (n_columns - part.shape[1]), 0.0, axis=1) for part in parts])
 
 
 def bodies_of_rows(table: RecordArray) -> IntArray:
@@ -121,51 +113,6 @@ def _is_trivially_satisfied(mechanism: Mechanism, joint: Joint, row: ConstraintR
             "make one of them rotate, or remove the relative angle from the joint"
         )
     return True
-
-
-def make_curve_segments(
-    curve: Curve,  # polynomial or spline curve y = f(x), m, or closed curve r = f(angle), m and rad
-) -> FloatArray:
-    """Return a guide curve as polynomial segments.
-
-    Result: start of each segment along x (m) or of the angle (rad), then its coefficients, highest power
-    first; shape (segments, columns). Raises TypeError if there are no segments for this type of curve.
-    """
-    if isinstance(curve, PolynomialCurve):
-        return np.array([[0.0, *reversed(curve.coefficients)]])
-    if isinstance(curve, SplineCurve):
-        from scipy.interpolate import CubicSpline
-
-        spline = CubicSpline(curve.x, curve.y)
-        return np.column_stack([spline.x[:-1], spline.c.T])
-    if isinstance(curve, PolarSpline):
-        from scipy.interpolate import CubicSpline
-
-        angles, radii = (
-            np.append(values, end) for values, end in ((curve.angles, curve.angles[0] + math.tau), (curve.radii, curve.radii[0]))
-        )
-        spline = CubicSpline(angles, radii, bc_type="periodic")
-        return np.column_stack([spline.x[:-1], spline.c.T])
-    if isinstance(curve, PolarHarmonics):
-        return _harmonic_segments(curve)
-    raise TypeError(f"no segments are defined for curves of type {type(curve).__name__}")
-
-
-SEGMENTS_PER_CYCLE, TAYLOR_DEGREE = 16, 13
-"""Segments per cycle of the highest harmonic of a closed curve, and degree of its Taylor polynomial in each: radius and second
-derivative are exact to 2e-17 and 3e-14 of the amplitude and its second derivative."""
-
-
-def _harmonic_segments(curve: PolarHarmonics) -> FloatArray:
-    """Return a closed curve of harmonics as Taylor polynomials, exact to rounding."""
-    n_segments = SEGMENTS_PER_CYCLE * int(max((one.order for one in curve.harmonics), default=1))
-    starts, powers = math.tau * np.arange(n_segments) / n_segments, np.arange(TAYLOR_DEGREE, -1, -1)
-    factorials = np.array([math.factorial(power) for power in powers])
-    coefficients = np.where(powers == 0, curve.radius, np.zeros((n_segments, 1)))
-    for one in curve.harmonics:
-        phases = one.order * starts + one.phase
-        coefficients = coefficients + one.amplitude * one.order**powers / factorials * np.sin(phases[:, np.newaxis] + powers * math.pi / 2)
-    return np.column_stack([starts, coefficients])
 
 
 class ConstraintEquations:

@@ -13,6 +13,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from governor_mechanism.mechanics.curves.curve_kernels import evaluate_curve, evaluate_polar_curve
+from governor_mechanism.mechanics.curves.outline_kernels import distance_from_pieces, distance_from_polar_curve
 from governor_mechanism.mechanics.kinematics.points import rotate_vector
 from governor_mechanism.mechanics.kinematics.time_functions import evaluate_motion
 from governor_mechanism.model.joints.base import RowKind
@@ -44,7 +46,7 @@ CONSTRAINT_ROW_DTYPE = record_dtype(
     ("follower_sign", "f8"),  # FOLLOWER_HEIGHT
     ("drive_scale", "f8"),  # m per unit of the drive
     ("drive", "i8"),  # input that drives the row, or NO_INDEX
-    ("first_segment", "i8"),  # BODY_NORMAL, POLAR_CURVE: first segment of the guide curve
+    ("first_segment", "i8"),  # BODY_NORMAL, POLAR_CURVE: first segment of the guide curve; CURVE_DISTANCE, PIECES_DISTANCE: of the outline
     ("n_segments", "i8"),  # number of its segments; BODY_NORMAL: 0 for a straight line
 )
 """One constraint row; fields of other kinds are zero, but for the weight of the first point, which is 1."""
@@ -101,49 +103,6 @@ def evaluate_drives(rows: ConstraintRows, input_cubics: FloatArray, local_time: 
             row_values[i, RowColumn.DRIVE_VALUE] = drive_scale * value
             row_values[i, RowColumn.DRIVE_RATE] = drive_scale * rate
             row_values[i, RowColumn.DRIVE_ACCELERATION] = drive_scale * acceleration
-
-
-@jit_in_place
-def evaluate_curve(
-    # polynomial segments: start (m), then coefficients, highest power first; shape (segments, columns)
-    curve_segments: FloatArray,
-    first_segment: int,
-    n_segments: int,
-    x: float,  # abscissa, m
-) -> tuple[float, float, float]:
-    """Return the value of a guide curve and its first two derivatives.
-
-    Result: value, m, first derivative, and second derivative, 1/m.
-    """
-    k, end = first_segment, first_segment + n_segments
-    while end - k > 1:
-        middle = (k + end) // 2
-        if x >= curve_segments[middle, 0]:
-            k = middle
-        else:
-            end = middle
-    local_x, value, derivative, half_second_derivative = x - curve_segments[k, 0], 0.0, 0.0, 0.0
-    for column in range(1, curve_segments.shape[1]):
-        half_second_derivative = half_second_derivative * local_x + derivative
-        derivative = derivative * local_x + value
-        value = value * local_x + curve_segments[k, column]
-    return value, derivative, 2.0 * half_second_derivative
-
-
-@jit_in_place
-def evaluate_polar_curve(
-    # polynomial segments of one turn: start (rad), then coefficients, highest power first; shape (segments, columns)
-    curve_segments: FloatArray,
-    first_segment: int,
-    n_segments: int,
-    angle: float,  # direction, rad, of any turn
-) -> tuple[float, float, float]:
-    """Return the radius of a closed curve in a direction and its first two derivatives by the angle.
-
-    Result: radius, m, first derivative, m/rad, and second derivative, m/rad2.
-    """
-    n_turns = math.floor((angle - curve_segments[first_segment, 0]) / (2.0 * math.pi))
-    return evaluate_curve(curve_segments, first_segment, n_segments, angle - 2.0 * math.pi * n_turns)
 
 
 class PointMotion(NamedTuple):
@@ -288,6 +247,25 @@ def _polar_curve_row(row: RecordArray, curve_segments: FloatArray, first: PointM
 
 
 @jit_in_place
+def _outline_distance_row(row: RecordArray, curve_segments: FloatArray, first: PointMotion, second: PointMotion) -> RowGeometry:
+    """Return the distance of the second point from an outline of the first body."""
+    dx, dy, du, dv, w1 = second.x - first.x, second.y - first.y, second.u - first.u, second.v - first.v, first.angular_velocity
+    cosine, sine = math.cos(first.angle), math.sin(first.angle)
+    x, y = cosine * dx + sine * dy, cosine * dy - sine * dx
+    if row.kind == RowKind.PIECES_DISTANCE:
+        distance = distance_from_pieces(curve_segments, row.first_segment, row.n_segments, x, y)
+    else:
+        distance = distance_from_polar_curve(curve_segments, row.first_segment, row.n_segments, x, y)
+    nx, ny = cosine * distance.normal_x - sine * distance.normal_y, sine * distance.normal_x + cosine * distance.normal_y
+    # velocity of the point as seen from the body, in directions fixed in the plane
+    u, v = du + w1 * dy, dv - w1 * dx
+    sliding_velocity = nx * v - ny * u
+    quadratic_term = 2.0 * w1 * (nx * v - ny * u) + w1 * w1 * (nx * dx + ny * dy)
+    quadratic_term += distance.curvature * sliding_velocity * sliding_velocity
+    return RowGeometry(distance.value, nx, ny, nx * dy - ny * dx, 0.0, quadratic_term)
+
+
+@jit_in_place
 def _evaluate_row(row: RecordArray, curve_segments: FloatArray, first: PointMotion, second: PointMotion, third_angle: float) -> RowGeometry:
     """Return the value of a row of any kind, and its derivatives."""
     dx, dy, du, dv = second.x - first.x, second.y - first.y, second.u - first.u, second.v - first.v
@@ -303,6 +281,8 @@ def _evaluate_row(row: RecordArray, curve_segments: FloatArray, first: PointMoti
         return _follower_height_row(row, first, second)
     if row.kind == RowKind.POLAR_CURVE:
         return _polar_curve_row(row, curve_segments, first, second)
+    if row.kind == RowKind.CURVE_DISTANCE or row.kind == RowKind.PIECES_DISTANCE:
+        return _outline_distance_row(row, curve_segments, first, second)
     return _body_normal_row(row, curve_segments, first, second)
 
 

@@ -10,21 +10,27 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from governor_mechanism.errors import MechanismError
+from governor_mechanism.mechanics.curves.outline_kernels import N_CURVE_SAMPLES
+from governor_mechanism.mechanics.curves.outlines import chains_of, make_curve_pieces, make_pieces
+from governor_mechanism.mechanics.curves.segments import concatenate_segments
 from governor_mechanism.mechanics.kinematics.constraint_equations import bodies_of_rows, make_row_table, set_fields
 from governor_mechanism.mechanics.kinematics.constraint_kernels import ConstraintRows
 from governor_mechanism.mechanics.kinematics.points import Origins, attachment_fields
 from governor_mechanism.model.joints import GROUND, Point
 from governor_mechanism.model.joints.base import RowKind
 from governor_mechanism.model.mechanism import Mechanism
+from governor_mechanism.model.outlines import CornerOutline, CurveOutline
 from governor_mechanism.model.output_variables import (
     ArcPosition,
     BodyAngle,
     FollowerHeight,
     LineAngle,
+    OutlineGap,
     PointCoordinate,
     PointDistance,
     Reading,
 )
+from governor_mechanism.types import FloatArray
 
 
 @dataclass(frozen=True)
@@ -35,6 +41,7 @@ class OutputRow:
     first: Point
     second: Point
     parameters: Mapping[str, float] = field(default_factory=dict)
+    segments: FloatArray | None = None  # those of an outline
 
 
 def _output_row(reading: Reading) -> OutputRow:
@@ -54,6 +61,8 @@ def _output_row(reading: Reading) -> OutputRow:
             return OutputRow(RowKind.ARC_POSITION, reading.centre, reading.point, arc)
         case FollowerHeight():
             return _follower_height_row(reading)
+        case OutlineGap():
+            return _outline_gap_row(reading)
     raise TypeError(f"no output row is defined for readings of type {type(reading).__name__}")
 
 
@@ -87,6 +96,20 @@ def _follower_height_row(reading: FollowerHeight) -> OutputRow:
     return OutputRow(RowKind.FOLLOWER_HEIGHT, base_point, reading.knee, parameters)
 
 
+def _outline_gap_row(reading: OutlineGap) -> OutputRow:
+    """Return the row of the distance of a roller from an outline; a curve is followed by its points, which are no segments."""
+    outline = reading.outline
+    if isinstance(outline, CornerOutline):
+        pieces = make_pieces(chains_of(outline)[reading.chain])
+        parameters = {"constant": reading.radius, "n_segments": len(pieces)}
+        return OutputRow(RowKind.PIECES_DISTANCE, reading.origin, reading.roller, parameters, pieces)
+    if isinstance(outline, CurveOutline):
+        pieces = make_curve_pieces(outline)
+        parameters = {"constant": reading.radius - outline.inset, "n_segments": len(pieces) - N_CURVE_SAMPLES}
+        return OutputRow(RowKind.CURVE_DISTANCE, reading.origin, reading.roller, parameters, pieces)
+    raise TypeError(f"no distance is defined from outlines of type {type(outline).__name__}")
+
+
 def make_output_rows(
     mechanism: Mechanism,
     names: Sequence[str],
@@ -99,10 +122,14 @@ def make_output_rows(
 
 def rows_of_readings(mechanism: Mechanism, readings: Sequence[Reading], origins: Origins) -> ConstraintRows:
     """Return the output rows of readings, which the mechanism need not list, as `make_output_rows` does."""
-    table = make_row_table(len(readings))
+    table, parts, n_segments = make_row_table(len(readings)), [np.zeros((0, 2))], 0
     for record, reading in zip(table, readings, strict=True):
         row = _output_row(reading)
         set_fields(record, attachment_fields(mechanism, row.first, row.second, origins))
         set_fields(record, row.parameters)
         record["kind"] = row.kind
-    return ConstraintRows(table, bodies_of_rows(table), np.zeros((0, 2)))
+        if row.segments is not None:
+            record["first_segment"] = n_segments
+            parts.append(row.segments)
+            n_segments += len(row.segments)
+    return ConstraintRows(table, bodies_of_rows(table), concatenate_segments(parts))

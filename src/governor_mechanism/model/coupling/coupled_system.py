@@ -38,7 +38,7 @@ LOAD_NAME: Final = "load"
 """Name of the load of a scene, and of that of an engine."""
 
 _NAME_FIELDS: Final = frozenset(
-    ("name", "body", "reference_body", "carrier", "reading", "spring", "element", "elements", "first", "second")
+    ("name", "body", "reference_body", "carrier", "reading", "spring", "element", "elements", "first", "second", "contact")
 )
 """Fields of descriptions that hold the name of a body, a reading or an element, or names of elements."""
 
@@ -57,6 +57,7 @@ _MERGED_FIELDS: Final = (
     "notes",
     "points",
     "ends",
+    "outlines",
 )
 """Fields of a mechanism that are those of all its parts in turn."""
 

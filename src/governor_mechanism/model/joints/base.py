@@ -20,8 +20,9 @@ class RowKind(IntEnum):
     distance from a curve on that line. POLAR_CURVE: |d| less the radius of a closed curve of the first body in that
     direction. LINE_ANGLE: the angle of d from the downward vertical (rad). FOLLOWER_HEIGHT: the height of a follower that
     hangs by a link from a rod through the second point, plus the height of the first point. ARC_POSITION: the angle of d in
-    the axes of the first body, times a radius. LINE_ANGLE, FOLLOWER_HEIGHT and ARC_POSITION serve as outputs only. Of each
-    the constant of the row is subtracted.
+    the axes of the first body, times a radius. CURVE_DISTANCE, PIECES_DISTANCE: the distance of the second point from a
+    closed curve, or from lines and arcs, of the first body. LINE_ANGLE and all after it but POLAR_CURVE serve as outputs
+    only. Of each the constant of the row is subtracted.
     """
 
     DISTANCE = 0
@@ -31,6 +32,8 @@ class RowKind(IntEnum):
     FOLLOWER_HEIGHT = 4
     ARC_POSITION = 5
     POLAR_CURVE = 6
+    CURVE_DISTANCE = 7
+    PIECES_DISTANCE = 8
 
 
 @dataclass(frozen=True)

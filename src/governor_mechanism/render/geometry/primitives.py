@@ -7,8 +7,9 @@ from itertools import chain
 
 import numpy as np
 
-from governor_mechanism.mechanics.kinematics.constraint_equations import make_curve_segments
-from governor_mechanism.mechanics.kinematics.constraint_kernels import evaluate_polar_curve
+from governor_mechanism.mechanics.curves.curve_kernels import evaluate_polar_curve
+from governor_mechanism.mechanics.curves.outlines import outline_points
+from governor_mechanism.mechanics.curves.segments import make_curve_segments
 from governor_mechanism.mechanics.kinematics.point_paths import point_path
 from governor_mechanism.mechanics.kinematics.points import rotate_vector
 from governor_mechanism.model.curves import PolarCurve
@@ -160,7 +161,7 @@ def convex_hull(points: Sequence[Vec2]) -> list[Vec2]:
 
 
 def drawn_point_paths(mechanism: Mechanism, poses: FloatArray) -> FloatArray:
-    """Return the paths (n, m, 2) m of all drawn points: mass centres, ends of joints and elements, rims of wheels."""
+    """Return the paths (n, m, 2) m of all drawn points: mass centres, ends of joints and elements, rims of wheels, outlines."""
     ended = [*mechanism.joints, *(load for load in mechanism.force_elements if isinstance(load, Spring | Damper))]
     points = [point for element in ended for point in (element.first, element.second)]
     points += [load.point for load in mechanism.force_elements if isinstance(load, Force)]
@@ -175,6 +176,9 @@ def drawn_point_paths(mechanism: Mechanism, poses: FloatArray) -> FloatArray:
         if isinstance(joint, CurveSlot) and isinstance(joint.curve, PolarCurve):
             outline = place_points((joint.first.x, joint.first.y, joint.angle), closed_curve_points(joint.curve, 24))
             paths += [point_path(mechanism, poses, Point(body=joint.first.body, x=x, y=y))[:, None] for x, y in outline]
+    for one in mechanism.outlines:
+        corners = [(x + one.origin.x, y + one.origin.y) for x, y in outline_points(one.outline)[::4]]
+        paths += [point_path(mechanism, poses, Point(body=one.origin.body, x=x, y=y))[:, None] for x, y in corners]
     return np.concatenate(paths, axis=1)
 
 

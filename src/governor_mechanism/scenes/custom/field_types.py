@@ -12,12 +12,12 @@ from governor_mechanism.errors import MechanismError
 from governor_mechanism.machines.base import MassElement
 from governor_mechanism.machines.custom import BodyShape, InitialConfiguration, SketchedBody
 from governor_mechanism.mechanics.kinematics.time_functions import CubicTimeFunction
-from governor_mechanism.model.curves import Curve, PolarHarmonics, PolarSpline, PolynomialCurve, SplineCurve
+from governor_mechanism.model.curves import Curve, Lift, LiftCurve, PolarHarmonics, PolarSpline, PolynomialCurve, SplineCurve
 from governor_mechanism.model.joints import GROUND, Joint, Point, TranslationalDriver
 from governor_mechanism.model.time_functions import PrescribedMotion
 from governor_mechanism.scenes import quantities
 from governor_mechanism.scenes.loads import LOAD_TYPES, angle_harmonic_table, harmonic_table, parse_harmonics
-from governor_mechanism.scenes.table import TABLE_TYPE, Table
+from governor_mechanism.scenes.table import TABLE_TYPE, Table, parse_table_list
 from governor_mechanism.units.fields import declare
 from governor_mechanism.units.problems import KEY, ProblemCode, mistake, parse_each, unknown_name, wrong_value
 from governor_mechanism.units.quantities import format_value
@@ -120,14 +120,15 @@ def parse_named_points(value: object) -> dict[str, quantities.FloatPair]:
 
 def _parse_curve(value: object) -> Curve:
     keys = set(value) if isinstance(value, Mapping) else set()
-    if isinstance(value, Mapping) and keys in ({"radius"}, {"radius", "harmonics"}):
-        harmonic_curve: Curve = _HARMONIC_CURVE.build(value)
-        return harmonic_curve
+    for own_keys, table in ((_HARMONIC_CURVE.fields, _HARMONIC_CURVE), (_LIFT_CURVE.fields, _LIFT_CURVE)):
+        if isinstance(value, Mapping) and "radius" in keys and keys <= own_keys.keys():
+            curve: Curve = table.build(value)
+            return curve
     if not isinstance(value, Mapping) or len(keys) != 1 or not keys <= _CURVES.keys():
         raise wrong_value(
             value,
             "must be { coefficients = [c0, c1, ...] } or { points = [[x, y], ...] }, or for a closed curve { closed = [[x, y], ...] }, "
-            "{ polar = [[angle, radius], ...] } or { radius = r, harmonics = [...] }",
+            "{ polar = [[angle, radius], ...] }, { radius = r, harmonics = [...] } or { radius = r, lifts = [...] }",
         )
     (key,) = keys
     (curve,) = parse_each(_CURVES[key], value.values(), paths=[f"{KEY}.{key}"])
@@ -190,6 +191,21 @@ _HARMONIC_CURVE: Final = Table(
     example='{ radius = "50 mm", harmonics = [{ amplitude = "10 mm", order = 2 }] }',
 )
 """A closed curve of harmonics."""
+
+LIFT: Final = Table.of(Lift, example='{ over = "120 deg", lift = "20 mm" }')
+_LIFT_CURVE: Final = Table(
+    make=LiftCurve,
+    fields={
+        "radius": declare("quantity", "length", meaning="the radius at angle 0"),
+        "lifts": declare("lifts", meaning="a list of { over, lift, law }: rises, falls and dwells round the turn"),
+    },
+    types={
+        **quantities.VALUE_TYPES,
+        "lifts": quantities.without_context(lambda value: parse_table_list(LIFT, value, "lift"), quantities.list_of(quantities.TABLE)),
+    },
+    example='{ radius = "40 mm", lifts = [{ over = "180 deg", lift = "20 mm" }, { over = "180 deg", lift = "-20 mm" }] }',
+)
+"""The curve of a cam."""
 
 
 MotionBuilder = Callable[[float], PrescribedMotion]

@@ -13,6 +13,7 @@ from governor_mechanism.model.output_variables import Reading
 from governor_mechanism.model.part import FIXED_PLANE, TURNING_PLANE, Law, Part, Start
 from governor_mechanism.model.valve import Valve
 from governor_mechanism.scenes.custom.assembly import ASSEMBLY_TYPE, take_assembly, written_angles
+from governor_mechanism.scenes.custom.contacts import CONTACT, find_name_conflicts
 from governor_mechanism.scenes.custom.dimensions import Dimension, DimensionTable
 from governor_mechanism.scenes.custom.field_types import PointRegistry, is_moving, parse_moving_point, parse_named_points
 from governor_mechanism.scenes.custom.law import parse_law
@@ -61,6 +62,7 @@ CUSTOM_TOP_LEVEL: Final = Table(
         "joint": declare("tables", default=None, meaning="the joints, one table [[joint]] for each"),
         "link": declare("tables", default=None, meaning="massless bars, one table [[link]] for each"),
         "force": declare("tables", default=None, meaning="springs, dampers, torques and forces, one table [[force]] for each"),
+        "contact": declare("tables", default=None, meaning="rollers that touch outlines, one table [[contact]] for each"),
         "readings": declare("table", default=None, meaning="what is read off the mechanism, by name; by default angles of bodies"),
         "valve": declare("table", default=None, meaning="the slide valve that the mechanism moves, for its timing"),
         "assembly": declare(
@@ -107,6 +109,9 @@ class CustomMachineParser:
         sketch = self.parse_sketch()
         self._check_sketch(sketch)
         readings, are_all_known = self._parse_readings(list(sketch.bodies[: len(sketch.bodies) - len(self.registry.moving_points)]))
+        conflicts = find_name_conflicts(sketch.gaps, [reading.name for reading in readings])
+        self.collector.add(ProblemCode.DUPLICATE, *conflicts, key="contact")
+        readings = [*readings, *sketch.gaps]
         start = self._parse_start(readings)
         length_scale = (self.top_level and self.top_level.get("size")) or sketch.length_scale
         if not length_scale and not self.has_problems:
@@ -138,7 +143,8 @@ class CustomMachineParser:
         # The drivers connect the moving points of the ground to it.
         all_bodies = [*bodies, *self.registry.moving_points.values()]
         forces = self._parse_tables("force", {"": UNTYPED_FORCE, **FORCE_TABLES})
-        return MechanismSketch(bodies=all_bodies, joints=joints, force_elements=forces, ground=self.registry.ground)
+        gaps = list(chain.from_iterable(self._parse_tables("contact", {"": CONTACT})))
+        return MechanismSketch(bodies=all_bodies, joints=joints, force_elements=forces, ground=self.registry.ground, gaps=gaps)
 
     def _build_part(self, sketch: MechanismSketch, readings: list[Reading], length_scale: float, valve: Valve | None, start: Start) -> Part:
         mechanism = sketch.build(readings, _leading_coordinate(self.document.get("start"), readings), length_scale, valve)

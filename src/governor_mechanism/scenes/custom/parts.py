@@ -16,10 +16,12 @@ from governor_mechanism.machines.custom import SketchedBody
 from governor_mechanism.model import force_elements, joints
 from governor_mechanism.model.joints import GROUND, Joint, Point, RotationalDriver
 from governor_mechanism.model.mechanism import SecondMoments
+from governor_mechanism.model.outlines import Outline
 from governor_mechanism.model.output_variables import BodyAngle, LineAngle, PointCoordinate, PointDistance, Reading
 from governor_mechanism.model.part import TURNING_PLANE
 from governor_mechanism.model.valve import Reverser, Valve
 from governor_mechanism.scenes import quantities
+from governor_mechanism.scenes.custom.contacts import OUTLINE_TYPE
 from governor_mechanism.scenes.custom.field_types import CUSTOM_TYPES, PointRegistry, make_unique_name
 from governor_mechanism.scenes.effect_tables import ReadingQuantities, resolve_reading_name
 from governor_mechanism.scenes.quantities import TABLE, FloatPair, list_of, without_context
@@ -104,6 +106,13 @@ class WrittenBody:
     points: Mapping[str, FloatPair] | None = entry(
         "points", default=None, meaning='points by name, as { A = ["100 mm", 0] }, in the axes of the body'
     )
+    outline: Outline | None = entry(
+        "outline",
+        default=None,
+        meaning="the outline that rollers of other bodies touch, in the axes of the body: a list of corners [x, y], or "
+        "[x, y, radius] where an arc begins (a negative radius for a hollow one), or a closed curve about the origin, as "
+        '{ curve = { ... }, inset = "10 mm" }',
+    )
     at: FloatPair = entry("position", default=(0.0, 0.0), meaning="the initial position of the origin; assembly starts from it")
     angle: float = quantity(
         "angle", sign="any", default=0.0, meaning="the initial angle of its axes, anticlockwise from x; assembly starts from it"
@@ -141,7 +150,13 @@ class WrittenBody:
         if self.point_masses:
             shape = custom.add_point_masses(shape, [(ball.mass, ball.position, ball.radius) for ball in self.point_masses])
         return custom.SketchedBody(
-            name=self.name, shape=shape, can_rotate=self.can_rotate, points=self.points or {}, origin=self.at, angle=self.angle
+            name=self.name,
+            shape=shape,
+            can_rotate=self.can_rotate,
+            points=self.points or {},
+            origin=self.at,
+            angle=self.angle,
+            outline=self.outline,
         )
 
     def _build_shape(self) -> custom.BodyShape:
@@ -187,7 +202,7 @@ _POINT_MASSES = without_context(lambda value: parse_table_list(POINT_MASS, value
 BODY: Final = Table.of(
     WrittenBody,
     make=_sketch_body,
-    types={**CUSTOM_TYPES, "point masses": _POINT_MASSES},
+    types={**CUSTOM_TYPES, "point masses": _POINT_MASSES, "outline": OUTLINE_TYPE},
     check=_check_body,
     find_conflicts=_find_mass_conflicts,
 )

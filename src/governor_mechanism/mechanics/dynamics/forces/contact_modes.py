@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from governor_mechanism.mechanics.dynamics.forces import output_forces
-from governor_mechanism.mechanics.dynamics.forces.contacts import contacts_of, one_sided_forces_of, output_forces_of
+from governor_mechanism.mechanics.dynamics.forces.contacts import contacts_of, one_sided_forces_of, outline_gaps_of, output_forces_of
 from governor_mechanism.mechanics.dynamics.forces.loads import reading_functions_of, reading_tables_of
 from governor_mechanism.model.effect import OutputForce
 from governor_mechanism.model.scene import Scene
@@ -72,12 +72,12 @@ def has_contacts(scene: Scene) -> bool:
 
 @once_per_object
 def forced_output_names(scene: Scene) -> list[str]:
-    """Return the readings along which effects act or on which loads depend.
+    """Return the readings along which effects or contacts act, or on which loads depend.
 
     Result: names in the order of the output rows of a system.
     """
-    functions = reading_functions_of(scene)
-    return list(dict.fromkeys([effect.reading for effect in scene.output_effects] + [one.source for one in functions]))
+    forced = [effect.reading for effect in scene.output_effects] + [one.source for one in reading_functions_of(scene)]
+    return list(dict.fromkeys(forced + [gap.name for gap in outline_gaps_of(scene)]))
 
 
 def make_output_forces(

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from governor_mechanism.model.effect import OutputForce
+from governor_mechanism.model.output_variables import OutlineGap
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.model.time_functions import InputFunction
 from governor_mechanism.numerics.jit import record_dtype
@@ -55,16 +56,24 @@ CONTACT_DTYPE = record_dtype(
 """One contact."""
 
 
+def outline_gaps_of(scene: Scene) -> tuple[OutlineGap, ...]:
+    """Return the gaps between rollers and outlines."""
+    return tuple(reading for reading in scene.mechanism.readings if isinstance(reading, OutlineGap))
+
+
 @once_per_object
 def contacts_of(scene: Scene) -> tuple[Contact, ...]:
     """Return the contacts of a scene.
 
-    Result: one contact for each reading with dry friction or stops.
+    Result: one contact for each reading with dry friction or stops, and for each gap between a roller and an
+    outline.
     """
     properties: defaultdict[str, dict[str, Any]] = defaultdict(dict)
     for effect in sorted(scene.output_effects, key=lambda effect: "friction" not in effect.contact):
         if effect.contact:
             properties[effect.reading] |= effect.contact
+    for gap in outline_gaps_of(scene):
+        properties[gap.name] |= {"low": 0.0, "restitution": gap.restitution}
     return tuple(Contact(name, **given) for name, given in properties.items())
 
 

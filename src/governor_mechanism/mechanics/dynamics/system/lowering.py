@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from governor_mechanism.mechanics.curves.segments import concatenate_segments
 from governor_mechanism.mechanics.dynamics.forces.contact_modes import ContactMode, forced_output_names, initial_mode, make_output_forces
 from governor_mechanism.mechanics.dynamics.forces.contacts import contacts_of
 from governor_mechanism.mechanics.dynamics.forces.force_elements import lower_outputs
@@ -62,9 +63,11 @@ def _make_system_in_mode(scene: Scene, mode: ContactMode) -> tuple[System, tuple
     holding_rows = make_holding_rows(scene, mode, output_rows)
     row_order = order_rows(constraint_table.rows, holding_rows)
     held_rows = np.argsort(row_order)[len(constraint_table.joint_indices) :]
+    segments = concatenate_segments([constraint_table.rows.curve_segments, output_rows.curve_segments])
+    holding_rows["first_segment"] += len(constraint_table.rows.curve_segments)
     joint_rows = disable_rows(constraint_table, [mechanism.joint_index(name) for name in mode.broken])
     ordered_rows = np.concatenate([joint_rows, holding_rows])[row_order]
-    rows = ConstraintRows(ordered_rows, bodies_of_rows(ordered_rows), constraint_table.rows.curve_segments)
+    rows = ConstraintRows(ordered_rows, bodies_of_rows(ordered_rows), segments)
     rows.table["drive"] += np.where(rows.table["drive"] != NO_INDEX, layout.drives.start, 0)
     row_pairs = find_coupled_rows(rows.row_bodies)
     input_terms, lags = make_input_terms(output_names, mode.segments, layout, loads)

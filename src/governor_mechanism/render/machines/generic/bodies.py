@@ -7,10 +7,11 @@ from typing import NamedTuple
 
 import numpy as np
 
+from governor_mechanism.mechanics.curves.outlines import outline_points
 from governor_mechanism.model.force_elements import Damper, Force, ForceElement, Spring
 from governor_mechanism.model.joints import GROUND, Glyph, Joint, Pin, Point
-from governor_mechanism.model.mechanism import Body
-from governor_mechanism.model.output_variables import LineAngle, PointCoordinate, PointDistance, Reading
+from governor_mechanism.model.mechanism import Body, BodyOutline, Mechanism
+from governor_mechanism.model.output_variables import LineAngle, OutlineGap, PointCoordinate, PointDistance, Reading
 from governor_mechanism.numerics.once_per_object import once_per_object
 from governor_mechanism.render.geometry.attached import Attached
 from governor_mechanism.render.geometry.outlines import make_bar, make_plate_outline, make_rectangle, make_wall, shrink_convex
@@ -94,6 +95,8 @@ def _find_cranks(extents: MechanismExtents) -> Sequence[_Crank]:
         index = mechanism.body_index(own.body)
         if index < 0 or float(np.ptp(extents.poses[:, index, 2])) < _MIN_TURN:
             continue
+        if own.body in _bodies_with_outlines(mechanism):
+            continue
         joined = [point for joint in mechanism.joints for point in (joint.first, joint.second) if point.body == own.body]
         points = distinct_points([(own.x, own.y), *((point.x, point.y) for point in joined)], 0.01 * u)[1:]
         radii = sorted({round(math.dist((own.x, own.y), point), 12) for point in points})
@@ -162,13 +165,31 @@ def body_parts(placed: PlacedMechanism, *, slotted: bool) -> Iterator[Attached]:
 
 
 def _body_shapes(placed: PlacedMechanism, body: Body, outline: _BodyOutline) -> Iterator[DrawnShape]:
-    """Yield the shapes of a body in its axes."""
+    """Yield the shapes of a body in its axes: its own outline if it has one."""
+    if own_outlines := _bodies_with_outlines(placed.mechanism).get(body.name):
+        for one in own_outlines:
+            yield Polygon("plate", tuple((x + one.origin.x, y + one.origin.y) for x, y in outline_points(one.outline)))
+        return
     if len(outline.points) > 1:
         yield from body_outline_shapes(outline.points, outline.width)
     if outline.has_ball:
         yield _ball_shape(placed, body)
     if outline.has_single_shape:
         yield from _single_point_shapes(placed, body)
+
+
+def _bodies_with_outlines(mechanism: Mechanism) -> dict[str, list[BodyOutline]]:
+    """Return the outlines by the name of their body."""
+    names = dict.fromkeys(one.origin.body for one in mechanism.outlines)
+    return {name: [one for one in mechanism.outlines if one.origin.body == name] for name in names}
+
+
+def roller_parts(placed: PlacedMechanism) -> Iterator[Attached]:
+    """Yield the rollers that touch outlines, each once."""
+    gaps = (reading for reading in placed.mechanism.readings if isinstance(reading, OutlineGap) and reading.radius > 0.0)
+    for point, radius in dict.fromkeys((gap.roller, gap.radius) for gap in gaps):
+        roller = Circle("wheel", point.x, point.y, radius)
+        yield Attached(frame=placed.extents.body_axes(point.body), shapes=(roller,))
 
 
 def tracer_parts(placed: PlacedMechanism) -> Iterator[Attached]:
@@ -217,6 +238,8 @@ def _held_points(element: Joint | ForceElement | Reading) -> tuple[Point, ...]:
             return (element.point,)
         case LineAngle():
             return element.start, element.end
+        case OutlineGap():
+            return (element.roller,)
     return ()
 
 
@@ -225,7 +248,9 @@ def _points_on(body: Body, elements: Iterable[Joint | ForceElement | Reading]) -
 
 
 def _joint_and_force_points(extents: MechanismExtents, body: Body) -> list[Vec2]:
-    return _points_on(body, (*extents.part.mechanism.joints, *extents.part.mechanism.force_elements))
+    mechanism = extents.part.mechanism
+    gaps = [reading for reading in mechanism.readings if isinstance(reading, OutlineGap)]
+    return _points_on(body, (*mechanism.joints, *mechanism.force_elements, *gaps))
 
 
 def _reading_points(extents: MechanismExtents, body: Body) -> list[Vec2]:

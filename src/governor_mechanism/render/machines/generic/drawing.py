@@ -235,6 +235,7 @@ class GenericDrawing(MechanismExtents):
         yield from force_elements.translational_element_parts(placed)
         yield from joints.block_parts(placed)
         yield from (part for part in (*slotted, *bodies_without) if part.shapes[0].role in ("block", "ball"))
+        yield from bodies.roller_parts(placed)
         yield from force_elements.torsional_element_parts(placed)
         yield from force_elements.drive_parts(placed)
         pins = list(joints.pin_points(placed))

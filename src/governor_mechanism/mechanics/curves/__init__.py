@@ -1,0 +1,1 @@
+"""Guide curves as polynomial segments, outlines as pieces, and their kernels."""

@@ -1,0 +1,142 @@
+"""Distance of a point from an outline, with its gradient and curvature, as compiled kernels.
+
+The distance d of a point from a smooth line has the normal n as its gradient, and changes along the tangent t as d'' = k (t . q')^2 with
+the curvature k of the line at that distance. From a corner the line is a circle.
+"""
+
+import math
+from typing import NamedTuple
+
+from governor_mechanism.mechanics.curves.curve_kernels import evaluate_polar_curve
+from governor_mechanism.numerics.jit import jit_in_place
+from governor_mechanism.types import FloatArray
+
+N_PIECE_VALUES = 6
+"""Number of values of a piece of an outline."""
+
+N_CURVE_SAMPLES = 64
+"""Points of a closed curve at equal angles, from the nearest of which its nearest point is found."""
+
+MAX_FOOT_ITERATIONS = 60
+"""Bound on the iterations to the nearest point of a curve. Newton's take 3 to 6; halving takes the others to rounding."""
+
+FINAL_FOOT_STEP = 1e-8
+"""Step of the angle (rad) after which the next of Newton's, which would be its square, is rounding."""
+
+
+class OutlineDistance(NamedTuple):
+    """Distance of a point from an outline (m), the unit normal toward the point, and the curvature of the line at that distance, 1/m."""
+
+    value: float
+    normal_x: float
+    normal_y: float
+    curvature: float
+
+
+@jit_in_place
+def _distance_from_point(dx: float, dy: float) -> OutlineDistance:
+    """Return the distance from a corner, for the vector from there."""
+    distance = math.hypot(dx, dy)
+    return OutlineDistance(distance, dx / distance, dy / distance, 1.0 / distance)
+
+
+@jit_in_place
+def _distance_from_line(pieces: FloatArray, i: int, x: float, y: float) -> OutlineDistance:
+    """Return the distance from a straight piece."""
+    c = pieces.shape[1] - N_PIECE_VALUES
+    dx, dy, ux, uy, length = x - pieces[i, c], y - pieces[i, c + 1], pieces[i, c + 2], pieces[i, c + 3], pieces[i, c + 4]
+    along, across = dx * ux + dy * uy, ux * dy - uy * dx
+    if along <= 0.0:
+        return _distance_from_point(dx, dy)
+    if along >= length:
+        return _distance_from_point(dx - length * ux, dy - length * uy)
+    side = 1.0 if across > 0.0 else -1.0
+    return OutlineDistance(abs(across), -side * uy, side * ux, 0.0)
+
+
+@jit_in_place
+def _distance_from_arc(pieces: FloatArray, i: int, x: float, y: float) -> OutlineDistance:
+    """Return the distance from an arc, which turns left for a positive curvature."""
+    c = pieces.shape[1] - N_PIECE_VALUES
+    dx, dy, ux, uy = x - pieces[i, c], y - pieces[i, c + 1], pieces[i, c + 2], pieces[i, c + 3]
+    radius, span = 1.0 / pieces[i, c + 5], pieces[i, c + 4] * abs(pieces[i, c + 5])
+    start_x, start_y = radius * uy, -radius * ux  # from the centre to the start
+    ex, ey = dx + start_x, dy + start_y
+    angle = math.atan2(start_x * ey - start_y * ex, start_x * ex + start_y * ey) * math.copysign(1.0, radius)
+    if angle < 0.0:
+        angle += 2.0 * math.pi
+    if angle > span:
+        if angle - span > 2.0 * math.pi - angle:
+            return _distance_from_point(dx, dy)
+        cosine, sine = math.cos(span), math.copysign(1.0, radius) * math.sin(span)
+        return _distance_from_point(ex - (cosine * start_x - sine * start_y), ey - (sine * start_x + cosine * start_y))
+    from_centre = math.hypot(ex, ey)
+    side = 1.0 if from_centre > abs(radius) else -1.0
+    return OutlineDistance(side * (from_centre - abs(radius)), side * ex / from_centre, side * ey / from_centre, side / from_centre)
+
+
+@jit_in_place
+def distance_from_pieces(
+    # lines and arcs, see `make_pieces`; the last columns count; shape (pieces, columns)
+    pieces: FloatArray,
+    first_piece: int,
+    n_pieces: int,
+    x: float,  # the point, m
+    y: float,
+) -> OutlineDistance:
+    """Return the distance of a point from lines and arcs, of either side; the normal points toward the point."""
+    c, nearest = pieces.shape[1] - N_PIECE_VALUES, OutlineDistance(math.inf, 0.0, 0.0, 0.0)
+    for i in range(first_piece, first_piece + n_pieces):
+        if math.hypot(x - pieces[i, c], y - pieces[i, c + 1]) - pieces[i, c + 4] > nearest.value:
+            continue  # a piece is no farther from its start than its length
+        is_straight = pieces[i, c + 5] == 0.0
+        distance = _distance_from_line(pieces, i, x, y) if is_straight else _distance_from_arc(pieces, i, x, y)
+        if distance.value < nearest.value:
+            nearest = distance
+    return nearest
+
+
+@jit_in_place
+def distance_from_polar_curve(
+    # polynomial segments of one turn, as for `evaluate_polar_curve`, and then points [x, y] of the curve at
+    # equal angles, in the last columns; shape (segments, columns)
+    curve_segments: FloatArray,
+    first_segment: int,
+    n_segments: int,
+    x: float,  # the point, m
+    y: float,
+) -> OutlineDistance:
+    """Return the distance of a point from a closed curve, negative inside."""
+    c, first_sample, nearest, least = curve_segments.shape[1] - 2, first_segment + n_segments, 0, math.inf
+    for i in range(N_CURVE_SAMPLES):
+        dx, dy = x - curve_segments[first_sample + i, c], y - curve_segments[first_sample + i, c + 1]
+        if dx * dx + dy * dy < least:
+            nearest, least = i, dx * dx + dy * dy
+    spacing = 2.0 * math.pi / N_CURVE_SAMPLES
+    angle, low, high = nearest * spacing, (nearest - 1) * spacing, (nearest + 1) * spacing
+    distance, is_final = OutlineDistance(0.0, 0.0, 0.0, 0.0), False
+    for _ in range(MAX_FOOT_ITERATIONS):
+        radius, slope, second_derivative = evaluate_polar_curve(curve_segments, first_segment, n_segments, angle)
+        ux, uy = math.cos(angle), math.sin(angle)
+        radial, tangential = x * ux + y * uy, y * ux - x * uy  # the point along the direction and across it
+        speed_squared = slope * slope + radius * radius
+        # The vector to the point is normal to the curve where `excess` is 0; its derivative is -speed^2 (1 + k d).
+        excess = (radial - radius) * slope + tangential * radius
+        bending = (radial - radius) * (second_derivative - radius) + 2.0 * tangential * slope
+        speed = math.sqrt(speed_squared)
+        curvature = (radius * (radius - second_derivative) + 2.0 * slope * slope) / (speed * speed_squared)
+        # The normal is the tangent (slope, radius) turned clockwise.
+        normal_radial, normal_tangential = radius / speed, -slope / speed
+        value = (radial - radius) * normal_radial + tangential * normal_tangential
+        nx, ny = normal_radial * ux - normal_tangential * uy, normal_radial * uy + normal_tangential * ux
+        distance = OutlineDistance(value, nx, ny, curvature / (1.0 + curvature * value))
+        if is_final:
+            break
+        if excess > 0.0:
+            low = angle
+        else:
+            high = angle
+        step = excess / (speed_squared - bending)
+        is_final = abs(step) <= FINAL_FOOT_STEP
+        angle = angle + step if is_final or low < angle + step < high else 0.5 * (low + high)
+    return distance

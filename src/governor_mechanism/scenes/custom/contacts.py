@@ -1,0 +1,146 @@
+"""Outlines of bodies as scene files write them, and [[contact]]: a roller of a body that touches the outline of another one."""
+
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, Final
+
+from governor_mechanism.mechanics.curves.outlines import chains_of, find_outline_problems, find_roller_problem
+from governor_mechanism.model.curves import Curve, PolarCurve
+from governor_mechanism.model.joints import Point
+from governor_mechanism.model.outlines import Corner, CornerOutline, CurveOutline, Outline
+from governor_mechanism.model.output_variables import OutlineGap
+from governor_mechanism.scenes import quantities
+from governor_mechanism.scenes.custom.field_types import CUSTOM_TYPES, PointRegistry
+from governor_mechanism.scenes.table import Table
+from governor_mechanism.units.fields import declare, entry, quantity
+from governor_mechanism.units.problems import KEY, ProblemCode, mistake, parse_each, wrong_value
+from governor_mechanism.units.quantities import format_value
+
+
+def _make_curve_outline(*, curve: Curve, inset: float = 0.0) -> CurveOutline:
+    if not isinstance(curve, PolarCurve):
+        raise mistake(ProblemCode.WRONG_TYPE, f"{KEY}.curve must be closed, with closed, polar, lifts or harmonics")
+    return CurveOutline(curve=curve, inset=inset)
+
+
+CURVE_OUTLINE: Final = Table(
+    make=_make_curve_outline,
+    fields={
+        "curve": declare("curve", meaning="a closed curve about the origin of the body, as that of a curve slot"),
+        "inset": declare(
+            "quantity",
+            "length",
+            sign="not negative",
+            built=True,
+            default=0.0,
+            meaning="the distance of the outline inside of the curve: for a cam the radius of the roller whose centre follows the curve",
+        ),
+    },
+    types=CUSTOM_TYPES,
+    example='{ curve = { radius = "40 mm", harmonics = [{ amplitude = "5 mm", order = 1 }] } }',
+)
+"""An outline along a closed curve."""
+
+
+def _parse_corner(value: object) -> Corner:
+    """Return a corner [x, y], or [x, y, radius] with the radius of the edge that begins there."""
+    if not isinstance(value, list | tuple) or len(value) not in (2, 3):
+        raise wrong_value(value, "must be [x, y], or [x, y, radius] where an arc begins")
+    names = ("x", "y", "radius")
+    numbers = [quantities.parse_si(item, "length", f"{KEY} {name}") for name, item in zip(names, value, strict=False)]
+    return Corner(**dict(zip(names, numbers, strict=False)))
+
+
+def parse_outline(value: object) -> Outline:
+    """Return an outline: a list of corners, or the table of a closed curve."""
+    if isinstance(value, Mapping):
+        curve_outline: CurveOutline = CURVE_OUTLINE.build(value)
+        return curve_outline
+    if not isinstance(value, list | tuple):
+        raise wrong_value(value, f"must be a list of corners [x, y] or [x, y, radius], or {CURVE_OUTLINE.example}")
+    corners = parse_each(_parse_corner, value, paths=[f"{KEY}, corner {number}:" for number in range(1, len(value) + 1)])
+    outline = CornerOutline(corners=tuple(corners))
+    if problems := list(find_outline_problems(outline)):
+        raise mistake(ProblemCode.OUT_OF_RANGE, *(f"{KEY}: {problem}" for problem in problems))
+    return outline
+
+
+OUTLINE_TYPE: Final = quantities.without_context(
+    parse_outline, {"type": ["array", "object"], "description": "a list of corners [x, y] or [x, y, radius], or { curve, inset }"}
+)
+"""An outline of a body."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class WrittenContact:
+    """A contact as [[contact]] describes it."""
+
+    name: str = entry("label", default="", meaning="the name; the gap is the reading NAME_gap. By default that of both bodies")
+    first: Point = entry("point", meaning='the centre of the roller, or the point, that touches the outline, as "follower.roller"')
+    radius: float = quantity(
+        "length",
+        sign="not negative",
+        built=True,
+        default=0.0,
+        meaning="the radius of the roller; 0 for a point, which needs an outline along a curve",
+    )
+    second: str = entry("body", meaning='the body with the outline, as "cam"')
+    restitution: float = entry("restitution", default=0.0, meaning="the coefficient of restitution, 0 to 1")
+
+    def gaps(self, registry: PointRegistry) -> list[OutlineGap]:
+        """Return the gaps of the contact, one for each part of the outline between hollow corners."""
+        body = registry.bodies.get(self.second)
+        outline = body.outline if body else None
+        if body is None or outline is None:
+            text = f"{KEY}.second names {format_value(self.second)}, which has no outline"
+            raise mistake(ProblemCode.MISSING_KEY, f'{text}; write outline = [["0 mm", "0 mm"], ...] in the [[body]] that is touched')
+        if self.first.body == self.second:
+            raise mistake(ProblemCode.CONFLICT, f"both sides are of {format_value(self.second)}; a body cannot touch itself")
+        if problem := find_roller_problem(outline, self.radius):
+            raise mistake(ProblemCode.OUT_OF_RANGE, f"{KEY} of {format_value(self.first.body)} and {format_value(self.second)}: {problem}")
+        n_gaps = len(chains_of(outline)) if isinstance(outline, CornerOutline) else 1
+        return [self._gap(body.point((0.0, 0.0)), outline, chain, n_gaps) for chain in range(n_gaps)]
+
+    def _gap(self, origin: Point, outline: Outline, chain: int, n_gaps: int) -> OutlineGap:
+        """Return the gap to a part of the outline."""
+        name = self.name or "_".join(re.sub(r"\W+", "_", body) for body in (self.first.body, self.second))
+        return OutlineGap(
+            name=f"{name}_gap" + (f"_{chain + 1}" if n_gaps > 1 else ""),
+            quantity="length",
+            contact=name,
+            origin=origin,
+            roller=self.first,
+            outline=outline,
+            chain=chain,
+            radius=self.radius,
+            restitution=self.restitution,
+        )
+
+
+@dataclass(frozen=True, kw_only=True)
+class ContactTable(Table):
+    """The table of a contact."""
+
+    def build(self, values: object, context: Any = None, **arguments: Any) -> list[OutlineGap]:
+        """Return the gaps of the contact."""
+        contact = WrittenContact(**self.read(values, context))
+        if contact.name and not contact.name.isidentifier():
+            raise mistake(
+                ProblemCode.WRONG_TYPE, f"{KEY}.name consists of letters, digits and _, as cam_roller; found {format_value(contact.name)}"
+            )
+        return contact.gaps(context)
+
+
+CONTACT: Final = ContactTable.of(WrittenContact, types=CUSTOM_TYPES)
+"""[[contact]]; its context is the `PointRegistry`."""
+
+
+def find_name_conflicts(gaps: Sequence[OutlineGap], readings: Sequence[str]) -> list[str]:
+    """Return a sentence for each gap whose name another gap or reading has."""
+    names = [*readings, *(gap.name for gap in gaps)]
+    return [
+        f"contact {gap.contact!r}: there already is a reading {gap.name!r}; give the contact another name"
+        for number, gap in enumerate(gaps, start=len(readings))
+        if gap.name in names[:number]
+    ]

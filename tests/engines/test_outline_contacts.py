@@ -1,0 +1,232 @@
+"""Rollers on outlines: motions in closed form and by scipy, impacts, releases at edges, the disc cam, hard cases."""
+
+import math
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+import governor_mechanism as gm
+from contact_scenes import BOWL, CUP, DISC, GRAVITY, ROLLER, ball_document, bounce_on_disc, events_of, run_ball
+from governor_mechanism.closed_form.disc_cam import CamRise, lift_at, lift_off_share, lift_off_speed
+from governor_mechanism.model.events import EventKind
+
+WEIGHT = 0.4 * 9.81
+RISE = CamRise(law="cycloidal", lift=0.015, angle=math.radians(120), mass=0.4, stiffness=2000.0, preload=20.0 + WEIGHT)
+"""The rise of the shipped cam; its return is the same backwards."""
+
+
+@pytest.mark.parametrize("outline", [DISC, {"curve": {"radius": 0.1}}], ids=["arc", "curve"])
+def test_a_ball_that_bounces_on_a_disc_follows_the_motion_that_scipy_integrates(outline):
+    place, rates = (0.013, 0.25), (0.0, 0.0)
+    run = run_ball(outline, place, rates, restitution=0.5)
+    states, impacts = bounce_on_disc(place, rates, 0.5, run.times)
+    assert run.outcome is gm.Outcome.DONE
+    assert len(impacts) == 2
+    assert events_of(run, EventKind.IMPACT) == pytest.approx(impacts, abs=1e-12)
+    for name, column in (("x", 0), ("y", 1)):
+        np.testing.assert_allclose(run.readings[name], states[:, column], atol=1e-11)
+        np.testing.assert_allclose(run.rates[name], states[:, column + 2], atol=1e-10)
+
+
+@pytest.mark.parametrize("outline", [DISC, {"curve": {"radius": 0.1}}], ids=["arc", "curve"])
+def test_a_ball_slides_off_a_disc_where_its_weight_no_longer_bends_its_path(outline):
+    """Energy and Newton's law give cos(angle) = (2 + v^2 / (g R)) / 3."""
+    speed, radius = 0.2, 0.1 + ROLLER
+    document = ball_document(outline, (0.0, radius), (speed, 0.0))
+    run = gm.run(gm.Scene.from_dict(document))
+    (separation,) = events_of(run, EventKind.SEPARATION)
+    place = gm.run(gm.Scene.from_dict(document), times=[0.0, separation])
+    cosine = (2 + speed**2 / (GRAVITY * radius)) / 3
+    assert place.readings["y"][-1] == pytest.approx(radius * cosine, abs=1e-10)
+    assert np.hypot(place.rates["x"][-1], place.rates["y"][-1]) ** 2 == pytest.approx(GRAVITY * radius * cosine, rel=1e-8)
+
+
+def test_a_ball_in_a_bowl_is_a_pendulum():
+    length, angle = 0.15 - ROLLER, 1.0
+    run = run_ball(BOWL, (length * math.sin(angle), -length * math.cos(angle)))
+    exact = solve_ivp(lambda t, y: [y[1], -GRAVITY / length * math.sin(y[0])], (0, 1), [angle, 0], rtol=1e-13, atol=1e-14, t_eval=run.times)
+    assert not run.events
+    np.testing.assert_allclose(run.readings["x"], length * np.sin(exact.y[0]), atol=1e-10)
+    np.testing.assert_allclose(run.readings["y"], -length * np.cos(exact.y[0]), atol=1e-10)
+    assert np.abs(run.readings["ball_gap"]).max() < 1e-15
+
+
+def test_a_ball_leaves_a_slope_at_its_end_at_once():
+    slope, top, way = math.radians(30), 0.3, 0.25
+    along, normal = np.array([math.cos(slope), -math.sin(slope)]), np.array([math.sin(slope), math.cos(slope)])
+    place = np.array([0, top * math.sin(slope)]) + ROLLER * normal + (top - way) * along
+    run = run_ball([[0, 0], [top * math.cos(slope), 0], [0, top * math.sin(slope)]], place)
+    (separation,) = events_of(run, EventKind.SEPARATION)
+    # The curvature of the path jumps there, which the steps meet as they can.
+    assert separation == pytest.approx(math.sqrt(2 * way / (GRAVITY * math.sin(slope))), abs=1e-8)
+
+
+def test_bounces_in_a_pit_end_when_the_geometric_series_of_their_times_does():
+    height, restitution = 0.1, 0.5
+    run = run_ball(CUP, (0.0, ROLLER + height), restitution=restitution)
+    fall = math.sqrt(2 * height / GRAVITY)
+    assert events_of(run, EventKind.REST) == pytest.approx([fall * (1 + restitution) / (1 - restitution)], abs=1e-9)
+    impacts = events_of(run, EventKind.IMPACT)
+    assert impacts[:4] == pytest.approx(
+        [fall * (1 + 2 * (1 - restitution**k) / (1 - restitution) * restitution) for k in range(4)], abs=1e-12
+    )
+    assert run.readings["y"][-1] == pytest.approx(ROLLER, abs=1e-14)
+
+
+def test_a_ball_that_hits_a_corner_exactly_jumps_back_on_its_way():
+    box = [[-0.1, -0.1], [0.1, -0.1], [0.1, 0], [-0.1, 0]]
+    run = run_ball(box, (0.1, ROLLER + 0.1), restitution=1.0)
+    fall = math.sqrt(2 * 0.1 / GRAVITY)
+    assert events_of(run, EventKind.IMPACT) == pytest.approx([fall, 3 * fall, 5 * fall, 7 * fall][: len(run.events)], abs=1e-9)
+    assert np.abs(run.readings["x"] - 0.1).max() < 1e-10  # it is not stable: rounding grows
+
+
+def test_a_ball_that_hits_a_corner_beside_its_middle_is_turned_by_the_normal_there():
+    box, offset, height = [[-0.1, -0.1], [0.1, -0.1], [0.1, 0], [-0.1, 0]], 0.012, 0.1
+    lift = math.sqrt(ROLLER**2 - offset**2)  # of the centre above the corner at the impact
+    run = run_ball(box, (0.1 + offset, lift + height), restitution=1.0)
+    (impact,) = events_of(run, EventKind.IMPACT)
+    assert impact == pytest.approx(math.sqrt(2 * height / GRAVITY), abs=1e-12)
+    normal, velocity = np.array([offset, lift]) / ROLLER, np.array([0.0, -GRAVITY * impact])
+    after = velocity - 2 * (normal @ velocity) * normal
+    np.testing.assert_allclose([run.rates["x"][-1], run.rates["y"][-1]], [after[0], after[1] - GRAVITY * (1 - impact)], atol=1e-9)
+
+
+def test_a_gap_of_a_nanometre_closes_by_one_impact():
+    run = run_ball(CUP, (0.0, ROLLER + 1e-9))
+    assert events_of(run, EventKind.IMPACT) == pytest.approx([math.sqrt(2e-9 / GRAVITY)], rel=1e-7)  # rounding of 0.02 m + 1e-9 m
+    assert len(events_of(run, EventKind.REST)) == 1
+
+
+def test_momentum_and_energy_of_an_oblique_impact_of_two_free_bodies():
+    restitution, mass, inertia, box_mass, box_inertia = 0.6, 0.5, 2e-4, 2.0, 3e-3
+    side = [[-0.1, -0.05], [0.1, -0.05], [0.1, 0.05], [-0.1, 0.05]]
+    document = {
+        "machine": "custom",
+        "size": 0.1,
+        "body": [
+            {"name": "box", "mass": box_mass, "inertia": box_inertia, "outline": side, "angle": 0.3},
+            {"name": "ball", "mass": mass, "inertia": inertia, "at": [0.02, 0.2], "points": {"tip": [0.01, -0.02]}},
+        ],
+        "force": [{"type": "spring", "first": "ground.origin", "second": "box.origin", "stiffness": 1e-9}],
+        "contact": [{"name": "hit", "first": "ball.tip", "radius": 0.01, "second": "box", "restitution": restitution}],
+        "readings": {f"{name}_{axis}": {axis: f"{name}.origin"} for name in ("box", "ball") for axis in "xy"}
+        | {f"{name}_turn": {"angle": name} for name in ("box", "ball")},
+        "start": {
+            "ball_x_rate": 0.3,
+            "ball_y_rate": -2.0,
+            "ball_turn_rate": 5.0,
+            "box_x_rate": 0.0,
+            "box_y_rate": 0.1,
+            "box_turn_rate": 1.0,
+        },
+        "run": {"duration": 0.2, "output_interval": 0.01, "accuracy": 1e-9},
+    }
+    run = gm.run(gm.Scene.from_dict(document))
+    impact = events_of(run, EventKind.IMPACT)[0]
+    around = gm.run(gm.Scene.from_dict(document), times=[0.0, impact - 1e-9, impact + 1e-9])
+    x, y, turn = (np.array([around.rates[f"{name}_{part}"] for name in ("box", "ball")]) for part in ("x", "y", "turn"))
+    px, py = (np.array([around.readings[f"{name}_{part}"] for name in ("box", "ball")]) for part in "xy")
+    masses, inertias = np.array([[box_mass], [mass]]), np.array([[box_inertia], [inertia]])
+    angular = (masses * (px * y - py * x) + inertias * turn).sum(axis=0)
+    for kept in ((masses * x).sum(axis=0), (masses * y).sum(axis=0), angular):
+        np.testing.assert_allclose(kept[1:], kept[0], atol=1e-8)
+    gap_rates = around.rates["hit_gap"]
+    assert gap_rates[2] == pytest.approx(-restitution * gap_rates[1], abs=1e-6)
+    assert abs(x[0, 2] - x[0, 1]) > 0.01
+    assert run.energy.drift < 1e-8
+
+
+def lift_of_cam(speed, times):
+    """The lift of the follower of the shipped cam while it stays on the cam."""
+    angles = (math.radians(330) + speed * times) % (2 * math.pi)
+    rise, fall = angles / RISE.angle, (angles - math.pi) / RISE.angle
+    lifts = [lift_at(RISE, share=np.clip(share, 0, 1)) for share in (rise, fall)]
+    return lifts[0] - lifts[1]
+
+
+def cam_at(speed, **values):
+    return gm.load("disc_cam").replace({"joint.motor.rate": f"{-speed!r} rad/s", **values})
+
+
+def test_the_follower_of_the_shipped_cam_rises_by_its_law_and_stays_on_it():
+    scene = gm.load("disc_cam")
+    run = gm.run(scene)
+    assert run.outcome is gm.Outcome.DONE
+    assert not run.events
+    np.testing.assert_allclose(run.readings["lift"], lift_of_cam(20 * math.pi, run.times), atol=1e-14)
+    assert np.abs(run.readings["roller_gap"]).max() < 1e-14
+    assert run.energy.drift < 1e-6
+
+
+@pytest.mark.parametrize("ratio", [0.999, 1.001])
+def test_the_follower_leaves_the_cam_above_the_speed_at_which_its_spring_no_longer_holds_it(ratio):
+    speed = ratio * lift_off_speed(RISE)
+    run = gm.run(cam_at(speed), times=np.linspace(0, 2 * math.pi / speed, 21))
+    separations = events_of(run, EventKind.SEPARATION)
+    assert len(separations) == (2 if ratio > 1 else 0)  # in the rise and in the return
+    if separations:
+        share = lift_off_share(RISE, speed=speed)
+        assert separations[0] == pytest.approx((math.radians(30) + share * RISE.angle) / speed, abs=1e-7)
+
+
+def test_a_follower_in_flight_swings_on_its_spring_until_it_strikes_the_cam():
+    speed = 30 * math.pi
+    run = gm.run(cam_at(speed), accuracy=1e-9, times=np.linspace(0, 0.06, 61))
+    separation, impact = events_of(run, EventKind.SEPARATION)[0], events_of(run, EventKind.IMPACT)[0]
+    share = lift_off_share(RISE, speed=speed)
+    assert separation == pytest.approx((math.radians(30) + share * RISE.angle) / speed, abs=1e-10)
+    pull, omega = RISE.preload / RISE.stiffness, math.sqrt(RISE.stiffness / RISE.mass)
+    lift, rate = lift_at(RISE, share=share), speed * lift_at(RISE, share=share, derivative=1)
+
+    def flight(time):
+        turn = omega * (time - separation)
+        return (lift + pull) * np.cos(turn) + rate / omega * np.sin(turn) - pull
+
+    flies = (run.times > separation) & (run.times < impact)
+    assert flies.sum() > 10
+    np.testing.assert_allclose(run.readings["lift"][flies], flight(run.times[flies]), atol=1e-11)
+    assert flight(impact) == pytest.approx(lift_of_cam(speed, np.array([impact]))[0], abs=1e-10)
+    assert np.all(run.readings["roller_gap"][flies] > 0)
+
+
+def test_a_cam_that_runs_out_gives_its_energy_to_spring_and_follower():
+    """Without a motor the energy of cam, follower and spring stays as it is while the roller stays on the cam."""
+    document = dict(gm.load("disc_cam").document)
+    document["joint"] = [joint for joint in document["joint"] if joint.get("name") != "motor"]
+    document["start"] = {"cam_angle": "120 deg", "cam_rate": -60.0, "roller_gap": 0.0, "roller_rate": 0.0}
+    run = gm.run(gm.Scene.from_dict(document), accuracy=1e-8, times=np.linspace(0, 0.2, 41))
+    assert run.outcome is gm.Outcome.DONE
+    assert not run.events
+    angles = run.readings["cam_angle"]
+    lift = lift_of_cam(1.0, math.radians(120) - angles)
+    np.testing.assert_allclose(run.readings["lift"], lift, atol=1e-13)
+    inertia = 1.5 * 0.04**2 / 2
+    energy = inertia * run.rates["cam_angle"] ** 2 / 2 + 0.2 * run.rates["lift"] ** 2 + RISE.preload * lift + 1000 * lift**2
+    np.testing.assert_allclose(energy, energy[0], rtol=1e-7)
+
+
+@pytest.mark.parametrize("engine", ["reduced", "impulse"])
+def test_other_engines_refuse_by_name(engine):
+    with pytest.raises(gm.UnsupportedEffect, match=f"engine '{engine}' cannot model contact 'roller' of a roller and an outline"):
+        gm.run("disc_cam", engine=engine)
+    assert gm.load("disc_cam").describe()
+
+
+def test_what_overlaps_at_the_start_is_refused_with_depth_and_place():
+    with pytest.raises(gm.MechanismError, match=r"contact 'ball', with its centre at \(0 mm, 15 mm\), overlaps .*'block' by 5 mm"):
+        run_ball(CUP, (0.0, 0.015))
+    with pytest.raises(gm.MechanismError, match=r"centre at \(0 mm, -5 mm\), overlaps the outline of 'block' by 25 mm"):
+        run_ball(CUP, (0.0, -0.005))
+    with pytest.raises(gm.MechanismError, match=r"contact 'roller', .* overlaps the outline of 'cam' by 4 mm"):
+        gm.run(gm.load("disc_cam").replace({"body.follower.at": [0, "86 mm"]}))
+
+
+def test_a_run_is_the_same_bit_for_bit_twice_and_from_a_state_on():
+    scene, times = cam_at(30 * math.pi), np.linspace(0, 0.04, 21)
+    first, second = (gm.run(scene, times=times) for _ in range(2))
+    assert first.events == second.events
+    np.testing.assert_array_equal(first.readings["lift"], second.readings["lift"])
+    later = gm.run(scene, start=first.state(0.02), times=[0.0, 0.02], accuracy=1e-9)
+    assert later.readings["lift"][-1] == pytest.approx(first.readings["lift"][-1], abs=1e-7)

@@ -1,0 +1,128 @@
+"""Distance of a roller from an outline: against the nearest of many points, and its derivatives against differences."""
+
+import math
+
+import numpy as np
+import pytest
+
+import governor_mechanism as gm
+from contact_scenes import BOWL, CUP
+from governor_mechanism.mechanics.curves.outlines import chains_of, edges_of, outline_points
+from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output
+from governor_mechanism.model.outlines import CornerOutline, CurveOutline
+
+MIXED = [[0, 0, -0.08], [0.1, 0], [0.12, 0.05, 0.05], [0.08, 0.08], [0, 0.07]]
+"""Straight edges, an arc that bulges and a hollow one, with corners that stand out."""
+CAM = {"curve": {"radius": 0.05, "harmonics": [{"amplitude": 0.01, "order": 2, "phase": 0.3}, {"amplitude": 0.004, "order": 3}]}}
+LIFTS = [{"over": 2.0, "lift": 0.02}, {"over": 1.0}, {"over": 1.5, "lift": -0.02, "law": "harmonic"}, {"over": 2 * math.pi - 4.5}]
+
+
+def make_mechanism(outline, radius=0.01):
+    """Two bodies that move freely in the plane, the roller off its mass centre, and the outline too."""
+    tables = {
+        "machine": "custom",
+        "body": [
+            {"name": "cam", "mass": 1.0, "inertia": 1.0, "centre": [0.02, -0.01], "outline": outline},
+            {"name": "arm", "mass": 1.0, "inertia": 1.0, "at": [1.0, 1.0], "points": {"tip": [0.03, 0.02]}},
+        ],
+        "force": [{"type": "spring", "first": "ground.origin", "second": "cam.origin", "stiffness": 1.0}],
+        "contact": [{"name": "c", "first": "arm.tip", "radius": radius, "second": "cam"}],
+        "size": 0.1,
+    }
+    return gm.Scene.from_dict(tables).mechanism
+
+
+def random_states(rng, count):
+    """Poses and velocities with the roller near the outline, at any angle."""
+    poses = rng.uniform(-0.1, 0.1, (count, 2, 3))
+    poses[..., 2] = rng.uniform(-4, 4, (count, 2))
+    return poses, rng.uniform(-1, 1, (count, 2, 3))
+
+
+def place_of_roller(poses):
+    """The centre of the roller in the axes of the outline."""
+    (x1, y1, a1), (x2, y2, a2) = poses
+    turn = lambda angle, x, y: (math.cos(angle) * x - math.sin(angle) * y, math.sin(angle) * x + math.cos(angle) * y)  # noqa: E731
+    tip, origin = turn(a2, 0.03, 0.02), turn(a1, -0.02, 0.01)
+    return turn(-a1, x2 + tip[0] - x1 - origin[0], y2 + tip[1] - y1 - origin[1])
+
+
+def distance_of_chords(points, place):
+    starts = np.array(points)
+    chords = np.roll(starts, -1, axis=0) - starts
+    shares = np.clip(((place - starts) * chords).sum(axis=1) / (chords**2).sum(axis=1), 0, 1)
+    return np.hypot(*(place - starts - shares[:, None] * chords).T).min()
+
+
+def test_the_distance_from_lines_and_arcs_is_that_of_the_nearest_of_many_points():
+    mechanism = make_mechanism(MIXED)
+    outline = mechanism.outlines[0].outline
+    points = [edge.point(k / 2000) for edge in edges_of(outline) for k in range(2000)]
+    poses, _ = random_states(np.random.default_rng(1), 100)
+    for pose, value in zip(poses, evaluate_output(mechanism, "c_gap", poses).value, strict=True):
+        assert value + 0.01 == pytest.approx(distance_of_chords(points, place_of_roller(pose)), abs=1e-8)  # sagitta of the chords
+
+
+@pytest.mark.parametrize("curve", [CAM["curve"], {"radius": 0.04, "lifts": LIFTS}], ids=["harmonics", "lifts"])
+def test_the_distance_from_a_curve_is_that_of_the_nearest_of_many_points_and_negative_inside(curve):
+    def radius_at(angle):
+        if "harmonics" in curve:
+            return 0.05 + 0.01 * np.sin(2 * angle + 0.3) + 0.004 * np.sin(3 * angle)
+        rise, fall = angle / 2.0, (angle - 3.0) / 1.5
+        risen = 0.04 + 0.02 * (rise - np.sin(2 * np.pi * rise) / (2 * np.pi))
+        return np.select([angle < 2, angle < 3, angle < 4.5], [risen, 0.06, 0.06 - 0.01 * (1 - np.cos(np.pi * fall))], 0.04)
+
+    mechanism = make_mechanism({"curve": curve, "inset": 0.004}, radius=0.001)
+    angles = np.linspace(0, 2 * math.pi, 20_001)[:-1]
+    points = np.stack([radius_at(angles) * np.cos(angles), radius_at(angles) * np.sin(angles)], axis=1)
+    poses, _ = random_states(np.random.default_rng(2), 100)
+    for pose, value in zip(poses, evaluate_output(mechanism, "c_gap", poses).value, strict=True):
+        x, y = place_of_roller(pose)
+        if math.hypot(x, y) > 0.02:  # near the middle two sides are as near
+            side = 1 if math.hypot(x, y) > radius_at(np.array(math.atan2(y, x) % (2 * math.pi))) else -1
+            assert value == pytest.approx(side * distance_of_chords(points, (x, y)) + 0.004 - 0.001, abs=2e-9)
+
+
+@pytest.mark.parametrize("outline", [MIXED, CAM, {"curve": {"radius": 0.04, "lifts": LIFTS}}], ids=["edges", "harmonics", "lifts"])
+def test_gradient_and_quadratic_term_are_those_of_differences(outline):
+    """d'' along uniform velocities is the quadratic term; where the nearest piece changes within a difference, both are left out."""
+    mechanism = make_mechanism(outline)
+    poses, velocities = random_states(np.random.default_rng(3), 200)
+    h = 1e-6
+    before, here, after = (evaluate_output(mechanism, "c_gap", poses + k * h * velocities, velocities) for k in (-1, 0, 1))
+    smooth = np.abs(after.quadratic_velocity_term - before.quadratic_velocity_term) < 0.02 * (1 + np.abs(here.quadratic_velocity_term))
+    assert smooth.mean() > 0.8
+    rates = (after.value - before.value) / (2 * h)
+    np.testing.assert_allclose(here.rate(velocities)[smooth], rates[smooth], atol=1e-7)
+    # of rates rather than of values, whose rounding over h^2 is 1e-6
+    bends = (after.rate(velocities) - before.rate(velocities)) / (2 * h)
+    np.testing.assert_allclose(here.quadratic_velocity_term[smooth], bends[smooth], rtol=1e-5, atol=1e-5)
+
+
+def test_the_parts_between_hollow_corners_have_gaps_of_their_own():
+    names = [reading.name for reading in make_mechanism(CUP).readings if reading.name.startswith("c_gap")]
+    assert names == ["c_gap_1", "c_gap_2"]
+    assert [reading.name for reading in make_mechanism(BOWL).readings][-1] == "c_gap"
+    (outline,) = (one.outline for one in make_mechanism(CUP).outlines)
+    bottom, outside = sorted(chains_of(outline), key=len)
+    assert [edge.point(0.5) for edge in bottom] == [pytest.approx((0, 0))]
+    assert len(outside) == 7
+
+
+def test_the_direction_in_which_an_outline_is_written_does_not_matter():
+    around = [[0.0, 0.0], [0.1, 0.0, 0.06], [0.1, 0.1], [0.0, 0.1, -0.07]]
+    back = [[0.0, 0.0, -0.07], [0.0, 0.1], [0.1, 0.1, 0.06], [0.1, 0.0]]
+    poses, _ = random_states(np.random.default_rng(4), 50)
+    first, second = (evaluate_output(make_mechanism(one), "c_gap", poses).value for one in (around, back))
+    np.testing.assert_allclose(first, second, atol=1e-15)
+
+
+def test_points_of_an_outline_lie_on_it():
+    (mixed, cam) = (make_mechanism(one).outlines[0].outline for one in (MIXED, {**CAM, "inset": 0.004}))
+    assert isinstance(mixed, CornerOutline)
+    assert isinstance(cam, CurveOutline)
+    assert any(math.dist(point, (0.1, 0)) < 1e-15 for point in outline_points(mixed))
+    mechanism = make_mechanism({**CAM, "inset": 0.004}, radius=0.0)
+    for x, y in outline_points(cam)[::7]:
+        poses = np.array([[[0.02, -0.01, 0.0], [x - 0.03, y - 0.02, 0.0]]])
+        assert evaluate_output(mechanism, "c_gap", poses).value[0] == pytest.approx(0, abs=1e-15)
