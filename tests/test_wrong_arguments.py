@@ -93,7 +93,7 @@ CALLS: dict[str, tuple[Any, dict[str, Any], list[Any]]] = {
     "fit": (
         gm.fit,
         {"scene": "porter", "data": {"time": [0.0, 0.1], "sleeve_lift": [0.1, 0.1]}, "over": {"spindle.speed": (12.0, 13.0)}},
-        ["data", "over", "noise", "without", "profile", "engine", "starts", "seed"],
+        ["data", "over", "noise", "without", "profile", "engine", "starts", "seed", "workers"],
     ),
     "optimise": (
         gm.optimise,

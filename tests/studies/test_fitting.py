@@ -7,6 +7,7 @@ import pytest
 
 import governor_mechanism as gm
 from governor_mechanism.studies.fitting import search
+from governor_mechanism.studies.sweep import workers
 
 NOISE = 1e-4
 """Standard deviation of a measured lift, m."""
@@ -259,3 +260,13 @@ def test_json_has_all_values(worn, lift, tmp_path):
     assert record["rows"][0]["value"] == fit.values["spindle.speed"]
     assert record["converged"] is True
     assert fit.plot().save(tmp_path / "fit.png").stat().st_size > 5000
+
+
+@pytest.mark.long
+def test_the_fit_does_not_depend_on_the_number_of_processes(worn, lift, monkeypatch):
+    for name in ("TRIAL_TIME", "PROCESS_START_TIME", "LONG_ROW_TIME"):  # processes start at once
+        monkeypatch.setattr(workers, name, 1e-3)
+    over = {key: OVER[key] for key in ("dimensions.ball_mass", "spindle.speed")}
+    first, second = (gm.fit(worn, measure(lift, 1), over, noise=NOISE, starts=4, workers=n) for n in (1, 2))
+    assert second.values == pytest.approx(first.values, rel=1e-9)
+    assert second.n_runs == first.n_runs

@@ -9,6 +9,7 @@ import pytest
 import governor_mechanism as gm
 from governor_mechanism.closed_form import pendulum
 from governor_mechanism.studies.optimisation.question import Question
+from governor_mechanism.studies.sweep import workers
 from governor_mechanism.studies.unknowns import parse_unknowns
 
 SPEED = 130.0 * np.pi / 30.0
@@ -131,6 +132,17 @@ def test_the_same_seed_gives_the_same_optimum(options):
     first, again = (gm.optimise("porter", over, minimise=bowl, seed=5, **options) for _ in range(2))
     assert first.as_json() == again.as_json()
     assert first.values == pytest.approx({"dimensions.arm": 0.31, "dimensions.offset": 0.05}, abs=1e-5)
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("options", [{"method": "global"}, {"starts": 4}])
+def test_the_optimum_does_not_depend_on_the_number_of_processes(options, governor, monkeypatch):
+    for name in ("TRIAL_TIME", "PROCESS_START_TIME", "LONG_ROW_TIME"):  # processes start at once
+        monkeypatch.setattr(workers, name, 1e-3)
+    condition = ["highest equilibrium speed = 130 rpm"]
+    found = [gm.optimise(governor, MASSES, minimise="insensitivity", subject_to=condition, workers=n, **options) for n in (1, 2)]
+    assert found[1].values == pytest.approx(found[0].values, rel=1e-12)
+    assert found[1].n_evaluations == found[0].n_evaluations
 
 
 def test_an_interrupted_search_keeps_the_best_and_continues(governor, tmp_path, monkeypatch):

@@ -68,7 +68,7 @@ def sensitivities(
     return find_sensitivities(as_scene(scene), of, by, engine=engine, accuracy=accuracy, workers=workers, cluster=cluster)
 
 
-@check_arguments(engine=TEXT, starts=whole_number(1), seed=whole_number(0), profile=TEXTS)
+@check_arguments(engine=TEXT, starts=whole_number(1), seed=whole_number(0), profile=TEXTS, workers=whole_number(1))
 def fit(
     scene: gm.SceneSource,
     data: str | Path | DataFrame | Mapping[str, gm.QuantityValues],
@@ -80,6 +80,8 @@ def fit(
     engine: str = "auto",
     starts: int = 2,
     seed: int = 0,
+    workers: int = 1,
+    cluster: str | gm.ClusterClient | None = None,
 ) -> gm.Fit:
     """Find the values of keys of a scene with which its readings fit measured ones best, and what the data say of their errors.
 
@@ -108,6 +110,10 @@ def fit(
         Number of starts of the search.
     seed
         Seed of the random points.
+    workers
+        Largest number of processes for several starts; the result depends on it by rounding at most.
+    cluster
+        A client of dask.distributed, or the address of its scheduler, for them.
 
     Returns
     -------
@@ -131,6 +137,7 @@ def fit(
     """
     from governor_mechanism.studies.fitting.data import read_measurements
     from governor_mechanism.studies.fitting.search import FitQuestion, fit_measurements
+    from governor_mechanism.studies.sweep.workers import row_computer
     from governor_mechanism.studies.unknowns import parse_unknowns
     from governor_mechanism.units.problems import ProblemCollector
 
@@ -139,7 +146,8 @@ def fit(
     measurements = collector.attempt("", read_measurements, resolved, data, noise, without) or ()
     collector.raise_if_failed()
     options: dict[str, Any] = {"engine": engine, "n_starts": starts, "seed": seed, "profiled": tuple(profile)}
-    return fit_measurements(FitQuestion(scene=resolved, unknowns=unknowns, measurements=measurements, **options))
+    with row_computer(workers, cluster) as compute:
+        return fit_measurements(FitQuestion(scene=resolved, unknowns=unknowns, measurements=measurements, **options), compute)
 
 
 @check_arguments(
@@ -204,7 +212,7 @@ def optimise(
     accuracy
         Accuracy of the runs; 1e-8 if None.
     workers
-        Largest number of processes for random starts and global searches. The result does not depend on it.
+        Largest number of processes for random starts and global searches; the result depends on it by rounding at most.
     cluster
         A client of dask.distributed, or the address of its scheduler, for them.
     out

@@ -69,6 +69,7 @@ def fit(
     engine: Annotated[str, typer.Option(help="The engine of all runs.")] = "auto",
     starts: Annotated[int, typer.Option(help="Number of starts of the search: the scene's own values, and random ones.")] = 2,
     seed: Annotated[int, typer.Option(help="Seed of the random starts.")] = 0,
+    workers: Annotated[int, typer.Option(help="Largest number of processes for several starts.")] = 1,
     *,
     figures: FigureFiles,
     as_json: console.AsJson = False,
@@ -82,7 +83,8 @@ def fit(
     loaded = load_changed(scene, changes)
     levels, intervals = _read_noise(noise or []), [tuple(one.split(":")) for one in without or []]
     with console.show_status("fitting"), console.first_interrupt_is_answered():
-        result = gm.fit(loaded, data, over, noise=levels, without=intervals, profile=profile or (), engine=engine, starts=starts, seed=seed)
+        options: dict[str, Any] = {"engine": engine, "starts": starts, "seed": seed, "workers": workers}
+        result = gm.fit(loaded, data, over, noise=levels, without=intervals, profile=profile or (), **options)
     stem = f"{stem_of(loaded)}_fit"
     files = [_write_scene(result.scene, figures.folder / f"{stem}.toml")]
     files += [result.save_csv(figures.folder / f"{stem}.csv"), result.save_json(figures.folder / f"{stem}.json")]
@@ -118,7 +120,7 @@ def optimise(
     points: Annotated[int, typer.Option(help="Number of points of a trade-off.")] = 7,
     engine: Annotated[str, typer.Option(help="The engine of all runs.")] = "auto",
     accuracy: Annotated[float | None, typer.Option(help="Accuracy of the runs, relative to the scale of each reading. [1e-8]")] = None,
-    workers: Annotated[int, typer.Option(help="Largest number of processes. The result does not depend on it.")] = 1,
+    workers: Annotated[int, typer.Option(help="Largest number of processes.")] = 1,
     film: Annotated[SideBySideFormat | None, typer.Option(help="Write a film of before and after side by side, in this format.")] = None,
     *,
     figures: FigureFiles,

@@ -2,7 +2,10 @@
 
 import math
 from collections.abc import Callable, Sequence
+from contextlib import closing
+from copy import copy
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any, Final
 
 import numpy as np
@@ -13,6 +16,7 @@ from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.studies.fitting.data import Measurement
 from governor_mechanism.studies.fitting.results import CONFIDENCE, Fit, FittedValue, root_mean_square
+from governor_mechanism.studies.sweep.workers import RowComputer, compute_alone
 from governor_mechanism.studies.unknowns import Unknown, scene_with
 from governor_mechanism.types import FloatArray
 from governor_mechanism.units.quantities import format_quantity
@@ -157,13 +161,13 @@ class Misfit:
         self.best = None  # in other units
 
 
-def fit_measurements(question: FitQuestion) -> Fit:
+def fit_measurements(question: FitQuestion, compute: RowComputer[Any]) -> Fit:
     """Return the values of the unknowns that fit best; an interrupted search returns the best so far."""
     misfit = Misfit(question)
     start = np.array([(one.start - one.low) / (one.high - one.low) for one in question.unknowns])
     is_noise_unknown = any(one.noise is None for one in question.measurements)
     try:
-        place, converged, outcome = _search(misfit, start)
+        place, converged, outcome = _search(misfit, start, compute)
         if is_noise_unknown and len(question.measurements) > 1:
             misfit.estimate_noise(place)
             place, converged, outcome = _descend(misfit, place)  # the readings now have their weights
@@ -176,7 +180,11 @@ def fit_measurements(question: FitQuestion) -> Fit:
     return _describe(misfit, place, converged, outcome)
 
 
-def _search(misfit: Misfit, start: FloatArray) -> tuple[FloatArray, bool, str]:
+_End = tuple[FloatArray, bool, str]
+"""Where a search ended, whether that is a minimum, and how it ended."""
+
+
+def _search(misfit: Misfit, start: FloatArray, compute: RowComputer[Any]) -> _End:
     """Return the best minimum that is found from the scene's own values and from the best of random points."""
     n_unknowns, n_further = len(start), misfit.question.n_starts - 1
     starts = [start]
@@ -186,11 +194,24 @@ def _search(misfit: Misfit, start: FloatArray) -> tuple[FloatArray, bool, str]:
         points = qmc.LatinHypercube(n_unknowns, seed=misfit.question.seed).random(SCREENED_PER_UNKNOWN * n_unknowns)
         costs = [float(np.sum(misfit.residuals(point) ** 2)) for point in points]
         starts += [points[k] for k in np.argsort(costs)[:n_further]]
-    found = [_descend(misfit, one) for one in starts]
+    if compute is compute_alone or len(starts) == 1:
+        found = [_descend(misfit, one) for one in starts]
+    else:
+        with closing(compute(partial(_descend_elsewhere, misfit, starts), range(len(starts)))) as rows:
+            ends = sorted((one for some in rows for one in some), key=lambda one: one[0])
+        found = [end for _, end, _ in ends]
+        misfit.n_runs += sum(n_runs for _, _, n_runs in ends)
     return min(found, key=lambda one: float(np.sum(misfit.residuals(one[0]) ** 2)))
 
 
-def _descend(misfit: Misfit, start: FloatArray) -> tuple[FloatArray, bool, str]:
+def _descend_elsewhere(misfit: Misfit, starts: Sequence[FloatArray], index: int) -> tuple[int, _End, int]:
+    """Return the number of a start, where the search from it ends, and its number of runs."""
+    own = copy(misfit)
+    end = _descend(own, starts[index])
+    return index, end, own.n_runs - misfit.n_runs
+
+
+def _descend(misfit: Misfit, start: FloatArray) -> _End:
     """Return a minimum near a start, whether it is one, and how the search ended."""
     from scipy.optimize import least_squares  # slow to import
 

@@ -87,7 +87,7 @@ def open_journal(path: Path | None, question: Question) -> Iterator[Journal]:
 
 
 def find_optimum(
-    question: Question, method: str, n_starts: int, seed: int, compute: RowComputer[Values], journal_path: Path | None = None
+    question: Question, method: str, n_starts: int, seed: int, compute: RowComputer[Any], journal_path: Path | None = None
 ) -> Optimum:
     """Return the best values; after Ctrl-C those so far."""
     with open_journal(journal_path, question) as journal:
@@ -164,7 +164,7 @@ def _report(question: Question, quantity: RunQuantity, end: End) -> OptimisedQua
     return OptimisedQuantity(name=quantity.name, role="reported", before=first, after=last or (), unit=quantity.unit)
 
 
-def find_trade_off(question: Question, n_points: int, method: str, n_starts: int, seed: int, compute: RowComputer[Values]) -> TradeOff:
+def find_trade_off(question: Question, n_points: int, method: str, n_starts: int, seed: int, compute: RowComputer[Any]) -> TradeOff:
     """Return the best of the objective for limits of another one, from its value at the best of the first to its own best."""
     other, other_sign = question.others[0]
 

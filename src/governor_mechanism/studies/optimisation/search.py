@@ -1,7 +1,7 @@
 """Search for the best values of unknowns under conditions: from several starts with gradients, or over all of the bounds."""
 
 import math
-from collections.abc import Iterator, MutableMapping, Sequence
+from collections.abc import Iterable, Iterator, MutableMapping, Sequence
 from contextlib import closing
 from dataclasses import dataclass
 from functools import partial
@@ -11,7 +11,7 @@ import numpy as np
 
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.studies.optimisation.question import Question, Values
-from governor_mechanism.studies.sweep.workers import RowComputer
+from governor_mechanism.studies.sweep.workers import RowComputer, compute_alone
 from governor_mechanism.types import FloatArray
 
 EXACT_STEP, RUN_STEP = 1e-6, 2e-3
@@ -111,7 +111,7 @@ class Search:
 
     def __init__(self, question: Question, journal: Journal | None = None) -> None:
         self.question = question
-        self._journal: Journal = {} if journal is None else journal
+        self.journal: Journal = {} if journal is None else journal
         self._known: dict[bytes, Values] = {}
         self.scales: Scales | None = None
         self.best: Values | None = None
@@ -126,24 +126,33 @@ class Search:
         """Return the values at a place."""
         key = np.asarray(place, dtype=np.float64).tobytes()
         if key not in self._known:
-            self._take(self._journal.get(key) or self.question.evaluate(place))
+            self._take(self.journal.get(key) or self.question.evaluate(place))
         return self._known[key]
 
     def at_all(self, places: Sequence[FloatArray], compute: RowComputer[Values]) -> list[Values]:
         """Return the values at places, computed here or elsewhere."""
-        missing = [place for place in places if place.tobytes() not in self._journal]
+        missing = [place for place in places if place.tobytes() not in self.journal]
         with closing(compute(partial(_evaluate, self.question, missing), range(len(missing)))) as rows:
             found = {one.place.tobytes(): one for some in rows for one in some}
-        for place in places:  # in their order, whichever process was first
-            self._take(self._journal.get(place.tobytes()) or found[place.tobytes()])
+        self.take_all(self.journal.get(place.tobytes()) or found[place.tobytes()] for place in places)  # in their order
         return [self._known[place.tobytes()] for place in places]
+
+    @property
+    def tried(self) -> list[Values]:
+        """All places tried, with their values."""
+        return list(self._known.values())
+
+    def take_all(self, values: Iterable[Values]) -> None:
+        """Keep values that were computed elsewhere."""
+        for one in values:
+            self._take(one)
 
     def _take(self, values: Values) -> None:
         """Keep values, also in the journal, and compare them with the best."""
         key = values.place.tobytes()
         if key in self._known:
             return
-        self._known[key] = self._journal[key] = values
+        self._known[key] = self.journal[key] = values
         if values.problem:
             return
         self.scales = self.scales or Scales(self.question, values)
@@ -167,7 +176,7 @@ class End:
     outcome: str
 
 
-def search_locally(search: Search, n_starts: int, seed: int, compute: RowComputer[Values]) -> End:
+def search_locally(search: Search, n_starts: int, seed: int, compute: RowComputer[Any]) -> End:
     """Return the best minimum that is found from the scene's own values and from the best of random points."""
     question = search.question
     starts = [question.start]
@@ -181,8 +190,32 @@ def search_locally(search: Search, n_starts: int, seed: int, compute: RowCompute
         scales = _scales(search, first)
         starts += [one.place for one in sorted(screened, key=scales.merit)[: n_starts - 1] if not one.problem]
     scales = _scales(search, first)
-    ends = [descend(search, start) for start in starts if not search.at(start).problem]
+    starts = [start for start in starts if not search.at(start).problem]
+    if compute is compute_alone or len(starts) == 1:
+        ends = [_descend_within(search, first, start) for start in starts]
+    else:
+        with closing(compute(partial(_descend_elsewhere, question, first, starts), range(len(starts)))) as rows:
+            found = sorted((one for some in rows for one in some), key=lambda one: one[0])
+        ends = [end for _, end, _ in found]
+        search.take_all(values for _, _, tried in found for values in tried)
     return min(ends, key=lambda end: scales.merit(end.values))
+
+
+def _descend_within(search: Search, first: Values, start: FloatArray) -> End:
+    """Return where a search from a start ends; what it tried is known to the whole search, also after Ctrl-C."""
+    own = Search(search.question, search.journal)
+    try:
+        own.take_all([first])  # has the scales of all starts
+        return descend(own, start)
+    finally:
+        search.take_all(own.tried)
+
+
+def _descend_elsewhere(question: Question, first: Values, starts: Sequence[FloatArray], index: int) -> tuple[int, End, list[Values]]:
+    """Return the number of a start, where a search from it ends, and all places that it tried."""
+    search = Search(question)
+    end = _descend_within(search, first, starts[index])
+    return index, end, search.tried
 
 
 def _scales(search: Search, first: Values) -> Scales:

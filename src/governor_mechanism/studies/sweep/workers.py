@@ -32,6 +32,9 @@ TRIAL_TIME = 0.5
 PROCESS_START_TIME = 3.0
 """Time that processes take to start, import the package and load its kernels, s."""
 
+LONG_ROW_TIME = 5.0
+"""Time of a first row from which it counts, though it may have loaded kernels, s."""
+
 CHUNKS_PER_WORKER = 16
 """Number of chunks for each worker, so that all end at about the same time."""
 
@@ -58,14 +61,14 @@ def compute_in_parallel(function: RowFunction[Row], indices: Sequence[int], n_wo
 
     n_useful = min(n_workers, cpu_count())
     n_done = 0
-    started = 0.0
+    started = time.perf_counter()
     with closing(compute_alone(function, indices)) as alone:
         for rows in alone:
             yield rows
             n_done += 1
-            if n_done == 1:
-                started = time.perf_counter()
-            elif n_useful > 1 and _pays_to_share(time.perf_counter() - started, n_done - 1, len(indices) - n_done, n_useful):
+            if n_done == 1 and time.perf_counter() - started < LONG_ROW_TIME:
+                started = time.perf_counter()  # kernels are loaded
+            elif n_useful > 1 and _pays_to_share(time.perf_counter() - started, max(n_done - 1, 1), len(indices) - n_done, n_useful):
                 break
     if n_done < len(indices):
         yield from _map_in_processes(partial(compute_chunk, function), make_chunks(indices[n_done:], n_useful), n_useful)
