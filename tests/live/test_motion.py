@@ -136,3 +136,15 @@ def go_on(session, count):
     """Let a motion go on from its end, again and again."""
     for k in range(count):
         session.extend_motion("end", 1e9 if k else 0.0, 0.5, is_new=k == 0)
+
+
+def test_a_piece_is_drawn_from_a_second_of_film_before_it_where_a_point_leaves_a_trail():
+    for name, trail in (("jansen", 1.0), ("slider_crank", 0.0)):
+        session = Session(gm.load(name).replace({"run.duration": "2 s"}))
+        session.describe(session.solve())
+        session.extend_motion("tab", 2.0, 0.4, is_new=True)
+        motion = session.extend_motion("tab", 2.4, 0.4, is_new=False)
+        times = motion["data"]["times"]
+        assert (times["start"], times["stop"]) == pytest.approx((2.4 - trail, 2.8), rel=1e-12)  # in true time
+        assert (motion["start"], bool(motion["data"]["views"][0]["trails"])) == (pytest.approx(2.4, rel=1e-12), trail > 0.0)
+        assert len(motion["frames"]) == len(motion["data"]["views"])

@@ -196,6 +196,20 @@ def test_a_run_that_takes_long_goes_to_the_shown_time_while_a_hand_moves(monkeyp
     assert 0.9 < session.solve(is_brief=True).run.times[-1] < 1.1
 
 
+def test_a_brief_run_is_drawn_in_the_proportions_of_the_whole_one(monkeypatch):
+    session = Session(gm.load("slider_crank_torque"))
+    whole = session.describe(session.solve())["data"]["views"][0]
+    monkeypatch.setattr("governor_mechanism.live.session.HELD_TIME", 0.0)
+    session.change({"start.crank_rate": 1e-6}, is_last=False)
+    brief = session.solve(is_brief=True)
+    assert len(brief.run.times) == 2
+    moment = session.describe_moment(brief)["moment"]["views"][0]
+    assert [one["role"] for one in moment["shapes"]] == [one["role"] for one in whole["shapes"]]
+    still = [(one["points"], other["points"]) for one, other in zip(whole["shapes"], moment["shapes"], strict=True) if "track" not in one]
+    assert still
+    assert all(before == after for before, after in still)
+
+
 def test_the_equilibria_follow_a_hand_that_moves():
     session = Session(gm.load("porter").replace({"run.duration": "0.1 s"}))
     session.describe(session.solve())

@@ -4,8 +4,11 @@ import math
 import tempfile
 from base64 import b64encode
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, Final
+
+import numpy as np
 
 from governor_mechanism.machines.custom import CUSTOM_MACHINE
 from governor_mechanism.model.results.outcome import Outcome
@@ -18,6 +21,7 @@ from governor_mechanism.render.page.views import ShownRun, show_run
 from governor_mechanism.render.page.writer import MAX_TRUE_TIME_DURATION, choose_sample_times
 from governor_mechanism.studies.kinematics import list_scene_assemblies
 from governor_mechanism.studies.valve_gears import tabulate_valve_timing
+from governor_mechanism.types import FloatArray
 from governor_mechanism.units.quantities import format_quantity
 
 MAX_SENTENCE_LENGTH: Final = 2000
@@ -40,6 +44,35 @@ def describe_outcome(run: Trajectory) -> str:
     """Return in a line how a run ended, how accurate it is, and what was computed."""
     lines, _ = format_closing_lines(run, MAX_SENTENCE_LENGTH)
     return "; ".join([*lines, f"engine {run.cost.engine}, {1e3 * run.cost.wall_time:.3g} ms"])
+
+
+def continue_with(run: Trajectory, whole: Trajectory) -> Trajectory:
+    """Return a run that ends early, with the rest of the last whole one behind it, so that drawings have the proportions that they had.
+
+    It is the run alone if the other one has other bodies or readings.
+    """
+    later = whole.times > run.times[-1]
+    if run.body_names != whole.body_names or run.readings.keys() != whole.readings.keys() or run.rates.keys() != whole.rates.keys():
+        return run
+
+    def join(first: FloatArray, second: FloatArray) -> FloatArray:
+        joined: FloatArray = np.concatenate([first, second[later]])
+        return joined
+
+    return replace(
+        run,
+        times=join(run.times, whole.times),
+        poses=join(run.poses, whole.poses),
+        velocities=join(run.velocities, whole.velocities),
+        readings={name: join(values, whole.readings[name]) for name, values in run.readings.items()},
+        rates={name: join(values, whole.rates[name]) for name, values in run.rates.items()},
+        joint_gap=join(run.joint_gap, whole.joint_gap),
+    )
+
+
+def list_frames(shown: ShownRun) -> list[list[float]]:
+    """Return how each picture maps its plane: its scale, and the left and the top end of its box."""
+    return [[view.picture.scale, view.box[0], view.box[3]] for view in shown.views]
 
 
 def describe_end(run: Trajectory) -> str:

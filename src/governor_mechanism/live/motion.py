@@ -10,14 +10,14 @@ import numpy as np
 
 import governor_mechanism as gm
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.live.describing import choose_pace, describe_readings
+from governor_mechanism.live.describing import choose_pace, describe_readings, list_frames
 from governor_mechanism.model.events import Event
 from governor_mechanism.model.results.records import Reaction, SpeedFluctuation
 from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.model.scene import Scene
-from governor_mechanism.render.geometry.primitives import BoundingBox, enclose_boxes
+from governor_mechanism.render.geometry.primitives import BoundingBox, Vec2, enclose_boxes
 from governor_mechanism.render.page.page_data import collect_data, collect_pictures
-from governor_mechanism.render.page.views import show_run
+from governor_mechanism.render.page.views import ShownRun, show_run
 from governor_mechanism.render.page.writer import choose_sample_times
 from governor_mechanism.types import FloatArray
 
@@ -70,6 +70,8 @@ class Motion:
     def __init__(self, run: Trajectory, boxes: Sequence[BoundingBox]) -> None:
         self._pieces = [Piece(offset=0.0, run=run, count=len(run.times))]
         self._boxes, self._lock = tuple(boxes), Lock()
+        self._trail_length = 0.0
+        """Time, s, before a piece from which on it is drawn, for what stays behind a point for a second of film."""
 
     def extend(self, scene: Scene, time: float, duration: float) -> dict[str, Any]:
         """Go on from the first state that is not before a time (s), for a duration (s), and return what the page shows of it.
@@ -110,8 +112,10 @@ class Motion:
         piece, joined = self._pieces[-1], _join(self._pieces, scene)
         limits = float(piece.times[0]), float(piece.times[-1])
         slow_down = choose_pace(self._pieces[0].run)[1]
-        times = choose_sample_times(replace(piece.run, times=piece.times), limits, slow_down, LEAST_SAMPLES)
-        shown = show_run(joined, None, limits, times, slow_down, boxes=self._boxes)
+        shown = self._show(joined, piece, (limits[0] - self._trail_length, limits[1]), slow_down)
+        if any(view.trails for view in shown.views) and not self._trail_length:
+            self._trail_length = 1.0 / slow_down
+            shown = self._show(joined, piece, (limits[0] - self._trail_length, limits[1]), slow_down)
         self._boxes = tuple(
             enclose_boxes([view.box, view.data.drawing.bounds]) if view.has_plane and view.shows_bodies else view.box
             for view in shown.views
@@ -123,10 +127,17 @@ class Motion:
             "start": limits[0],
             "stop": limits[1],
             "data": collect_pictures(shown, slow_down),
+            "frames": list_frames(shown),
             "plots": collect_data(replace(plots, views=[]), slow_down),
             "readings": describe_readings(piece.run),
             "accuracy": self._describe_accuracy(),
         }
+
+    def _show(self, joined: Trajectory, piece: Piece, limits: Vec2, slow_down: float) -> ShownRun:
+        """Return a joined run as it is drawn between limits of time (s), as finely as its last piece."""
+        within = max(limits[0], float(joined.times[0])), limits[1]
+        times = choose_sample_times(replace(piece.run, times=piece.times), within, slow_down, LEAST_SAMPLES)
+        return show_run(joined, None, within, times, slow_down, boxes=self._boxes)
 
     def _describe_accuracy(self) -> str:
         """Return what is known of the accuracy: each certificate is that of one piece, from the state in which that begins."""

@@ -15,10 +15,12 @@ from governor_mechanism.errors import GovernorMechanismError, MechanismError
 from governor_mechanism.live.choices import choose, find_choices
 from governor_mechanism.live.describing import (
     choose_pace,
+    continue_with,
     describe_bounded_outcome,
     describe_end,
     describe_outcome,
     describe_readings,
+    list_frames,
     list_inspections,
     show_whole_run,
 )
@@ -312,8 +314,9 @@ class Session:
         run = snapshot.run
         limits, _ = choose_pace(run)
         _, slow_down = choose_pace(self.run)
+        drawn = continue_with(run, self.run) if snapshot.is_brief else run
         times = np.clip(np.array([self.shown_time]), *limits)
-        shown = show_run(run, None, limits, times, slow_down, boxes=self._boxes)
+        shown = show_run(drawn, None, limits, times, slow_down, boxes=self._boxes)
         moment = collect_pictures(shown, slow_down)
         return self._describe_state(snapshot, shown) | {"moment": moment, "equilibria": self._equilibria.draw(run.scene)}
 
@@ -351,7 +354,7 @@ class Session:
             "fileName": self.file.name,
             "changes": self.find_changes(),
             "inspections": list_inspections(run),
-            "frames": [[view.picture.scale, view.box[0], view.box[3]] for view in shown.views] if shown else [],
+            "frames": list_frames(shown) if shown else [],
             "canUndo": bool(self._done),
             "canRedo": bool(self._undone),
         }

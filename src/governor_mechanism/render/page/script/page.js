@@ -238,6 +238,7 @@ function showPictures(page, data) {
   page.forces = listForces(page.pictures);
   listParts();
   showForces(page);
+  page.afterPictures?.();
 }
 
 /** Show plots in the place of those before. */

@@ -22,7 +22,10 @@ function startWorkbench(page) {
     motion.change();
   };
   const panel = makePanel(change, (action) => act({ action }));
-  const motion = makeMotion(page, send, (piece) => (piece.refused ? panel.tell(piece.refused, true) : panel.showMotion(piece)));
+  const motion = makeMotion(page, send, {
+    hear: (piece) => (piece.refused ? panel.tell(piece.refused, true) : panel.showMotion(piece)),
+    showFrames: (frames) => ghost.showFrames(frames),
+  });
   const goOn = makeButton("Let it move", () => (motion.isOn ? showWholeRun() : motion.start(page.player.time)));
   goOn.title = "the motion goes on from what is shown, and what you change acts at once";
   panel.buttons.append(goOn);
@@ -43,7 +46,7 @@ function startWorkbench(page) {
   const saving = makeSaving(send);
   const sections = [makeValveSection(send), makeAssemblySection(send)];
   const choices = makeChoices((key, value) => act({ action: "choose", key, value }));
-  const ghost = makeGhost(page);
+  const ghost = makeGhost(page, () => motion.isOn);
   const address = makeAddress(change);
   const voice = makeVoice();
   panel.node.querySelector("table").before(choices.node);

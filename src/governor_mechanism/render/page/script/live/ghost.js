@@ -1,9 +1,10 @@
 // Before and after: a kept state behind the present one, to the same scale.
 
-/** A ghost: `show(state)` draws the kept state behind a new one, `attach()` behind new pictures. */
-function makeGhost(page) {
+/** A ghost: `show(state)` hears of a new state, `showFrames(frames)` that the pictures have others, and it stands behind new pictures. */
+function makeGhost(page, isMoving) {
   let kept = null; // number, decoded data and frames
   let present = null;
+  let frames = null; // those of the shown pictures
   const keep = (state) => {
     kept = { number: state.number, data: state.data, frames: state.frames };
   };
@@ -23,7 +24,7 @@ function makeGhost(page) {
 
   /** What maps the kept picture of a view to the present one. */
   const mapOf = (k) => {
-    const [[before, left, top], [after, newLeft, newTop]] = [kept.frames[k], present.frames[k]];
+    const [[before, left, top], [after, newLeft, newTop]] = [kept.frames[k], frames[k]];
     return `translate(${after * (left - newLeft)} ${after * (newTop - top)}) scale(${after / before})`;
   };
   const attach = () => {
@@ -32,7 +33,7 @@ function makeGhost(page) {
     if (!box.checked || !kept || !present || kept.number === present.number) return;
     const planes = [...document.querySelectorAll("#stage .plane > svg")];
     for (const [k, view] of kept.data.views.entries()) {
-      const plane = view.isPlane && present.frames[k] ? planes.shift() : null;
+      const plane = view.isPlane && frames[k] ? planes.shift() : null;
       if (!plane) continue;
       const layer = makeElement("g", { class: "ghost-layer", transform: mapOf(k), "aria-hidden": "true" });
       const drawing = makeDrawing({ ...view, forces: null }, kept.data);
@@ -51,8 +52,13 @@ function makeGhost(page) {
   const show = (state) => {
     if (state.problem) return;
     present = state;
+    if (!isMoving() || !frames) frames = state.frames;
     if (!kept && state.data) keep(state);
-    attach();
+    if (!isMoving()) attach();
   };
-  return { node, show, attach };
+  const showFrames = (shown) => {
+    frames = shown;
+  };
+  page.afterPictures = () => isMoving() && attach();
+  return { node, show, showFrames };
 }

@@ -8,8 +8,8 @@ const LEAD = 0.08;
 /** Largest number of pieces that can be scrubbed back to. */
 const MAX_PIECES = 300;
 
-/** The motion of a page; `send(message)` asks for more, and `onPiece(motion)` hears of every piece. */
-function makeMotion(page, send, onPiece) {
+/** The motion of a page; `send(message)` asks for more, `on.hear(motion)` hears of every piece, `on.showFrames(frames)` when one is shown. */
+function makeMotion(page, send, on) {
   const tab = crypto.getRandomValues(new Uint32Array(2)).join("");
   const motion = { isOn: false };
   let pieces = [];
@@ -32,7 +32,10 @@ function makeMotion(page, send, onPiece) {
     const { time, isPlaying } = page.player;
     const piece = pieces.find((one) => time < one.stop) || pieces[pieces.length - 1];
     page.player.time = Math.min(time, page.span.stop);
-    if (piece.data !== page.data) showKeepingEquilibria(page, piece.data);
+    if (piece.data !== page.data) {
+      if (piece.frames) on.showFrames(piece.frames);
+      showKeepingEquilibria(page, piece.data);
+    }
     if (isPlaying && !isWaiting && !isOver && page.span.stop - time < AHEAD * page.player.rate()) ask(page.span.stop);
   };
 
@@ -64,19 +67,19 @@ function makeMotion(page, send, onPiece) {
     if (answer.refused) {
       isOver = true;
       page.goesOn = false;
-      onPiece(answer);
+      on.hear(answer);
       return;
     }
     const isFirst = !pieces.some((one) => one.isPiece);
     pieces = answer.note ? [] : pieces.filter((one) => one.start < answer.start).map((one) => ({ ...one, stop: Math.min(one.stop, answer.start) }));
-    pieces.push({ start: answer.start, stop: answer.stop, data: decodeData(answer.data), isPiece: true });
+    pieces.push({ start: answer.start, stop: answer.stop, data: decodeData(answer.data), frames: answer.frames, isPiece: true });
     pieces = pieces.slice(-MAX_PIECES);
     isOver = answer.isOver;
     page.goesOn = !isOver;
     showPlots(page, answer.plots);
     if (answer.note) page.player.time = answer.start;
     setSpan(page, pieces[0].start, answer.stop);
-    onPiece(answer);
+    on.hear(answer);
     if (isFirst) page.player.play();
     if (asksAgain) ask(timeOfChange());
   };
