@@ -19,7 +19,7 @@ from websockets.sync.client import connect
 
 import governor_mechanism as gm
 from governor_mechanism.live.messages import MAX_MESSAGE_SIZE, parse_message
-from governor_mechanism.live.server import HOST, Workbench, serve
+from governor_mechanism.live.server import HOST, MAX_WAITING, Workbench, serve
 from governor_mechanism.live.session import Session
 
 TOKEN = "token-of-the-test"
@@ -189,6 +189,39 @@ def test_a_refusal_is_answered_and_the_connection_goes_on(port):
             while "refused" not in (answer := json.loads(connection.recv(timeout=WAITING_TIME))):
                 pass
             assert answer["refused"]
+
+
+def test_a_failure_of_the_program_is_a_sentence_and_the_page_goes_on(port, monkeypatch):
+    with talk(port) as connection:
+        number = next_state(connection, 0)["number"]
+
+        def fail(session, snapshot):
+            raise ZeroDivisionError("no length")
+
+        with monkeypatch.context() as broken:
+            broken.setattr(Session, "describe_moment", fail)
+            connection.send(json.dumps({"action": "change", "values": {"dimensions.crank": 1.1}}))
+            while "refused" not in (answer := json.loads(connection.recv(timeout=WAITING_TIME))):
+                pass
+            assert "ZeroDivisionError: no length" in answer["refused"]
+            next_state(connection, number + 1)
+        connection.send(json.dumps({"action": "reset"}))
+        assert value_of(next_state(connection, number + 2), "dimensions.crank") == 1.0
+
+
+def test_more_requests_than_can_wait_are_refused(port, monkeypatch):
+    gate = threading.Event()
+    monkeypatch.setattr(Session, "find_travel", lambda session: gate.wait(WAITING_TIME) and {"travel": None})
+    with talk(port) as connection:
+        next_state(connection, 0)
+        for _ in range(MAX_WAITING + 1):
+            connection.send(json.dumps({"action": "travel"}))
+        while "refused" not in (answer := json.loads(connection.recv(timeout=WAITING_TIME))):
+            pass
+        assert "wait already" in answer["refused"]
+        gate.set()
+        for _ in range(MAX_WAITING):
+            assert json.loads(connection.recv(timeout=WAITING_TIME)) == {"travel": None}
 
 
 def test_a_busy_port_and_a_scene_that_cannot_run_are_sentences():

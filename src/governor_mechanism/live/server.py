@@ -7,6 +7,7 @@ import socket
 import webbrowser
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
+from functools import partial
 from pathlib import Path
 from threading import Lock
 from typing import Any, Final
@@ -24,7 +25,7 @@ from starlette.websockets import WebSocket, WebSocketDisconnect
 
 import governor_mechanism as gm
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.live.conversation import Later, respond
+from governor_mechanism.live.conversation import Answer, Later, respond
 from governor_mechanism.live.messages import MAX_MESSAGE_SIZE
 from governor_mechanism.live.page import make_beside_page, make_list_page, make_live_page
 from governor_mechanism.live.session import Session
@@ -42,6 +43,9 @@ MAX_SESSIONS: Final = 20
 
 MAX_BESIDE: Final = 4
 """Largest number of scenes beside each other."""
+
+MAX_WAITING: Final = 20
+"""Largest number of requests of a page that wait for answers which take long."""
 
 HELD_PAUSE: Final = 0.3
 """Time, s, for which a hand does not move before the whole run is sent, and not only one moment of it."""
@@ -141,21 +145,26 @@ class Workbench:
 
         changed.set()
         session.listeners.add(hear)
-        tasks = [asyncio.create_task(_answer(socket, session, changed))]
+        answering = asyncio.create_task(_answer(socket, session, changed))
+        later: list[asyncio.Task[None]] = []
         try:
             while True:
-                answer = await run_in_threadpool(respond, session, await socket.receive_text())
-                if callable(answer):
-                    tasks.append(asyncio.create_task(_send_later(socket, answer)))
-                elif answer is not None:
-                    await socket.send_text(json.dumps(answer, allow_nan=False))
+                message = await socket.receive_text()
+                later = [task for task in later if not task.done()]
+                answer = await _compute(partial(respond, session, message))
+                if not callable(answer):
+                    await _send(socket, answer)
+                elif len(later) < MAX_WAITING:
+                    later.append(asyncio.create_task(_send_later(socket, answer)))
+                else:
+                    await _send(socket, {"refused": f"{MAX_WAITING} requests wait already for their answers"})
         except (WebSocketDisconnect, KeyError):  # closed, or a message of bytes
             pass
         finally:
             session.listeners.discard(hear)
-            for task in tasks:
+            for task in (answering, *later):
                 task.cancel()
-            await asyncio.gather(*tasks, return_exceptions=True)
+            await asyncio.gather(answering, *later, return_exceptions=True)
 
 
 async def _answer(socket: WebSocket, session: Session, changed: asyncio.Event) -> None:
@@ -165,23 +174,33 @@ async def _answer(socket: WebSocket, session: Session, changed: asyncio.Event) -
         await changed.wait()
         changed.clear()
         if not is_first:
-            snapshot = await run_in_threadpool(lambda: session.solve(is_brief=True))
-            moment = await run_in_threadpool(session.describe_moment, snapshot)
-            await socket.send_text(json.dumps(moment, allow_nan=False))
+            await _send(socket, await _compute(lambda: session.describe_moment(session.solve(is_brief=True))))
             with suppress(TimeoutError):
                 await asyncio.wait_for(changed.wait(), HELD_PAUSE if session.is_held else LAST_PAUSE)
         if not changed.is_set():
-            snapshot = await run_in_threadpool(session.solve)
-            state = await run_in_threadpool(session.describe, snapshot)
-            await socket.send_text(json.dumps(state, allow_nan=False))
+            await _send(socket, await _compute(lambda: session.describe(session.solve())))
         is_first = False
+
+
+async def _compute(compute: Callable[[], Answer | Later | None]) -> Answer | Later | None:
+    """Return an answer; whatever fails, the page hears of it and goes on."""
+    try:
+        return await run_in_threadpool(compute)
+    except Exception as error:  # mistakes of a scene have their sentences already: this one is a mistake of the program
+        return {"refused": f"this state cannot be shown, by a mistake of the program ({type(error).__name__}: {error})"}
+
+
+async def _send(socket: WebSocket, answer: Answer | Later | None) -> None:
+    """Send an answer, if there is one."""
+    if answer is not None:
+        await socket.send_text(json.dumps(answer, allow_nan=False))
 
 
 async def _send_later(socket: WebSocket, compute: Later) -> None:
     """Send an answer that takes long; the page may be closed before."""
-    answer = await run_in_threadpool(compute)
+    answer = await _compute(compute)
     with suppress(RuntimeError, WebSocketDisconnect):
-        await socket.send_text(json.dumps(answer, allow_nan=False))
+        await _send(socket, answer)
 
 
 def serve(scenes: Sequence[Scene], port: int, *, opens_browser: bool, tell: Callable[[str], None]) -> None:
