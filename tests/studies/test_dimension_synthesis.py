@@ -61,8 +61,8 @@ def test_points_are_passed_in_order_wherever_the_path_begins(order):
 
 
 def test_impossible_dimensions_lie_outside(wrong):
-    wrong = wrong.replace({"dimensions.rod": "2.5 m", "dimensions.extension": "2.5 m"})
-    over = {"dimensions.base": ("0.5 m", "4 m"), "dimensions.rocker": ("1 m", "6 m")}
+    wrong = wrong.replace({f"dimensions.{name}": value for name, value in (("base", "2 m"), ("rod", "2.5 m"), ("extension", "2.5 m"))})
+    over = {"dimensions.rocker": ("1 m", "6 m")}
     found = gm.synthesise_dimensions(wrong, over, "rod.end", LINE, starts=2, seed=1)
     again = gm.synthesise_dimensions(wrong, over, "rod.end", LINE, starts=2, seed=1)
     assert found.as_json() == again.as_json()

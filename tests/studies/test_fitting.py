@@ -8,6 +8,7 @@ import pytest
 import governor_mechanism as gm
 from governor_mechanism.studies.fitting import search
 from governor_mechanism.studies.sweep import workers
+from reference.mechanisms import ANDREWS
 
 NOISE = 1e-4
 """Standard deviation of a measured lift, m."""
@@ -260,6 +261,17 @@ def test_json_has_all_values(worn, lift, tmp_path):
     assert record["rows"][0]["value"] == fit.values["spindle.speed"]
     assert record["converged"] is True
     assert fit.plot().save(tmp_path / "fit.png").stat().st_size > 5000
+
+
+def test_printed_angles_determine_the_torque_of_the_motor():
+    """The Test Set of Bari and CWI prints the angles of Andrews' mechanism at 0.03 s under 0.033 N m."""
+    printed = {
+        name: [value] for name, value in zip(ANDREWS["names"], ANDREWS["published"], strict=True) if name in ("beta", "gamma", "Phi")
+    }
+    guess = gm.load("andrews_squeezer").replace({"force.motor.moment": "0.0325 N m"})
+    bounds = {"force.motor.moment": ("0.032 N m", "0.034 N m")}
+    fit = gm.fit(guess, {"time": [ANDREWS["time"]], **printed}, bounds, noise=1e-8, starts=1)
+    assert fit.values["force.motor.moment"] == pytest.approx(0.033, rel=1e-8)
 
 
 @pytest.mark.long

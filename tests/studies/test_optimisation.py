@@ -1,5 +1,6 @@
 """Optimisation: closed-form optima, conditions of optimality, conditions that a new run meets, what lies outside, mistakes."""
 
+import json
 import os
 import signal
 
@@ -169,19 +170,34 @@ def test_an_interrupted_search_keeps_the_best_and_continues(governor, tmp_path, 
     assert not journal.exists()
 
 
-def test_a_trade_off_joins_both_best_values(governor):
-    over = MASSES | {"dimensions.sleeve_mass": ("10 kg", "40 kg"), "dimensions.offset": ("10 mm", "60 mm")}
-    condition = ["highest equilibrium speed = 130 rpm"]
-    curve = gm.trade_off(governor, over, minimise=["insensitivity", "sensitiveness"], subject_to=condition, points=3)
-    best = [gm.optimise(governor, over, minimise=name, subject_to=condition).objective.after[0] for name in curve.names]
-    first, second = (np.array([getattr(row, name) for row in curve.rows]) for name in ("first", "second"))
+def test_a_trade_off_is_that_of_two_parabolas(tmp_path):
+    """Where the second may be at most c, the arm is 0.35 - sqrt(c), and the first grows with its distance from 0.29."""
+
+    def short(scene):
+        return (scene.part.dimensions["arm"] - 0.29) ** 2
+
+    def long(scene):
+        return -((scene.part.dimensions["arm"] - 0.35) ** 2)
+
+    curve = gm.trade_off("porter", ["dimensions.arm=280mm:400mm"], minimise=[short], maximise=[long], points=4)
+    arms = np.array([row.values["dimensions.arm"] for row in curve.rows])
+    limits = np.linspace(0.06**2, 0.0, 4)
     assert curve.ok
-    assert first[0] == pytest.approx(best[0], rel=1e-6)
-    assert second[-1] == pytest.approx(best[1], rel=1e-3)
-    assert np.all(np.diff(first) > 0.0)
-    assert np.all(np.diff(second) < 0.0)
-    assert curve.to_dataframe().shape == (3, 6)
+    assert arms == pytest.approx(0.35 - np.sqrt(limits), abs=1e-3)
+    assert [row.first for row in curve.rows] == pytest.approx((arms - 0.29) ** 2, abs=1e-9)
+    assert curve.start == pytest.approx((0.01**2, -(0.05**2)))
+    assert curve.to_dataframe().shape == (4, 4)
     assert curve.plot().axes
+    assert [scene.part.dimensions["arm"] for scene in curve.scenes] == arms.tolist()
+    assert json.loads(curve.save_json(tmp_path / "curve.json").read_text())["names"] == ["short", "long"]
+
+
+@pytest.mark.parametrize(("name", "sentence"), [("", "is a folder"), ("notes.txt", "is not the file of an optimisation")])
+def test_no_other_file_is_overwritten(name, sentence, tmp_path):
+    (tmp_path / "notes.txt").write_text("mine")
+    with pytest.raises(gm.MechanismError, match=sentence):
+        gm.optimise("porter", ["dimensions.arm=280mm:400mm"], minimise="max arm_angle", out=tmp_path / name)
+    assert (tmp_path / "notes.txt").read_text() == "mine"
 
 
 def test_leads_in_gears_are_those_of_the_study_of_gears():

@@ -37,9 +37,11 @@ class _FileJournal(dict[bytes, Values]):
     """Values by place, each also a line of a file; a search that was interrupted finds them there."""
 
     def __init__(self, path: Path, identity: str) -> None:
-        super().__init__(_read_journal(path, identity))
+        heading = json.dumps({"optimisation": identity})
+        super().__init__(_read_journal(path, heading))
+        path.parent.mkdir(parents=True, exist_ok=True)
         self._stream: TextIO = path.open("w", encoding="utf-8", newline="\n")
-        self._stream.write(json.dumps(identity) + "\n")
+        self._stream.write(f"{heading}\n")
         for values in self.values():
             self._write(values)
 
@@ -57,12 +59,17 @@ class _FileJournal(dict[bytes, Values]):
         self._stream.close()
 
 
-def _read_journal(path: Path, identity: str) -> Iterator[tuple[bytes, Values]]:
-    """Yield the values of the lines of a journal of the same optimisation; a half-written last line is left out."""
-    lines = path.read_text(encoding="utf-8").splitlines() if path.exists() else []
-    if not lines or lines[0] != json.dumps(identity):
-        return
-    for line in lines[1:]:
+def _read_journal(path: Path, heading: str) -> Iterator[tuple[bytes, Values]]:
+    """Yield the values of the lines of a journal of the same optimisation; a half-written last line is left out.
+
+    Raises MechanismError for a file that is no journal.
+    """
+    if path.is_dir():
+        raise MechanismError(f"out: {path} is a folder; give the name of a file")
+    lines = path.read_text(encoding="utf-8", errors="replace").splitlines() if path.exists() else []
+    if lines and not lines[0].startswith('{"optimisation":'):
+        raise MechanismError(f"out: {path} exists and is not the file of an optimisation; choose another name, or move the file")
+    for line in lines[1:] if lines[:1] == [heading] else ():
         try:
             place, numbers, problem = json.loads(line)
         except ValueError:
