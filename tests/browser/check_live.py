@@ -309,6 +309,11 @@ def test_a_pulled_sleeve_becomes_the_start_and_ends_at_its_dead_centre(tab, benc
     before += [12.0, 8.0]  # anywhere on the sleeve
     steps = [(0.0, share * (after[1] - before[1] + 8.0)) for share in (0.25, 0.5, 0.75, 1.0)]
     document = session.document
+    tab.point("mouseMoved", *before)
+    deadline = time.monotonic() + WAITING_TIME
+    while tab.evaluate("document.documentElement.dataset.travel") != "start.arm_angle":
+        assert time.monotonic() < deadline
+        time.sleep(0.02)
     drag_along(tab, *before, steps)
     wait_for_change(session, document)
     time.sleep(0.1)

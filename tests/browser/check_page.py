@@ -73,6 +73,29 @@ def balls(tab, figure):
     )
 
 
+def test_a_part_that_is_taken_turns_the_clock_along_its_path(tab, pages, runs):
+    run = runs["slider_crank_torque"]
+    first, last = 50, 70
+    tab.open(pages["slider_crank_torque"], reduced_motion=True)
+    seek(tab, run.times[first])
+    limits = float(run.times[0]), float(run.times[-1])
+    picture = show_run(run, None, limits, run.times[:1], 1.0).views[0].picture
+    matrix = "document.querySelector('.plane > svg').getScreenCTM()"
+    places = []
+    for k in range(first, last + 1):
+        x, y = picture.place(run.paths["crank pin"][k])
+        places.append(tab.evaluate(f"(() => {{ const one = new DOMPoint({x}, {y}).matrixTransform({matrix}); return [one.x, one.y]; }})()"))
+    tab.point("mouseMoved", *places[0])
+    tab.point("mousePressed", *places[0])
+    for x, y in places[1:]:
+        tab.command("Input.dispatchMouseEvent", type="mouseMoved", x=x, y=y, button="left", buttons=1)
+    tab.point("mouseReleased", *places[-1])
+    clock = "Number(document.getElementById('scrub').value)"
+    assert tab.evaluate(clock) == pytest.approx(run.times[last], abs=3e-3)  # the hand moves in pixels
+    tab.point("mouseMoved", places[-1][0] + 50.0, places[-1][1])  # it was let go
+    assert tab.evaluate(clock) == pytest.approx(run.times[last], abs=3e-3)
+
+
 def test_it_plays_in_true_time(tab, pages):
     tab.open(pages["porter"])
     first, began = shown_time(tab), time.monotonic()

@@ -3,14 +3,17 @@
 import asyncio
 import json
 import re
+import signal
 import socket
+import subprocess
+import sys
 import threading
 import time
 import tomllib
 from base64 import b64decode
 from contextlib import closing
 from http.client import HTTPConnection
-from urllib.parse import urljoin
+from urllib.parse import urljoin, urlsplit
 
 import pytest
 import uvicorn
@@ -222,6 +225,28 @@ def test_more_requests_than_can_wait_are_refused(port, monkeypatch):
         gate.set()
         for _ in range(MAX_WAITING):
             assert json.loads(connection.recv(timeout=WAITING_TIME)) == {"travel": None}
+
+
+def test_the_address_can_be_asked_as_soon_as_it_is_told():
+    def tell(address: str) -> None:
+        with socket.create_connection((HOST, urlsplit(address).port)):
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        serve([], 0, opens_browser=False, tell=tell)
+
+
+@pytest.mark.long
+def test_an_interrupt_ends_it_with_an_open_page():
+    command = [sys.executable, "-m", "governor_mechanism.cli.main", "open", "scott_russell", "--no-browser"]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
+        address = urlsplit(process.stdout.readline().strip())
+        with connect(f"ws://{address.netloc}{address.path}live", origin=f"http://{address.netloc}", max_size=None) as connection:
+            next_state(connection, 0)
+            process.send_signal(signal.SIGINT)
+            _, error = process.communicate(timeout=WAITING_TIME)
+    assert process.returncode == 130
+    assert "Traceback" not in error
 
 
 def test_a_busy_port_and_a_scene_that_cannot_run_are_sentences():

@@ -219,6 +219,7 @@ def serve(scenes: Sequence[Scene], port: int, *, opens_browser: bool, tell: Call
         try:
             listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
             listener.bind((HOST, port))
+            listener.listen()  # from now on a browser may ask, which waits until the server runs
         except OSError as error:
             text = f"port {port} cannot be had ({error.strerror}); give another with --port, or none for any free one"
             raise MechanismError(text) from None

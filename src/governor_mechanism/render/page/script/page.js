@@ -1,7 +1,7 @@
 // The page: it makes the drawings and the plots, and connects them with the clock and the controls.
 
 const FORCE_NAMES = { weight: "weight", centrifugal: "centrifugal force", spring: "spring", damping: "damper", reaction: "force of a joint" };
-const HINT = "Point at a part to see what it is.";
+const HINT = "Point at a part to see what it is; take it, and it goes along its path.";
 /** Width over height of all drawings together from which on the plots stand below them. */
 const WIDE_ASPECT = 1.9;
 const ARROW_STEP = 1;

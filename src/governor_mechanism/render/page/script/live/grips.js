@@ -36,6 +36,13 @@ function travelTrackOf(travel, view, index) {
 /** What is free, pulled to where the motion starts: `ask()` for its travel, `hear(answer)`; `takeByName` for what has a ring. */
 function makePulling(page, send, onChange, motion) {
   let travel = null;
+  let isStale = true;
+  const stage = find("stage");
+  const request = () => {
+    isStale = false;
+    send({ action: "travel" });
+  };
+  stage.addEventListener("pointerenter", () => isStale && request());
   const countOf = (track) => Math.max(...[track.x, track.y, track.angle].map((one) => one.length || 1));
   const pull = (track, s) => {
     const [low, high] = travel.values;
@@ -65,11 +72,16 @@ function makePulling(page, send, onChange, motion) {
     return distances[s] < SAME_POSTURE + Math.abs(distances[Math.max(s - 1, 0)] - distances[s]) ? pull(track, s) : null;
   };
   return {
-    ask: () => send({ action: "travel" }),
+    /** The state is another one: ask at once if a pointer is there, or if it can only come by a touch. */
+    ask: () => {
+      isStale = true;
+      if (stage.matches(":hover") || matchMedia("(hover: none)").matches) request();
+    },
     hear: (answer) => {
       if (!("travel" in answer)) return;
       travel = answer.travel && { ...answer.travel, isClosed: answer.travel.is_closed, tracks: answer.travel.tracks.map((one) => decodeTrack(one, page.data.angleQuantum)) };
       if (travel) travel.count = Math.max(...travel.tracks.map(countOf));
+      document.documentElement.dataset.travel = travel?.key || "";
     },
     /** Begin to pull the body of a ring whose start has a value; false if its travel is not known. */
     takeByName: (event, name, value) => {
