@@ -129,12 +129,11 @@ def _read_record(place: Path, time_of_change: float) -> tuple[RecordedTest, ...]
 def tests_that_reach(mutant: Mutant, tests: Iterable[RecordedTest], seconds_limit: float) -> list[RecordedTest]:
     """Return the tests that reach the line of a mutant, the shortest first, within a limit of their time in all, s.
 
-    A line that runs when its module is imported is reached by none: there it is those that reach any line of the file.
+    A line that runs when its module is imported is reached by none: there it is those that reach any line of the file, and then all.
     """
     reaching = [test for test in tests if (str(mutant.path), mutant.line) in test.lines]
-    reaching = reaching or [test for test in tests if test.reaches(mutant.path)]
     chosen: list[RecordedTest] = []
-    for test in sorted(reaching, key=lambda one: one.seconds):
+    for test in sorted(reaching or tests, key=lambda one: (not one.reaches(mutant.path), one.seconds)):
         seconds_limit -= test.seconds
         if seconds_limit < 0.0 and chosen:
             break

@@ -74,7 +74,9 @@ def test_what_slides_ends_at_rest_or_at_a_stop():
 def event_values(scene: Scene, mode: ContactMode, angle: float, rate: float) -> list[float]:
     """Return the values of the event functions at an angle and a rate of the disc."""
     system, functions = make_system(scene, mode)
-    workspace, state = make_system_workspace(system), np.array([0.0, 0.0, angle, 0.0, 0.0, rate, *(0.0,) * N_ENERGY_STATES])
+    others = np.zeros((len(scene.mechanism.bodies) - 1, 3))
+    state = np.concatenate([[0.0, 0.0, angle], others.ravel(), [0.0, 0.0, rate], others.ravel(), np.zeros(N_ENERGY_STATES)])
+    workspace = make_system_workspace(system)
     evaluate_state_derivative(system, workspace, stack_local_cubics(functions, np.zeros(1))[0], 0.0, state, np.empty_like(state))
     values = np.empty(len(system.event_functions))
     evaluate_event_functions(system, workspace, state, values)
@@ -82,9 +84,10 @@ def event_values(scene: Scene, mode: ContactMode, angle: float, rate: float) -> 
 
 
 @pytest.mark.long  # in the daily tests runs have their events at these thresholds, tests/engines/test_effects.py
-def test_event_functions_are_what_is_beyond_their_thresholds():
+@pytest.mark.parametrize("discs", [{"wheel": 0.5}, {"wheel": 0.5, "idler": 0.3}], ids=["one disc", "two discs"])
+def test_event_functions_are_what_is_beyond_their_thresholds(discs):
     torque = Torque(name="load", second="wheel", moment=InputFunction(values=(2.0,)))
-    scene = coupled_scene(discs_part("disc", {"wheel": 0.5}, torque)).with_changes(effects=(FRICTION, STOPS))
+    scene = coupled_scene(discs_part("disc", discs, torque)).with_changes(effects=(FRICTION, STOPS))
     assert event_values(scene, ContactMode((None,), (-1,)), 0.3, -1.2) == pytest.approx([-1.2, 0.3 - 0.9, -0.3 - 0.4])
     # The torque is held against a friction of 0.7 N m: it would have to push by 2 N m backwards.
     assert sorted(event_values(scene, ContactMode((0.3,), (0,)), 0.3, 0.0)) == pytest.approx([-2.0 - 0.7, 2.0 - 0.7])

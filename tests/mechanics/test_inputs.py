@@ -7,6 +7,7 @@ import pytest
 
 from coupled_scenes import coupled_scene, discs_part
 from governor_mechanism.effects.dry_friction import DryFriction
+from governor_mechanism.effects.gravity import Gravity
 from governor_mechanism.mechanics.dynamics.equations.equations_of_motion import evaluate_state_derivative
 from governor_mechanism.mechanics.dynamics.equations.inverse_dynamics import compute_inverse_dynamics
 from governor_mechanism.mechanics.dynamics.forces.contact_modes import ContactMode
@@ -14,10 +15,22 @@ from governor_mechanism.mechanics.dynamics.forces.loads import initial_lags
 from governor_mechanism.mechanics.dynamics.system.arrays import N_ENERGY_STATES, make_system_workspace
 from governor_mechanism.mechanics.dynamics.system.event_functions import EventFunctionKind
 from governor_mechanism.mechanics.dynamics.system.lowering import make_system
+from governor_mechanism.mechanics.dynamics.system.reference_points import from_mass_centres
 from governor_mechanism.mechanics.kinematics.time_functions import stack_local_cubics
 from governor_mechanism.model.force_elements import Torque
+from governor_mechanism.model.joints import Pin, Point, RotationalDriver
+from governor_mechanism.model.mechanism import Body
 from governor_mechanism.model.scene import Scene
-from governor_mechanism.model.time_functions import AngleHarmonic, HarmonicFunction, InputFunction, LinearFunction, TableFunction
+from governor_mechanism.model.time_functions import (
+    AngleHarmonic,
+    Harmonic,
+    HarmonicFunction,
+    InputFunction,
+    LinearFunction,
+    PrescribedMotion,
+    TableFunction,
+)
+from scene_parts import body_angle, body_point, ground_point, make_mechanism, rotating_body, scene_of
 
 ANGLE, INERTIA = "wheel_angle", 0.5
 LINEAR = LinearFunction(reading=ANGLE, gain=-3.0, about=0.4)
@@ -90,6 +103,44 @@ def test_a_lag_takes_the_place_of_its_function_and_follows_it():
     expected = [(linear(angle) - 0.7) / 0.2, (waves(angle) + 1.6) / 0.5]
     np.testing.assert_allclose(derivative[-2:], expected, rtol=1e-14)
     np.testing.assert_allclose(initial_lags(scene, state[None, :3], state[None, 3:6]), [linear(angle), waves(angle)], rtol=1e-14)
+
+
+def accelerations_of(scene: Scene, poses: list[list[float]], velocities: list[list[float]], time: float = 0.0) -> np.ndarray:
+    """Return the accelerations of the bodies at poses and velocities of their mass centres, by the derivative of the state."""
+    system, functions = make_system(scene)
+    motion = [part.ravel() for part in from_mass_centres(system, np.array(poses), np.array(velocities))]
+    state = np.concatenate([*motion, np.zeros(N_ENERGY_STATES)])
+    derivative, cubics = np.empty_like(state), stack_local_cubics(functions, np.array([time]))[0]
+    evaluate_state_derivative(system, make_system_workspace(system), cubics, 0.0, state, derivative)
+    return derivative[3 * len(poses) : 6 * len(poses)].reshape(-1, 3)
+
+
+def test_a_drive_gives_its_acceleration():
+    oscillation = Harmonic(amplitude=0.3, frequency=1.5, phase=0.4)
+    motion = PrescribedMotion(times=(0.0, 1.0), values=(0.2, 0.7), harmonics=(oscillation,))
+    joints = [
+        Pin(name="bearing", first=ground_point(), second=body_point("wheel")),
+        RotationalDriver(name="drive", first=ground_point(), second=body_point("wheel"), motion=motion),
+    ]
+    scene = scene_of(make_mechanism([rotating_body("wheel", 1.0, 0.5)], joints, [body_angle("wheel", "turn")], [(0.0, 0.0, 0.2)]))
+    speed = math.tau * oscillation.frequency
+    for time in (0.0, 0.37):
+        swing = oscillation.amplitude * math.sin(speed * time + oscillation.phase)
+        angle = 0.2 + 0.5 * time + swing
+        rate = 0.5 + oscillation.amplitude * speed * math.cos(speed * time + oscillation.phase)
+        found = accelerations_of(scene, [[0.0, 0.0, angle]], [[0.0, 0.0, rate]], time)
+        np.testing.assert_allclose(found, [[0.0, 0.0, -(speed**2) * swing]], atol=1e-11)
+
+
+@pytest.mark.parametrize(("x", "y"), [(-0.3, 0.2), (0.0, 0.4), (0.25, 0.0)])
+def test_a_pendulum_is_turned_by_the_moment_of_its_weight(x, y):
+    """A point mass on an arm from a pin at (x, y) in its axes."""
+    pin = Pin(name="pivot", first=ground_point(), second=Point(body="bob", x=x, y=y))
+    scene = scene_of(make_mechanism([Body(name="bob", mass=2.0)], [pin], [body_angle("bob", "swing")], [(-x, -y, 0.0)]), Gravity())
+    angle, rate = 0.6, 1.7
+    arm = -complex(x, y) * np.exp(1j * angle)
+    found = accelerations_of(scene, [[arm.real, arm.imag, angle]], [[-arm.imag * rate, arm.real * rate, rate]])
+    assert found[0, 2] == pytest.approx(-9.81 * arm.real / abs(arm) ** 2, rel=1e-13, abs=1e-13)
 
 
 @pytest.mark.parametrize("sign", [1, -1])

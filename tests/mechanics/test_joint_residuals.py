@@ -13,8 +13,10 @@ from governor_mechanism.model.curves import PolynomialCurve, SplineCurve
 from governor_mechanism.model.joints import (
     GROUND,
     CurveSlot,
+    Distance,
     Gear,
     Joint,
+    Pin,
     Point,
     ProportionalDisplacement,
     RackAndPinion,
@@ -91,3 +93,14 @@ def test_a_weld_of_bodies_that_cannot_rotate_keeps_their_distance_alone():
     assert ConstraintEquations(mechanism).joint_indices.tolist() == [0, 0]
     with pytest.raises(MechanismError, match="'j' prescribes a relative angle of two bodies that cannot rotate"):
         ConstraintEquations(replace(mechanism, joints=(replace(weld, relative_angle=0.1),)))
+
+
+def test_the_largest_gap_has_a_sign_where_it_is_a_single_number():
+    pin = Pin(name="pin", first=Point(body=GROUND), second=Point(body="a"))
+    rod = Distance(name="rod", length=2.0, first=Point(body=GROUND), second=Point(body="b"))
+    equations = equations_of(pin, rod)
+    for distance, expected in ((1.5, -0.5), (2.5, 0.5)):
+        joint, gap = equations.largest_gap(np.array([[0.1, 0.0, 0.0], [0.0, distance, 0.0]]))
+        assert (joint, gap) == (rod, pytest.approx(expected, abs=1e-15))
+    joint, gap = equations.largest_gap(np.array([[0.3, -0.4, 0.0], [0.0, 1.6, 0.0]]))
+    assert (joint, gap) == (pin, pytest.approx(0.5, abs=1e-15))

@@ -360,6 +360,16 @@ def test_outputs_and_static_force_on_both_sides_of_the_start():
         assert limit == 0.0
 
 
+def test_a_limit_is_found_at_the_far_end_of_a_piece():
+    table = extend_to(start_table(slider_crank()), 0.0, 1.5)
+    low, high = table.table.intervals[table.table.end_pieces[1], :2]
+    for share in (0.5, 0.99, 0.9999):
+        angle = low + share * (high - low)
+        limit = Limit(reading="slider_x", low=exact_slider(angle)[0], high=1.0, low_message="", high_message="")
+        limited = extend_to(start_table(slider_crank(limits=(limit,))), 0.0, 3.0)
+        assert limited.end_coordinate(1) == pytest.approx(angle, abs=1e-11)  # truncation of 1e-13 over the slope of the slider
+
+
 def test_a_little_beyond_a_table_poses_are_solved():
     scene = slider_crank()
     table = extend_to(start_table(scene), 0.2, 0.6)

@@ -33,6 +33,8 @@ def test_a_formula_and_its_derivatives_have_no_interpolation_error():
     np.testing.assert_allclose(motion.second_derivative(INSIDE), derivatives[2], atol=1e-11)
     assert len(motion.breakpoints) == 0
     assert not motion.is_constant
+    assert not CubicTimeFunction(InputFunction(values=(4.0,), harmonics=harmonics)).is_constant
+    assert CubicTimeFunction(InputFunction(values=(4.0, 4.0), times=(0.0, 1.0))).is_constant
 
 
 def test_rows_of_inputs_without_harmonics_are_filled_with_zeros():
