@@ -48,6 +48,17 @@ def test_the_slider_may_be_the_prescribed_reading():
     np.testing.assert_allclose(speed, 0.2, atol=1e-12)
 
 
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_the_slider_moves_the_crank_on_the_side_on_which_it_starts(side):
+    scene = gm.load("slider_crank_torque").replace({"start": {"crank_angle": 0.9 * side}})
+    crank = gm.kinematics(scene, over="crank_angle", values=[0.7 * side, 1.1 * side])
+    found = gm.kinematics(scene, over="slider_x", values=crank.readings["slider_x"])
+    np.testing.assert_allclose(found.readings["crank_angle"], crank.values, atol=1e-11)
+    assert "crank_angle" in found
+    assert "rate_of_slider_x" in found
+    assert "no such reading" not in found
+
+
 def test_drivers_move_a_mechanism_in_time():
     times = np.linspace(0.0, 1.0, 21)
     result = gm.kinematics("quick_return", "time", times)
