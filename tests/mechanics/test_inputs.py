@@ -28,6 +28,7 @@ from governor_mechanism.model.time_functions import (
     InputFunction,
     LinearFunction,
     PrescribedMotion,
+    StrokeHold,
     TableFunction,
 )
 from scene_parts import body_angle, body_point, ground_point, make_mechanism, rotating_body, scene_of
@@ -141,6 +142,13 @@ def test_a_pendulum_is_turned_by_the_moment_of_its_weight(x, y):
     arm = -complex(x, y) * np.exp(1j * angle)
     found = accelerations_of(scene, [[arm.real, arm.imag, angle]], [[-arm.imag * rate, arm.real * rate, rate]])
     assert found[0, 2] == pytest.approx(-9.81 * arm.real / abs(arm) ** 2, rel=1e-13, abs=1e-13)
+
+
+def test_a_held_load_begins_as_its_functions_say():
+    held = InputFunction(values=(5.0,), functions=(LINEAR,), factors=(WAVES, LINEAR), hold=StrokeHold.FROM_DEAD_CENTRE)
+    angle = np.array([[0.0, 0.0, 0.9]])
+    expected = (5.0 + linear(0.9)) * waves(0.9) * linear(0.9)
+    np.testing.assert_allclose(initial_lags(disc(held), angle, 0.0 * angle), [expected], rtol=1e-14)
 
 
 @pytest.mark.parametrize("sign", [1, -1])
