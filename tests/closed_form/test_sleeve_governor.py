@@ -116,6 +116,20 @@ def test_the_arms_move_as_lagranges_equation_says(case, rate, speed, force, damp
         assert hartnell.sleeve_height(governor, arm_angle=angle) == pytest.approx(places_of(governor, angle).z, abs=1e-15)
 
 
+@given(CASES)
+def test_what_is_not_given_is_not_there(case) -> None:
+    governor, angle = case
+    state = {"arm_angle": angle, "arm_rate": 1.5, "spindle_speed": 12.0}
+    if isinstance(governor, hartnell.HartnellGovernor):
+        nothing = hartnell.arm_acceleration(governor, **state, spring_force=0.0, damping=0.0)
+        assert hartnell.arm_acceleration(governor, **state) == nothing
+        return
+    assert proell.arm_acceleration(governor, **state) == proell.arm_acceleration(governor, **state, damping=0.0)
+    if moment_of(governor, angle, 0.0) * spindle_inertia_slope(governor, angle) < 0.0:
+        nothing = proell.equilibrium_speed(governor, arm_angle=angle, sleeve_force=0.0)
+        assert proell.equilibrium_speed(governor, arm_angle=angle) == nothing
+
+
 @given(CASES, rates, speeds, st.floats(0.01, 2.0), st.floats(-5.0, 5.0))
 def test_the_torque_changes_the_angular_momentum_of_the_spindle(case, rate, speed, constant_inertia, torque) -> None:
     governor, angle = case

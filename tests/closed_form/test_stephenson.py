@@ -147,5 +147,6 @@ def test_wrong_dimensions_are_refused(changes, sentence):
 
 def test_a_gear_without_position_is_refused():
     for changes in ({"radius": 0.5, "hanger": 0.05}, {"radius": 2.0}):  # the hanger does not reach; the rods do not meet
-        with pytest.raises(MechanismError, match="the link cannot be assembled at a crank angle of 0 deg in gear 1"):
-            closed.link_position(replace(GEAR, **changes), crank_angle=0.0, gear=1.0)
+        for degrees in (0, 90, -90):
+            with pytest.raises(MechanismError, match=f"the link cannot be assembled at a crank angle of {degrees} deg in gear 1"):
+                closed.link_position(replace(GEAR, **changes), crank_angle=math.radians(degrees), gear=1.0)

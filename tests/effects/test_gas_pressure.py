@@ -109,6 +109,19 @@ def test_the_work_is_the_integral_of_the_pressures(gas, n_strokes, place):
     assert gas_work(gas, value, n_strokes * math.pi + 1.0) == pytest.approx(expected, rel=1e-9, abs=1e-12 * scale)
 
 
+def test_beyond_its_dead_centres_a_piston_does_no_work():
+    for n_strokes in (0, 1):
+        ends = [gas_work(EXPANSION, value, n_strokes * math.pi + 1.0) for value in (0.0, STROKE)]
+        beyond = [gas_work(EXPANSION, value, n_strokes * math.pi + 1.0) for value in (-0.1 * STROKE, 1.1 * STROKE)]
+        assert beyond == ends
+
+
+def test_the_gas_does_not_dissipate_what_it_takes_it_gives_back():
+    assert not GasPressure.dissipates
+    assert GasPressure.force(EXPANSION, 0.1 * STROKE, 1.0) > 0.0  # in a forward stroke: it drives the piston
+    assert GasPressure.force(DELIVERY, 0.1 * STROKE, 1.0) < 0.0
+
+
 def cylinder(gas, **changes) -> CylinderGas:
     """Return a gas on a piston."""
     names = ("area", "pressure", "volume", "change", "switch_travel", "begins_constant", "back_pressure", "stroke")

@@ -144,6 +144,12 @@ def test_a_pendulum_is_turned_by_the_moment_of_its_weight(x, y):
     assert found[0, 2] == pytest.approx(-9.81 * arm.real / abs(arm) ** 2, rel=1e-13, abs=1e-13)
 
 
+def test_every_input_has_one_function():
+    for loads in ((), (InputFunction(values=(5.0,), functions=(LINEAR,)), InputFunction(values=(1.0,)))):
+        system, functions = make_system(disc(*loads))
+        assert len(functions) == system.n_inputs == len(make_system_workspace(system).inputs)
+
+
 def test_a_held_load_begins_as_its_functions_say():
     held = InputFunction(values=(5.0,), functions=(LINEAR,), factors=(WAVES, LINEAR), hold=StrokeHold.FROM_DEAD_CENTRE)
     angle = np.array([[0.0, 0.0, 0.9]])

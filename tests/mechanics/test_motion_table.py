@@ -17,7 +17,7 @@ from governor_mechanism.mechanics.reduction.equation_of_motion import (
 from governor_mechanism.mechanics.reduction.lowering import lower_reduced_scene
 from governor_mechanism.mechanics.reduction.motion_table import MotionTable
 from governor_mechanism.mechanics.reduction.node_evaluation import make_reduction_workspace
-from governor_mechanism.mechanics.reduction.reduced_model import N_STATES
+from governor_mechanism.mechanics.reduction.reduced_model import N_STATES, lay_out_events
 from governor_mechanism.mechanics.reduction.table import ON_TABLE, EndReason, ExtensionStatus, PeriodIndex, allocate_table, find_piece
 from governor_mechanism.mechanics.reduction.table_refinement import MAX_DISTANCE, extend_table
 from governor_mechanism.model.joints import GROUND, Gear, Pin, Point
@@ -388,3 +388,15 @@ def test_the_coordinate_is_bounded_by_the_narrowest_of_its_limits():
     scene = slider_crank(limits=(*limits, Limit(reading="slider_x", low=0.2, high=0.45, **said)))
     table = extend_to(start_table(scene, 0.4), -2.0, 2.0)
     assert (table.end_coordinate(0), table.end_coordinate(1)) == (-0.5, 0.9)
+
+
+def test_every_event_of_a_reduced_run_has_its_own_place():
+    n_contacts, n_springs, n_tables = 3, 2, 4
+    layout = lay_out_events(n_contacts, n_springs, n_tables)
+    lengths = {"sticks": n_contacts, "high_stops": n_contacts, "low_stops": n_contacts, "springs": n_springs, "release_up": 1}
+    lengths |= {"release_down": 1, "table_ends": 2 * n_tables}  # kinks come last
+    place = 0
+    for name, length in lengths.items():
+        assert getattr(layout, name) == place, name
+        place += length
+    assert layout.kinks == place
