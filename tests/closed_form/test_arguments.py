@@ -1,11 +1,13 @@
 """What the closed forms take and refuse: bounds, kinds of values, and where in an array the first wrong one stands."""
 
+import inspect
 import math
 import re
 
 import numpy as np
 import pytest
 
+from governor_mechanism.closed_form import pendulum_sizing
 from governor_mechanism.closed_form.arguments import as_scalar_or_array, raise_where, validate_angle, validate_argument
 from governor_mechanism.errors import MechanismError
 
@@ -63,6 +65,28 @@ def test_angles_are_below_their_bound_in_both_senses():
         validate_angle(math.pi, "angle", 180.0, positive=True)
     with says("angle must be above 0 rad; got angle = 0 rad"):
         validate_angle(0.0, "angle", 180.0, positive=True)
+
+
+SIZES = {"arm": 0.3, "lift": 0.08, "arm_angle": 0.5, "inner_angle": 0.4, "outer_angle": 0.6, "offset": 0.05, "ratio": 1.05}
+WEIGHTS = {"resistance": 9.0, "mass_ratio": 3.0, "insensitivity": 0.02, "ball_mass": 2.0, "sleeve_mass": 6.0, "gravity": 9.81}
+SIZING = [
+    (function, name)
+    for _, function in inspect.getmembers(pendulum_sizing, inspect.isfunction)
+    if function.__module__ == pendulum_sizing.__name__ and not function.__name__.startswith("_")
+    for name in inspect.signature(function).parameters
+]
+
+
+@pytest.mark.parametrize(("function", "name"), SIZING, ids=lambda value: getattr(value, "__name__", value))
+def test_every_size_of_a_governor_is_finite_and_its_angles_are_acute(function, name):
+    given = {one: (SIZES | WEIGHTS)[one] for one in inspect.signature(function).parameters}
+    assert math.isfinite(function(**given))
+    wrong = [math.nan, math.inf]
+    wrong += [math.pi / 2, 2.0] if name.endswith("angle") else [-1.0] if name != "offset" else []
+    wrong += [0.0] if name in ("arm", "inner_angle", "outer_angle", "ratio", "ball_mass", "gravity") else []
+    for number in wrong:
+        with pytest.raises(MechanismError, match=name):
+            function(**given | {name: number})
 
 
 def test_a_number_comes_back_as_a_number_and_an_array_as_an_array():

@@ -31,6 +31,33 @@ def equilibrium_angle():
     return math.acos(1 - lift / (2 * GOVERNOR.arm))
 
 
+@pytest.mark.parametrize("reacts", [True, False])
+def test_the_polynomial_is_that_of_the_linear_equations(reacts):
+    """I q'' + D q' + K q = N w and Jt w' + h w = M' q - N q', with N = r w_s J'."""
+    inertia, damping, stiffness, total, slope, regulation = 0.7, 2.0, 40.0, 90.0, -25.0, 3.0
+    ratio, speed, inertia_slope = 1.3, 11.0, 1.9
+    coupling = ratio * speed * inertia_slope
+    matrix = [
+        [0.0, 1.0, 0.0],
+        [-stiffness / inertia, -damping / inertia, coupling / inertia],
+        [slope / total, -coupling / total if reacts else 0.0, -regulation / total],
+    ]
+    found = closed.characteristic_coefficients(
+        coordinate_inertia=inertia,
+        coordinate_damping=damping,
+        stiffness=stiffness,
+        spindle_inertia_derivative=inertia_slope,
+        spindle_speed=speed,
+        shaft_inertia=total,
+        torque_derivative=slope,
+        gear_ratio=ratio,
+        self_regulation=regulation,
+        reacts=reacts,
+    )
+    assert (1.0, found.a, found.b, found.c) == pytest.approx(tuple(np.poly(matrix)), rel=1e-12)
+    np.testing.assert_allclose(np.sort_complex(found.roots()), np.sort_complex(np.linalg.eigvals(matrix)), rtol=1e-10)
+
+
 @pytest.mark.parametrize(
     ("changes", "arguments"),
     [
