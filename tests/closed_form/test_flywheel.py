@@ -237,6 +237,7 @@ def test_the_paper_s_ratio_and_its_coefficient_agree_to_first_order():
 
 
 def test_rim_and_arms_follow_their_rules():
+    assert flywheel.rim_mass(inertia=8.0, radius=2.0) == 2.0  # all of it at the radius
     thickness = flywheel.rim_thickness(mass=1000.0, radius=1.5, density=7200.0, width_ratio=2.0)
     assert math.tau * 1.5 * 2 * thickness**2 * 7200 == pytest.approx(1000.0, rel=1e-14)
     assert flywheel.rim_stress(density=7200.0, rim_speed=20.0) == 2.88e6
@@ -349,8 +350,9 @@ def test_loads_and_wheels_that_cannot_be_are_refused():
         flywheel_equilibrium.bracket_terms(ENGINE, slowest_angle=0.05, fastest_angle=3.0)
     with pytest.raises(MechanismError, match="the bracket needs a suction valve that opens before the cut-off"):
         flywheel_equilibrium.bracket_terms(OTHER_ENGINES[1], slowest_angle=0.05, fastest_angle=1.6)
-    with pytest.raises(MechanismError, match="crank_angle must lie between two dead centres"):
-        flywheel_equilibrium.balance(ENGINE, crank_angle=3.5)
+    for angle in (3.5, np.array([1.0, 3.5])):
+        with pytest.raises(MechanismError, match="crank_angle must lie between two dead centres"):
+            flywheel_equilibrium.balance(ENGINE, crank_angle=angle)
     with pytest.raises(MechanismError, match=r"flywheel is too light: it would come to rest .* increase inertia or mean_speed"):
         flywheel.speed_limits(inertia=10.0, energy=3000.0, mean_speed=6.0)
     with pytest.raises(MechanismError, match=r"the shaft stalls: .* got work = -3000 J"):

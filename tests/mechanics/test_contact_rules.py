@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from governor_mechanism.mechanics.contact.impacts import dissipated_by_impulses, resolve_impacts, settle_final_bounces, zeno_time
-from governor_mechanism.mechanics.contact.rules import HELD, ContactDynamics, select_contact_states
-from governor_mechanism.mechanics.contact.tolerances import MIN_REBOUND_HEIGHT
+from governor_mechanism.mechanics.contact.rules import HELD, ContactDynamics, select_contact_states, update_spring_segments
+from governor_mechanism.mechanics.contact.tolerances import CONTACT_TOLERANCE, MIN_REBOUND_HEIGHT
 from governor_mechanism.mechanics.contact.transition import make_event_log, make_events, record_hold_changes
 from governor_mechanism.mechanics.dynamics.forces.contacts import CONTACT_DTYPE
 
@@ -163,3 +163,13 @@ def test_events_say_what_comes_to_rest_and_what_leaves_and_where():
         log = make_event_log(9)
         record_hold_changes(dynamics, np.array([1, 1, 0]), np.array([HELD, 1, 0]), 3.0, np.zeros(3), log)
         assert [event.subject for event in make_events(log, list("abc"))] == subjects
+
+
+def test_a_spring_is_taut_where_it_is_stretched_and_at_its_free_length_where_it_lengthens():
+    stretches = np.array([0.1, -0.1, 0.0, 0.0, 0.5 * CONTACT_TOLERANCE, -0.5 * CONTACT_TOLERANCE, 2 * CONTACT_TOLERANCE])
+    rates = np.array([-3.0, 3.0, 1.0, -1.0, -1.0, 1.0, -1.0])
+    dynamics = motion([0.5], [0.0])._replace(stretches=stretches, stretch_rates=rates)
+    segments = np.array([1, 1, 0, 0, 1, 0, 0])
+    has_changed = update_spring_segments(dynamics, segments)
+    assert segments.tolist() == [1, 0, 1, 0, 0, 1, 1]
+    assert has_changed.tolist() == [False, True, True, False, True, True, True]

@@ -400,3 +400,15 @@ def test_every_event_of_a_reduced_run_has_its_own_place():
         assert getattr(layout, name) == place, name
         place += length
     assert layout.kinks == place
+
+
+@pytest.mark.parametrize("angle", [-7.0, 0.45, 3.0, 20.0])
+def test_a_far_value_is_reached_step_by_step_on_the_same_branch(angle):
+    mechanism = slider_crank().mechanism
+    solver = CoordinateSolver(mechanism)
+    poses = PositionSolver(mechanism).solve({"crank_angle": 0.4})
+    (node,) = solver.follow(poses, np.array([angle]))
+    place, slope = exact_slider(np.array([angle]))
+    assert node[0, 0, 2] == pytest.approx(angle, abs=1e-12)
+    assert node[0, 2, 0] == pytest.approx(place[0], abs=1e-12)
+    assert node[1, 2, 0] == pytest.approx(slope[0], abs=1e-11)

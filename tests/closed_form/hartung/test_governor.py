@@ -200,6 +200,7 @@ def test_a_motion_keeps_its_energy() -> None:
     [
         (lambda: HartungGovernor(**{**hartung.GOVERNOR, "angle": 3.2}), r"angle must be below 180 deg; got angle = 183"),
         (lambda: HartungGovernor(**{**hartung.GOVERNOR, "weight_arm": 0.0}), "weight_arm must be above 0 m"),
+        (lambda: HartungGovernor(**{**hartung.GOVERNOR, "gravity": -9.81}), "gravity must be 0 m/s2 or more"),
         (
             lambda: closed.weight_radius(PAPERS, lever_angle=1.6),
             "lever_angle must be below 90 deg and above -90 deg; got lever_angle = 91.67",
