@@ -56,6 +56,7 @@ ENGINE_TESTS = tuple(
         "combined_effects",
         "couplings",
         "effects",
+        "hard_scenes",
         "inputs_and_reports",
         "joint_types",
         "limit_excursions",

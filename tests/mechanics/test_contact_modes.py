@@ -7,7 +7,7 @@ from coupled_scenes import coupled_scene, discs_part, engine_part, porter_part
 from governor_mechanism.effects.dry_friction import DryFriction
 from governor_mechanism.effects.spring import OutputSpring
 from governor_mechanism.effects.stops import Stops
-from governor_mechanism.mechanics.contact.scene_contacts import InputModes
+from governor_mechanism.mechanics.contact.scene_contacts import InputModes, SceneContacts
 from governor_mechanism.mechanics.dynamics.equations.equations_of_motion import evaluate_state_derivative
 from governor_mechanism.mechanics.dynamics.equations.projection import project_state
 from governor_mechanism.mechanics.dynamics.forces.contact_modes import ContactMode
@@ -168,3 +168,15 @@ def test_gears_break_at_their_time():
     modes = InputModes(coupled_scene(engine_part(), porter_part(), couplings=(belt,)), 1.0, 0)
     assert [modes.update(ContactMode(), time, [], [], ()).broken for time in (0.0, 1.4, 1.5, 2.0)] == [(), (), ("belt",), ("belt",)]
     assert InputModes(coupled_scene(engine_part()), 1.0, 0).is_fixed
+
+
+@pytest.mark.parametrize(
+    ("angle", "torque", "held"), [(0.9, 2.0, 0.9), (0.9, -2.0, None), (0.3, 2.0, None), (-0.4, -2.0, -0.4), (-0.4, 2.0, None)]
+)
+def test_what_is_pressed_against_a_stop_rests_there_and_nothing_else_does(angle, torque, held):
+    load = Torque(name="load", second="wheel", moment=InputFunction(values=(torque,)))
+    scene = coupled_scene(discs_part("disc", {"wheel": 0.5}, load)).with_changes(effects=(STOPS,))
+    contacts = SceneContacts(scene, 1.0, 1e-9)
+    state = np.array([0.0, 0.0, angle, 0.0, 0.0, 0.0, *(0.0,) * N_ENERGY_STATES])
+    contacts.start(state, stack_local_cubics(contacts.input_functions, np.zeros(1))[0])
+    assert contacts.mode.held_values == (held,)
