@@ -64,6 +64,14 @@ def test_path_has_cognates_and_a_scene(tmp_path):
     assert (tmp_path / "handle.png").stat().st_size > 5000
 
 
+def test_a_search_without_an_answer_ends_with_status_1(tmp_path):
+    file = tmp_path / "timed.csv"
+    file.write_text("x [mm],y [mm],input_angle [deg]\n0,0,0\n9,3,1\n1,8,2\n7,-5,80\n-6,2,81\n")
+    result = invoke(tmp_path, "path", file, "--starts", 3)
+    assert result.exit_code == 1
+    assert "From 3 random starts (seed 0), different, cognates apart: 0" in result.stdout
+
+
 def test_a_map_of_three_positions_is_drawn(tmp_path):
     file = tmp_path / "gate.csv"
     file.write_text("x [mm],y [mm],angle [deg]\n0,0,0\n40,25,15\n70,60,40\n")

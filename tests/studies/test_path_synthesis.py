@@ -6,9 +6,17 @@ import numpy as np
 import pytest
 
 import governor_mechanism as gm
+from governor_mechanism.studies.synthesis import path as path_module
 from governor_mechanism.studies.synthesis.judging import DEFECTS, judge
 from governor_mechanism.studies.synthesis.linkage import FourBarLinkage, check_linkage
 from governor_mechanism.studies.synthesis.path import find_cognates, find_linkages, read_path_task
+
+
+@pytest.fixture(autouse=True)
+def few_runs(monkeypatch):
+    """Only the best two linkages are run: runs take most of the time."""
+    monkeypatch.setattr(path_module, "N_RUN", 2)
+
 
 CRANK_ROCKER = {"ground": 3.2, "crank": 1.0, "coupler": 3.0, "rocker": 2.5, "place": 1.5 + 0.8j}
 LAMBDA = {"ground": 2.0, "crank": 1.0, "coupler": 2.5, "rocker": 2.5, "place": 5.0}
@@ -29,7 +37,9 @@ def pairs(points):
 
 
 def find(points, **given):
-    return find_linkages(read_path_task(points, given))
+    """Linkages that pass the points exactly."""
+    found = find_linkages(read_path_task(points, given))
+    return found[found.cost < path_module.PASSES]
 
 
 def linkages(found):
@@ -51,7 +61,7 @@ F. Sottile print it (alphaCertified, ACM TOMS algorithm 921, FourBar/animate/REA
 passes the points without being taken apart."""
 
 
-@pytest.mark.parametrize(("starts", "least"), [(600, 8), pytest.param(60_000, 55, marks=pytest.mark.long)])
+@pytest.mark.parametrize(("starts", "least"), [(300, 5), pytest.param(30_000, 55, marks=pytest.mark.long)])
 def test_one_of_the_linkages_through_nine_points_of_the_literature_is_without_defects(starts, least):
     found = find(NINE_POINTS, closed=True, starts=starts)
     assert least <= len(found.cost) <= 64
@@ -88,7 +98,7 @@ point to the moving pivots."""
 
 
 def test_five_points_on_a_line_have_the_printed_solutions():
-    found = find(LINE_POINTS, fixed_pivots=[[0, 0], [1, 0]], starts=1500)
+    found = find(LINE_POINTS, fixed_pivots=[[0, 0], [1, 0]], starts=400, seed=1)
     arms = found.moving[:, 0] - complex(*LINE_POINTS[0])
     arms = np.where(np.abs(found.fixed[:, :1]) < 0.5, arms, arms[:, ::-1])
     computed = np.stack([arms.real, arms.imag], axis=2).reshape(-1, 4)
@@ -101,7 +111,7 @@ def test_five_points_on_a_line_have_the_printed_solutions():
 @pytest.mark.parametrize("dimensions", [CRANK_ROCKER, LAMBDA])
 def test_nine_points_of_a_curve_return_the_linkage_that_drew_it(dimensions):
     known = places(np.linspace(0.3, 5.5, 9), **dimensions)
-    found = find(pairs(known[:, 2]), starts=1000)
+    found = find(pairs(known[:, 2]), closed=True, starts=200)
     assert least_difference(found, (0.0, dimensions["ground"]), known[0, :2]) < 1e-7
 
 
@@ -116,11 +126,21 @@ def test_a_whole_curve_returns_the_linkage_that_drew_it():
     assert gm.run(row.scene, certify=False).outcome.ok
 
 
+def test_a_noisy_curve_is_followed_as_closely_as_by_the_linkage_that_drew_it():
+    """Least squares: no linkage of the search is worse than the true one; order counts though neighbours are exchanged by the noise."""
+    known = places(np.linspace(0.0, 2.0 * np.pi, 120, endpoint=False), **CRANK_ROCKER)[:, 2]
+    noise = np.random.default_rng(1).normal(0.0, 0.02, (2, 120)).T @ [1.0, 1j]
+    row = gm.synthesise_path(pairs(known + noise), closed=True, starts=4000).rows[0]
+    assert row.defects == "none"
+    gaps = row.positions[:, 2] - (known + noise)
+    assert np.sum(np.abs(gaps) ** 2) < np.sum(np.abs(noise) ** 2)
+
+
 @pytest.mark.parametrize(("step", "given"), [(2, {}), (4, {"fixed_pivots": [[0, 0], [3.2, 0]]})])
 def test_points_with_input_angles_return_the_linkage(step, given):
     inputs = np.linspace(0.3, 2.5, 9)[::step]
     known = places(inputs, **CRANK_ROCKER)
-    found = find(np.column_stack([pairs(known[:, 2]), inputs]), starts=600, **given)
+    found = find(np.column_stack([pairs(known[:, 2]), inputs]), starts=500, **given)
     assert least_difference(found, (0.0, 3.2), known[0, :2]) < 1e-7
     turned = np.unwrap(np.angle(found.moving[:, :, 0] - found.fixed[:, :1]), axis=1)
     assert np.abs(turned - turned[:, :1] - (inputs - inputs[0])).max() < 1e-8
@@ -132,6 +152,14 @@ def test_few_points_leave_linkages_free_that_pass_them():
     good = [row for row in found.rows if row.defects == "none"]
     assert good
     assert max(row.check.distance for row in good) < 1e-9
+
+
+def test_nine_points_in_clusters_have_a_linkage_near_them():
+    """Where the exact solution is not found, the nearest by least squares keep their order and come near."""
+    known = places(np.array([0.1, 0.2, 0.3, 2.0, 2.1, 2.2, 4.0, 4.1, 4.2]), **{**CRANK_ROCKER, "place": 0.9 + 2.4j})[:, 2]
+    row = gm.synthesise_path(pairs(known), closed=True, starts=300).rows[0]
+    assert row.defects == "none"
+    assert row.check.distance < 0.01 * np.ptp(known.real)
 
 
 def test_a_straight_line_is_drawn_straighter_than_by_the_lambda_linkage():

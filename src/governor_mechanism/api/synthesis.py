@@ -145,9 +145,9 @@ def synthesise_path(
 
     Nine points determine a linkage, five with chosen fixed pivots or with input angles, three with both; fewer leave dimensions free. The
     equations are solved from many random starts, and all solutions found are told apart; a search does not prove that there are no
-    others. Along more points the linkages are the nearest in the sense of least squares. Of each with its two cognates, which draw the
-    same path, the one with the fewest defects and the best transmission angle is run through the points with the kinematics of the
-    package.
+    others. Along more points the linkages are the nearest by least squares; so they are where no linkage without defects is found that
+    passes the points exactly. Of each with its two cognates, which draw the same path, the one with the fewest defects and the best
+    transmission angle is run through the points with the kinematics of the package.
 
     Parameters
     ----------

@@ -50,6 +50,9 @@ MIN_SEPARATION: Final = 0.3
 """Largest ratio of dimensions to the extent of the points where these leave dimensions free, and along curves; and least distance, in
 the same ratio, between linkages that count as different."""
 
+N_ORDERED: Final = 16
+"""Number of points of a curve whose order counts."""
+
 N_RUN: Final = 8
 """Number of linkages that are run, the best by the signs of their angles."""
 
@@ -79,6 +82,11 @@ class PathTask:
     def is_curve(self) -> bool:
         """Whether there are too many points to pass all."""
         return len(self.points) > self.n_exact
+
+    @property
+    def ordered(self) -> slice:
+        """Points that must come in order: all, or some of a curve, whose neighbours may be nearer than the linkage comes to them."""
+        return slice(None, None, max(len(self.points) // N_ORDERED, 1) if self.is_curve else 1)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -155,6 +163,11 @@ class Linkages:
         is_proper: BoolArray = self.lengths.min(axis=1) * MAX_RATIO > self.lengths.max(axis=1)
         return is_proper
 
+    def joined(self, other: Linkages) -> Linkages:
+        """Return these linkages and others."""
+        names = ("fixed", "moving", "reached", "cost")
+        return Linkages(**{name: np.concatenate([getattr(self, name), getattr(other, name)]) for name in names})
+
     def turned_round(self) -> Linkages:
         """Return the linkages with input and output exchanged."""
         return replace(self, fixed=self.fixed[:, ::-1], moving=self.moving[:, :, ::-1])
@@ -204,11 +217,15 @@ def find_linkages(task: PathTask) -> Linkages:
     scale = float(np.abs(task.points - centre).max())
     pivots = None if task.pivots is None else ((task.pivots[0] - centre) / scale, (task.pivots[1] - centre) / scale)
     scaled = replace(task, points=(task.points - centre) / scale, pivots=pivots)
-    found = _arrange(_fit_curve(scaled) if task.is_curve else _pass_points(scaled), scaled)
-    order = np.argsort(found.cost if task.is_curve else -_score(found, scaled), kind="stable")
-    if len(task.points) != task.n_exact:
-        order = _select(found, order)
-    found = found[order]
+    if task.is_curve:
+        found = _fit_curve(scaled)
+    else:
+        found = _arrange(_pass_points(scaled), scaled)
+        order = np.argsort(-_score(found, scaled))
+        found = found[order if len(task.points) == task.n_exact else _select(found, order)]
+        if task.timing is None and not np.any(judge(found.fixed, found.moving).defect == 0):
+            near = _fit_curve(scaled)
+            found = near[near.cost > PASSES].joined(found)
     return replace(found, **{name: centre + scale * getattr(found, name) for name in ("fixed", "moving", "reached")})
 
 
@@ -225,38 +242,40 @@ def _select(found: Linkages, order: IntArray) -> IntArray:
 
 
 def _order(rows: tuple[SynthesisedLinkage, ...], task: PathTask) -> tuple[SynthesisedLinkage, ...]:
-    """Return rows with their cognates, and with what a closed path asks; along a curve the nearest first."""
+    """Return rows with their cognates, and with what a closed path asks; the nearest first."""
     judged = []
     for row in rows:
         check = row.check
+        defects = list(check.defects)
+        if task.is_curve and "order" in defects:
+            fixed, moving = np.array([row.linkage.fixed]), row.positions[None, task.ordered, :2]
+            defects = [one for one in defects if one != "order" or DEFECTS[judge(fixed, moving).defect[0]] == "order"]
         if task.closed and not check.turns_fully:
-            check = replace(check, defects=(*check.defects, "no full turn"))
-        judged.append(replace(row, check=check, cognates=find_cognates(row.linkage)))
-    judged.sort(key=lambda row: (len(row.check.defects), row.check.distance if task.is_curve else 0.0))
+            defects.append("no full turn")
+        judged.append(replace(row, check=replace(check, defects=tuple(defects)), cognates=find_cognates(row.linkage)))
+    rounding = SAME_LINKAGE**2 * np.ptp(np.abs(task.points - task.points[0]))
+    judged.sort(key=lambda row: (len(row.check.defects), max(row.check.distance, rounding)))
     return tuple(replace(row, number=number) for number, row in enumerate(judged, start=1))
 
 
 def _notes(task: PathTask, found: Linkages, rows: tuple[SynthesisedLinkage, ...]) -> tuple[str, ...]:
-    n_points = len(task.points)
-    if task.is_curve:
-        how = f"{n_points} points, more than the {task.n_exact} that a linkage can pass: nearest in the sense of least squares"
-    elif n_points == task.n_exact:
-        how = f"{n_points} points determine a linkage"
-    else:
-        how = f"{n_points} points where {task.n_exact} would determine a linkage"
+    kind = "nearest by least squares" if task.is_curve else "different"
     apart = "" if task.pivots else ", cognates apart"
     n_good = sum(not row.check.defects for row in rows)
     notes = [
-        f"{how}; linkages found from {task.starts} random starts (seed {task.seed}){apart}: {len(found.cost)}",
+        f"{len(task.points)} points; {task.n_exact} determine a linkage. "
+        f"From {task.starts} random starts (seed {task.seed}), {kind}{apart}: {len(found.cost)}",
         f"{n_good} of the {len(rows)} that were run pass all points in their order",
     ]
+    if not task.is_curve and (n_near := int(np.sum(found.cost > PASSES))):
+        notes.append(f"no linkage without defects was found that passes all points exactly: {n_near} are the nearest by least squares")
     n_impossible = min(len(found.cost), N_RUN) - len(rows)
     if n_impossible:
         notes.append(f"{n_impossible} could not be run: too large, at a change point, or with the input at a dead position first")
     if len(found.cost) > N_RUN:
-        codes = judge(found.fixed, found.moving).defect[N_RUN:]
-        counts = ", ".join(f"{name} {number}" for name, number in zip(DEFECTS, np.bincount(codes, minlength=4), strict=True) if number)
-        notes.append(f"{len(codes)} others were not run; their gravest defects by the signs of angles: {counts}")
+        counts = np.bincount(judge(found.fixed, found.moving).defect[N_RUN:], minlength=len(DEFECTS))
+        named = ", ".join(f"{name} {count}" for name, count in zip(DEFECTS, counts, strict=True) if count)
+        notes.append(f"{counts.sum()} others were not run; their gravest defects by the signs of angles: {named}")
     return tuple(notes)
 
 
@@ -281,10 +300,24 @@ def _random_starts(equations: DyadEquations, task: PathTask) -> tuple[FloatArray
     return unknowns, angles
 
 
+def _similar_starts(task: PathTask, *, is_closed: bool) -> tuple[FloatArray, FloatArray]:
+    """Return random linkages whose paths have a shape like that of the points: from them those without defects are found."""
+    unknowns, inputs = curve_starts(task.points, is_closed=is_closed, pivots=task.pivots, n_starts=2 * task.starts, seed=task.seed)
+    can_move = np.isfinite(CurveEquations.places(unknowns, inputs)[1]).all(axis=1)
+    unknowns = unknowns[can_move]
+    start, end, direction = CurveEquations.places(unknowns, inputs[can_move])
+    point = start[:, 0] + as_complex(unknowns[:, 4:6])[:, 0] * direction[:, 0]
+    arms = [part for arm in (start[:, 0] - point, end[:, 0] - point) for part in (arm.real, arm.imag)]
+    return np.column_stack([unknowns[:, :4], *arms, unknowns[:, 6], unknowns[:, 8]]), np.angle(direction / direction[:, :1])
+
+
 def _search_dyads(task: PathTask) -> Linkages:
     """Return where searches from random starts end."""
     equations = DyadEquations(task.points, task.timing)
-    unknowns, angles = _random_starts(equations, task)
+    starts = [_random_starts(equations, task)]
+    if task.timing is None:
+        starts += [_similar_starts(task, is_closed=is_closed) for is_closed in (False, True)]
+    unknowns, angles = (np.concatenate(parts) for parts in zip(*starts, strict=True))
     free = np.arange(unknowns.shape[1])[0 if task.pivots is None else DyadEquations.PIVOTS.stop :]
     unknowns, angles, cost = minimise(equations, unknowns, angles, free, N_STEPS, task.bound)
     pairs = as_complex(unknowns[:, :8])
@@ -299,7 +332,7 @@ def _pass_points(task: PathTask) -> Linkages:
 
 
 def _fit_curve(task: PathTask) -> Linkages:
-    """Return the different linkages that are nearest to the points of a curve."""
+    """Return the different linkages that are nearest to the points by least squares, the nearest first."""
     unknowns, angles = curve_starts(task.points, is_closed=task.closed, pivots=task.pivots, n_starts=task.starts, seed=task.seed)
     free = np.arange(9)[0 if task.pivots is None else DyadEquations.PIVOTS.stop :]
     unknowns, angles, cost = minimise(CurveEquations(task.points), unknowns, angles, free, N_CURVE_STEPS, task.bound)
@@ -307,8 +340,8 @@ def _fit_curve(task: PathTask) -> Linkages:
     reached = start + as_complex(unknowns[:, 4:6]) * direction
     found = Linkages(fixed=as_complex(unknowns[:, :4]), moving=np.stack([start, end], axis=-1), reached=reached, cost=cost)
     found = found[np.isfinite(cost)]
-    found = found[found.is_proper]
-    return _distinct(found[np.argsort(found.cost)], task)
+    found = _arrange(found[found.is_proper], task)
+    return found[_select(found, np.argsort(found.cost))]
 
 
 def _distinct(found: Linkages, task: PathTask) -> Linkages:
@@ -323,7 +356,7 @@ def _distinct(found: Linkages, task: PathTask) -> Linkages:
         keys = found.moving[:, 0]
     kept = list[int]()
     for k, key in enumerate(keys):
-        if not any(np.abs(key - keys[other]).max() < SAME_LINKAGE * (1.0 + np.abs(key).max()) for other in kept):
+        if not any(np.all(np.abs(key - keys[other]) < SAME_LINKAGE * (1.0 + np.abs(key))) for other in kept):
             kept.append(k)
     return found[np.array(kept, dtype=np.int64)]
 
@@ -331,11 +364,9 @@ def _distinct(found: Linkages, task: PathTask) -> Linkages:
 def _arrange(found: Linkages, task: PathTask) -> Linkages:
     """Return of each linkage and its cognates the one that is best as a drive, with either link as input."""
     families = [found]
-    if task.pivots is None:
+    if task.pivots is None and task.timing is None:
         families += [found.cognate(), found.turned_round().cognate()]
-    options = families if task.timing is not None else [one for family in families for one in (family, family.turned_round())]
-    if task.timing is not None:
-        options = [found]
+    options = families if task.timing is not None else [*families, *(one.turned_round() for one in families)]
     best = np.argmax([_score(one, task) for one in options], axis=0)
     rows = np.arange(len(best))
     fixed, moving = (np.array([getattr(one, name) for one in options])[best, rows] for name in ("fixed", "moving"))
@@ -345,7 +376,7 @@ def _arrange(found: Linkages, task: PathTask) -> Linkages:
 def _score(found: Linkages, task: PathTask) -> FloatArray:
     """Return how good linkages are: built at all, without defects, with a full turn if it is asked for, with a good transmission."""
     with np.errstate(divide="ignore", invalid="ignore"):
-        judgement = judge(found.fixed, found.moving)
+        judgement = judge(found.fixed, found.moving[:, task.ordered])
     score = 4.0 * (judgement.defect == 0) + 2.0 * (judgement.turns_fully & task.closed) + judgement.transmission
     is_near = np.abs(found.fixed).max(axis=1) < 2.0 * task.bound
     return np.where(found.is_proper & is_near & np.isfinite(score), score, -1.0)

@@ -79,6 +79,8 @@ def curve_starts(
     inputs = _at_equal_distances(unknowns, inputs, samples)
     last = -1 if is_closed else None  # the end of a closed path is its start
     paths = _path(unknowns, inputs)[:, :last]
+    can_move = np.isfinite(paths).all(axis=1)
+    unknowns, inputs, paths = unknowns[can_move], inputs[can_move], paths[can_move]
     ends = np.append(points, points[0]) if is_closed else points
     along = np.append(0.0, np.cumsum(np.abs(np.diff(ends))))
     along /= along[-1]
@@ -87,7 +89,7 @@ def curve_starts(
     backwards = np.roll(wanted[::-1], 1) if is_closed else wanted[::-1]
     products = np.stack([_correlate(one, paths - middles, is_closed) for one in (wanted - centre, backwards - centre)], axis=1)
     size = (np.abs(paths - middles) ** 2).sum(axis=1)
-    measure = (np.real(products) if pivots else np.abs(products)).reshape(len(paths), -1)  # senses and shifts
+    measure = (np.real(products) if pivots else np.abs(products)).reshape(len(paths), 2 * products.shape[2])  # senses, shifts
     gap = size - 2.0 * measure.max(axis=1) if pivots else -(measure.max(axis=1) ** 2) / size
     nearest = np.argsort(gap)[:N_FITTED]
     sense, shift = np.divmod(measure[nearest].argmax(axis=1), products.shape[2])
@@ -98,7 +100,7 @@ def curve_starts(
     places = (fractions + (shift / N_SAMPLES)[:, None]) % 1.0 if is_closed else np.where(sense[:, None] == 1, 1.0 + fractions, fractions)
     angles = [np.interp(place, samples, inputs[k]) for place, k in zip(places, nearest, strict=True)]
     moved = _similar(unknowns[nearest], factor, centre - factor * middles[nearest, 0])
-    return moved, np.array(angles).reshape(-1, len(points)) + np.angle(factor)[:, None]
+    return moved, np.array(angles).reshape(len(nearest), len(points)) + np.angle(factor)[:, None]
 
 
 def _random_linkages(n_starts: int, seed: int, pivots: tuple[complex, complex] | None, is_closed: bool) -> tuple[FloatArray, FloatArray]:

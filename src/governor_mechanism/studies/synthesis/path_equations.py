@@ -10,7 +10,6 @@ Mechanical Design 114 (1992), pp. 153-159.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import Final, NamedTuple, Protocol
 
 import numpy as np
@@ -44,11 +43,6 @@ class Equations(Protocol):
         ...
 
 
-def _by_vector(factor: ComplexArray) -> list[FloatArray]:
-    """Return the derivatives of the real part of a factor times a complex unknown by its parts."""
-    return [factor.real, -factor.imag]
-
-
 class DyadEquations:
     """Equations in pivots and arms (A, B, z1, z2 as x and y), lengths of links, and angles by which the arms have turned.
 
@@ -62,29 +56,26 @@ class DyadEquations:
         self.points, self.timing = points, timing
 
     def __call__(self, unknowns: FloatArray, angles: FloatArray) -> Linearised:
-        """Return lengths of the links at all points less those asked for, or with a timing the gaps of the first one as x and y."""
+        """Return half the squared lengths of the links at all points less those asked for, or with a timing the gaps of the first."""
         fixed, arms = as_complex(unknowns[:, :8]).reshape(-1, 2, 2, 1).swapaxes(0, 1)
         turn = np.exp(1j * angles)
-        shape = (*angles.shape, unknowns.shape[1])
         rows = list[tuple[FloatArray, FloatArray, FloatArray]]()
         for dyad, length in enumerate(unknowns[:, self.LENGTHS].T[:, :, None]):
             arm = arms[:, dyad] * turn
             vector = self.points + arm - fixed[:, dyad]
             if dyad == 0 and self.timing is not None:
-                along = np.exp(1j * (unknowns[:, 10:] + self.timing))
-                cases = [(unit, vector - length * along, along) for unit in (np.array(1.0 + 0j), np.array(1j))]
+                link = np.exp(1j * (unknowns[:, 10:] + self.timing))
+                cases = [(unit, np.real(unit * (vector - length * link)), -np.real(unit * link)) for unit in (1.0 + 0j, -1j)]
             else:
-                direction = vector / np.maximum(np.abs(vector), 1e-300)
-                cases = [(direction, vector - length * direction, direction)]
-            for unit, gap, along in cases:
-                towards = np.conj(unit)
-                slope = np.zeros(shape)
-                slope[:, :, 2 * dyad : 2 * dyad + 2] = _stack(_by_vector(-towards), angles.shape)
-                slope[:, :, 4 + 2 * dyad : 6 + 2 * dyad] = _stack(_by_vector(towards * turn), angles.shape)
-                slope[:, :, 8 + dyad] = -np.real(towards * along)
+                cases = [(np.conj(vector), 0.5 * (np.abs(vector) ** 2 - length**2), -length)]
+            for unit, residual, by_length in cases:
+                slope = np.zeros((*angles.shape, unknowns.shape[1]))
+                slope[:, :, 2 * dyad], slope[:, :, 2 * dyad + 1] = -np.real(unit), np.imag(unit)
+                slope[:, :, 4 + 2 * dyad], slope[:, :, 5 + 2 * dyad] = np.real(unit * turn), -np.imag(unit * turn)
+                slope[:, :, 8 + dyad] = by_length
                 if len(cases) > 1:
-                    slope[:, :, 10] = -np.real(towards * 1j * length * along)
-                rows.append((np.real(towards * gap), slope, np.real(towards * 1j * arm)))
+                    slope[:, :, 10] = -np.real(unit * 1j * length * link)
+                rows.append((residual, slope, np.real(unit * 1j * arm)))
         residual, by_unknowns, by_angles = (np.stack(parts, axis=1) for parts in zip(*rows, strict=True))
         by_angles[:, :, 0] = 0.0  # arms are given at the first point
         return Linearised(residual, by_unknowns, by_angles)
@@ -93,10 +84,6 @@ class DyadEquations:
 def as_complex(pairs: FloatArray) -> ComplexArray:
     """Return x and y, beside each other on the last axis, as complex numbers."""
     return pairs[..., ::2] + 1j * pairs[..., 1::2]
-
-
-def _stack(parts: Sequence[FloatArray], shape: tuple[int, ...]) -> FloatArray:
-    return np.stack([np.broadcast_to(one, shape) for one in parts], axis=-1)
 
 
 def minimise(
@@ -112,7 +99,8 @@ def minimise(
     cost, damping = np.full(len(unknowns), np.inf), np.full(len(unknowns), FIRST_DAMPING)
     running = np.arange(len(unknowns))
     for _ in range(0, n_steps, N_STEPS_BETWEEN):
-        ends = _run_steps(equations, unknowns[running], angles[running], damping[running], free, bound)
+        with np.errstate(divide="ignore", invalid="ignore", over="ignore"):  # links in a line
+            ends = _run_steps(equations, unknowns[running], angles[running], damping[running], free, bound)
         unknowns[running], angles[running], cost[running], damping[running] = ends
         running = running[(cost[running] > SOLVED_COST) & (damping[running] < MAX_DAMPING)]
         if not len(running):
