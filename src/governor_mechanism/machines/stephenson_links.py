@@ -121,10 +121,16 @@ class LinkGeometry:
             is_closed = np.max(np.abs(residuals), axis=1) < CLOSURE_TOLERANCE * self.eccentric_rod
             if is_closed.all():
                 break
-            # A singular position has no solution; the least change of the others is zero.
-            steps = -(np.linalg.pinv(jacobians) @ residuals[..., np.newaxis])[..., 0]
-            poses = poses + np.clip(steps, -max_steps, max_steps)
+            poses = poses - np.clip(_solve_each(jacobians, residuals), -max_steps, max_steps)
         return np.where(is_closed[:, np.newaxis], poses, math.nan)
+
+
+def _solve_each(matrices: FloatArray, values: FloatArray) -> FloatArray:
+    """Return the solutions (n, 3) of n systems; the least one of a singular system, which has none or many."""
+    try:
+        return np.asarray(np.linalg.solve(matrices, values[..., np.newaxis])[..., 0])
+    except np.linalg.LinAlgError:  # the pseudo-inverse takes ten times as long
+        return np.asarray((np.linalg.pinv(matrices) @ values[..., np.newaxis])[..., 0])
 
 
 def arc_depth(radius: float, half_chord: float) -> float:
