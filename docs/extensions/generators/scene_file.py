@@ -171,6 +171,7 @@ def _custom_sections() -> Iterator[str]:
     yield from _sections_by_type(parts.FORCE_TABLES, "force")
     contact = "A roller of a body touches the outline of another one, and may leave it. The gap between them is the reading `NAME_gap`."
     yield _section("`[[contact]]`", contact, keys_table(contacts.CONTACT), level=3)
+    yield _section("`outline` of a body with equal teeth or slots", keys_table(contacts.REPEATED_CORNERS), level=4)
     yield _section("`outline` of a body along a closed curve", keys_table(contacts.CURVE_OUTLINE), level=4)
     yield _section("`lifts` of a curve", keys_table(field_types.LIFT), level=4)
     rows = ([code(kind), sentence(own.summary), ", ".join(map(code, own.fields_by_key))] for kind, own in READING_TABLES.items())

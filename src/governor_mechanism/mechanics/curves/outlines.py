@@ -19,7 +19,7 @@ SMOOTH_TURN = 1e-9
 CHORDS_PER_EDGE = 24
 """Chords in place of an arc where outlines are drawn, and where edges are searched for crossings."""
 
-CURVATURE_SAMPLES = 1440
+CURVATURE_SAMPLES = 360
 """Angles at which the curvature of a closed curve is looked at, twice, from both sides."""
 
 

@@ -1,10 +1,12 @@
 """Outlines of bodies as scene files write them, and [[contact]]: a roller of a body that touches the outline of another one."""
 
+import math
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Final
 
+from governor_mechanism.machines.base import rotate_point
 from governor_mechanism.mechanics.curves.outlines import chains_of, find_outline_problems, find_roller_problem
 from governor_mechanism.model.curves import Curve, PolarCurve
 from governor_mechanism.model.joints import Point
@@ -16,6 +18,9 @@ from governor_mechanism.scenes.table import Table
 from governor_mechanism.units.fields import declare, entry, quantity
 from governor_mechanism.units.problems import KEY, ProblemCode, mistake, parse_each, wrong_value
 from governor_mechanism.units.quantities import format_value
+
+MAX_TEETH: Final = 500
+"""Largest number of teeth or slots of a wheel."""
 
 
 def _make_curve_outline(*, curve: Curve, inset: float = 0.0) -> CurveOutline:
@@ -43,6 +48,13 @@ CURVE_OUTLINE: Final = Table(
 """An outline along a closed curve."""
 
 
+def _parse_count(value: object) -> int:
+    """Return how often a tooth stands round a wheel."""
+    if isinstance(value, bool) or not isinstance(value, int) or not 2 <= value <= MAX_TEETH:
+        raise wrong_value(value, f"must be a whole number from 2 to {MAX_TEETH}", code=ProblemCode.OUT_OF_RANGE)
+    return value
+
+
 def _parse_corner(value: object) -> Corner:
     """Return a corner [x, y], or [x, y, radius] with the radius of the edge that begins there."""
     if not isinstance(value, list | tuple) or len(value) not in (2, 3):
@@ -52,14 +64,41 @@ def _parse_corner(value: object) -> Corner:
     return Corner(**dict(zip(names, numbers, strict=False)))
 
 
-def parse_outline(value: object) -> Outline:
-    """Return an outline: a list of corners, or the table of a closed curve."""
-    if isinstance(value, Mapping):
-        curve_outline: CurveOutline = CURVE_OUTLINE.build(value)
-        return curve_outline
+def _parse_corners(value: object) -> list[Corner]:
+    """Return corners [x, y] or [x, y, radius]."""
     if not isinstance(value, list | tuple):
         raise wrong_value(value, f"must be a list of corners [x, y] or [x, y, radius], or {CURVE_OUTLINE.example}")
-    corners = parse_each(_parse_corner, value, paths=[f"{KEY}, corner {number}:" for number in range(1, len(value) + 1)])
+    return parse_each(_parse_corner, value, paths=[f"{KEY}, corner {number}:" for number in range(1, len(value) + 1)])
+
+
+def _repeat_corners(*, corners: Sequence[Corner], repeat: int) -> list[Corner]:
+    """Return corners that stand as often round the origin, turned from one to the next by as much of a turn."""
+    places = [(rotate_point(one.x, one.y, math.tau * k / repeat), one.radius) for k in range(repeat) for one in corners]
+    return [Corner(x=x, y=y, radius=radius) for (x, y), radius in places]
+
+
+REPEATED_CORNERS: Final = Table(
+    make=_repeat_corners,
+    fields={
+        "corners": declare("corners", meaning="the corners of one tooth or slot, anticlockwise, as a list [x, y] or [x, y, radius]"),
+        "repeat": declare("count", meaning="how often it stands round the origin of the body"),
+    },
+    types={
+        **CUSTOM_TYPES,
+        "corners": quantities.without_context(_parse_corners, {"type": "array"}),
+        "count": quantities.without_context(_parse_count, {"type": "integer"}),
+    },
+    example="{ corners = [[x, y], ...], repeat = 12 }",
+)
+"""An outline of equal teeth or slots round the origin."""
+
+
+def parse_outline(value: object) -> Outline:
+    """Return an outline: a list of corners, a table of corners that repeat, or the table of a closed curve."""
+    if isinstance(value, Mapping) and not {"corners", "repeat"} & set(value):
+        curve_outline: CurveOutline = CURVE_OUTLINE.build(value)
+        return curve_outline
+    corners = REPEATED_CORNERS.build(value) if isinstance(value, Mapping) else _parse_corners(value)
     outline = CornerOutline(corners=tuple(corners))
     if problems := list(find_outline_problems(outline)):
         raise mistake(ProblemCode.OUT_OF_RANGE, *(f"{KEY}: {problem}" for problem in problems))
@@ -67,7 +106,8 @@ def parse_outline(value: object) -> Outline:
 
 
 OUTLINE_TYPE: Final = quantities.without_context(
-    parse_outline, {"type": ["array", "object"], "description": "a list of corners [x, y] or [x, y, radius], or { curve, inset }"}
+    parse_outline,
+    {"type": ["array", "object"], "description": "corners [x, y] or [x, y, radius], { corners, repeat }, or { curve, inset }"},
 )
 """An outline of a body."""
 

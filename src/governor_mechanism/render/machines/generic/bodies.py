@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from governor_mechanism.mechanics.curves.outlines import outline_points
+from governor_mechanism.mechanics.curves.outlines import is_inside, outline_points
 from governor_mechanism.model.force_elements import Damper, Force, ForceElement, Spring
 from governor_mechanism.model.joints import GROUND, Glyph, Joint, Pin, Point
 from governor_mechanism.model.mechanism import Body, BodyOutline, Mechanism
@@ -168,7 +168,10 @@ def _body_shapes(placed: PlacedMechanism, body: Body, outline: _BodyOutline) -> 
     """Yield the shapes of a body in its axes: its own outline if it has one."""
     if own_outlines := _bodies_with_outlines(placed.mechanism).get(body.name):
         for one in own_outlines:
-            yield Polygon("plate", tuple((x + one.origin.x, y + one.origin.y) for x, y in outline_points(one.outline)))
+            corners = tuple((x + one.origin.x, y + one.origin.y) for x, y in outline_points(one.outline))
+            beyond = [point for point in outline.points if not is_inside(corners, *point)]
+            yield from (make_bar("plate", (one.origin.x, one.origin.y), point, outline.width) for point in beyond)
+            yield Polygon("plate", corners)
         return
     if len(outline.points) > 1:
         yield from body_outline_shapes(outline.points, outline.width)
