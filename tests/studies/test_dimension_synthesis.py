@@ -1,10 +1,13 @@
 """Dimensions of a mechanism of one's own for a path: a known linkage is found again, a straight line gives Chebyshev's lambda."""
 
+import os
+import signal
+
 import numpy as np
 import pytest
 
 import governor_mechanism as gm
-from governor_mechanism.studies.synthesis.dimensions import find_nearest
+from governor_mechanism.studies.synthesis.dimensions import _PathDistance, find_nearest
 
 OVER = {f"dimensions.{name}": ("1.5 m", "3.5 m") for name in ("base", "rocker", "rod", "extension")}
 START = {"dimensions.base": "1.7 m", "dimensions.rocker": "2.2 m", "dimensions.rod": "2.3 m", "dimensions.extension": "2.7 m"}
@@ -69,6 +72,22 @@ def test_impossible_dimensions_lie_outside(wrong):
     assert found.rows[0].distance < 0.01
     assert found.plot().axes
     assert found.to_dataframe().shape[0] == len(found.rows)
+
+
+def test_ctrl_c_keeps_the_best_values_so_far(wrong, monkeypatch):
+    residuals, calls = _PathDistance.residuals, []
+
+    def interrupted(self, place):
+        calls.append(place)
+        if len(calls) == 12:
+            os.kill(os.getpid(), signal.SIGINT)
+        return residuals(self, place)
+
+    monkeypatch.setattr(_PathDistance, "residuals", interrupted)
+    found = gm.synthesise_dimensions(wrong, OVER, "rod.end", LINE, starts=1)
+    assert not found.ok
+    assert "interrupted in start 1 of 1" in str(found)
+    assert found.rows[0].distance > 0.0
 
 
 @pytest.mark.parametrize(

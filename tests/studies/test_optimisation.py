@@ -116,6 +116,24 @@ def test_an_impossible_geometry_lies_outside():
     assert "beside values that are impossible, [effects] masses.rod_centre" in optimum.outcome
 
 
+def test_an_objective_that_does_not_change_is_a_named_end():
+    """The greatest angle is that of the start, whatever the arm."""
+    optimum = gm.optimise("porter", ["dimensions.arm=280mm:320mm"], minimise="max arm_angle")
+    assert not optimum.converged
+    assert "max arm_angle does not change with any of the values there" in optimum.outcome
+    flat_at_start = gm.optimise("porter", ["dimensions.arm=280mm:320mm"], minimise=lambda scene: (scene.part.dimensions["arm"] - 0.3) ** 2)
+    assert flat_at_start.converged
+
+
+def test_the_settling_time_changes_smoothly():
+    """It lies between two reported times, and by linear interpolation changes with the dashpot in much smaller steps."""
+    values = [f"{200 + 0.5 * k} N s/m" for k in range(9)]
+    table = gm.sweep("porter_dashpot", {"effects.dashpot.sleeve": values}, ["settling time of sleeve_lift"])
+    times = table.column("settling time of sleeve_lift")
+    assert np.all(np.isfinite(times))
+    assert 0.0 < np.max(np.abs(np.diff(times))) < 0.5 * gm.load("porter_dashpot").run.output_interval
+
+
 def test_conditions_that_exclude_each_other_are_a_named_end(governor):
     conditions = ["highest equilibrium speed >= 130 rpm", "highest equilibrium speed <= 129 rpm"]
     optimum = gm.optimise(governor, MASSES, minimise="insensitivity", subject_to=conditions)
@@ -263,6 +281,7 @@ def test_a_dimension_of_any_kind_is_an_unknown():
         ({"engine": "reducd"}, "reduced"),
         ({"minimise": lambda run: 1.0, "workers": 2}, "define the function with def at module level"),
         ({"minimise": lambda scene: np.nan}, "the search cannot begin"),
+        ({"minimise": lambda scene: 1 / 0}, "the function failed with ZeroDivisionError: division by zero"),
     ],
 )
 def test_mistakes_are_sentences(changes, sentence):

@@ -78,7 +78,9 @@ def settling_time(run: Trajectory, name: str) -> float | None:
     last = int(outside[-1])
     if times[last] > times[-1] - REST_SHARE * (times[-1] - times[0]):
         return None
-    return float(times[last + 1] - begin)
+    # Between two reported times the deviation is taken for linear, so that the time changes smoothly with the dimensions.
+    inside = (deviation[last] - SETTLING_TOLERANCE * largest) / (deviation[last] - deviation[last + 1])
+    return float(times[last] + inside * (times[last + 1] - times[last]) - begin)
 
 
 def _last_change(spindle: Spindle) -> float:

@@ -144,7 +144,12 @@ def _take(quantity: RunQuantity, scene: Scene, numbers: RunNumbers | None) -> Fl
         values = np.array([quantity.evaluate(numbers)]) if numbers else np.empty(0)
     else:
         given = scene if _is_of_scene(quantity) or numbers is None else numbers.run
-        values = np.atleast_1d(np.asarray(quantity.function(given), dtype=np.float64)).ravel()
+        try:
+            values = np.atleast_1d(np.asarray(quantity.function(given), dtype=np.float64)).ravel()
+        except GovernorMechanismError:
+            raise
+        except Exception as error:  # a function of the caller raises any error
+            raise MechanismError(f"quantity {quantity.name!r}: the function failed with {type(error).__name__}: {error}") from error
     if not values.size or not np.isfinite(values).all():
         raise MechanismError(f"quantity {quantity.name!r} is not a finite number: {values.tolist()}")
     return values
@@ -214,7 +219,7 @@ class QuestionReader:
 
     def _condition(self, text: object) -> Condition:
         """Return the condition of a text such as "max sleeve_lift <= 120 mm"."""
-        parts = _CONDITION.fullmatch(text.strip()) if isinstance(text, str) else None
+        parts = _CONDITION.fullmatch(text.strip().replace("≤", "<=").replace("≥", ">=")) if isinstance(text, str) else None
         if parts is None:
             raise MechanismError(
                 f"subject_to: {format_value(text)} is no condition; write a quantity, <=, >= or =, and a limit, as {CONDITION_EXAMPLE}"

@@ -39,6 +39,15 @@ OBJECTIVE_TOLERANCE: Final = 1e-9
 MAX_STEPS_REACHED: Final = 9
 """Status of SLSQP after its largest number of steps."""
 
+FLAT_DISTANCE: Final = 0.02
+"""Distance, in widths of the bounds, within which an objective that does not change is constant, or goes in steps."""
+
+ROUNDING: Final = 1e-13
+"""Change of an objective, relative to its scale, that is rounding."""
+
+FLAT_CURE: Final = "begin elsewhere, or search globally"
+"""What to do where an objective does not change."""
+
 MAX_RESTARTS: Final = 6
 RESTART_GAIN: Final = 1e-5
 """Largest number of further searches beside an impossible geometry, and the gain, in scales of the objective, that makes another one."""
@@ -271,6 +280,8 @@ def _descend_once(search: Search, start: FloatArray) -> tuple[End, str]:
         values = min(values, best, key=scales.merit)
     if scales.merit(values).violation > 0.0:
         return End(values, False, "no values were found that meet all conditions; these are the nearest"), problem.wall
+    if problem.is_flat(values.place):
+        return End(values, False, f"{search.question.objective.name} does not change with any of the values there; {FLAT_CURE}"), ""
     if found.status == MAX_STEPS_REACHED:
         return End(values, False, f"no convergence within {MAX_STEPS} steps; the values are the best so far"), ""
     outcome = "the search converged" if found.status == 0 else "the search ended where no step improves the objective"
@@ -335,6 +346,15 @@ class _SmoothProblem:
             return [np.zeros(size) for size in self._sizes]
         (before, first), (after, last) = usable[0], usable[-1]
         return [(end - begin) / (after - before) for begin, end in zip(first, last, strict=True)]
+
+    def is_flat(self, place: FloatArray) -> bool:
+        """Return whether no difference around a place changes the objective, which then is constant there, or goes in steps."""
+        step = EXACT_STEP if self._search.question.is_exact else RUN_STEP
+        if np.max(np.abs(self._jacobian(place)[0])) * step > ROUNDING:
+            return False
+        here = self._rows(self._search.at(place))[0]
+        around = [np.clip(place + shift, 0.0, 1.0) for row in FLAT_DISTANCE * np.eye(self._n) for shift in (-row, row)]
+        return all(np.max(np.abs(self._rows(self._search.at(one))[0] - here)) <= ROUNDING for one in around)
 
     def value(self, point: FloatArray) -> float:
         """Return the objective, or the unknown above all of its values."""

@@ -39,6 +39,9 @@ SAME_SOLUTION: Final = 1e-3
 BOUND_MARGIN: Final = 1e-6
 """Distance from a bound, relative to the width of the bounds, within which a value lies at it."""
 
+CONVERGED: Final = "the search converged"
+"""Outcome where a search ended at a minimum."""
+
 NEWTON_STEPS: Final = 8
 """Steps from the nearest position to the nearest point of a path; each doubles the number of right digits."""
 
@@ -218,6 +221,7 @@ class _PathDistance:
     def __init__(self, task: DimensionTask) -> None:
         self.task = task
         self.n_evaluations = 0
+        self.best: tuple[float, FloatArray] | None = None
         self._low = np.array([one.low for one in task.unknowns])
         self._width = np.array([one.high for one in task.unknowns]) - self._low
 
@@ -239,6 +243,9 @@ class _PathDistance:
         except GovernorMechanismError:  # an impossible geometry lies outside
             return np.ones(2 * len(self.task.path))
         residuals: FloatArray = (find_nearest(curve, self.task.path) - self.task.path).ravel() / self.task.extent
+        cost = float(np.sum(residuals**2))
+        if self.best is None or cost < self.best[0]:
+            self.best = cost, np.array(place)
         return residuals
 
 
@@ -289,7 +296,7 @@ def synthesise_dimensions(task: DimensionTask) -> DimensionSynthesis:
 
     distance = _PathDistance(task)
     found = list[tuple[FloatArray, bool]]()
-    outcome = "the search converged"
+    outcome = CONVERGED
     try:
         for start in _choose_starts(distance):
             end = least_squares(
@@ -302,11 +309,12 @@ def synthesise_dimensions(task: DimensionTask) -> DimensionSynthesis:
             )
             found.append((end.x, bool(end.status > 0)))
     except KeyboardInterrupt:
-        if not found:
+        if distance.best is None:
             raise
-        outcome = f"interrupted after {len(found)} of {task.n_starts} starts"
+        found.append((distance.best[1], False))
+        outcome = f"interrupted in start {len(found)} of {task.n_starts}; these are the best values so far"
     rows = _describe_all(distance, found)
-    if not any(row.converged for row in rows):
+    if not any(converged for _, converged in found) and outcome == CONVERGED:
         outcome = f"no convergence within {MAX_STEPS} steps; the values are the best so far"
     return DimensionSynthesis(
         title=task.scene.title,
