@@ -41,6 +41,21 @@ def refuse(error: GovernorMechanismError) -> Answer:
     return {"refused": "; ".join(error.problems) if isinstance(error, MechanismError) else str(error)}
 
 
+def attempt(compute: Callable[[], Answer | Later | None]) -> Answer | Later | None:
+    """Return an answer; whatever fails, the page hears of it and goes on."""
+    try:
+        return compute()
+    except Exception as error:  # mistakes of a scene have their sentences already: this one is a mistake of the program
+        return {"refused": f"this state cannot be shown, by a mistake of the program ({type(error).__name__}: {error})"}
+
+
+def describe_present(session: Session) -> Answer:
+    """Return what a page shows that hears one answer to each state: while a hand holds something, a moment of it."""
+    if session.is_held:
+        return session.describe_moment(session.solve(is_brief=True))
+    return session.describe(session.solve())
+
+
 def _hello(session: Session, request: Request) -> None:
     session.notify()
 

@@ -25,7 +25,7 @@ from starlette.websockets import WebSocket, WebSocketDisconnect
 
 import governor_mechanism as gm
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.live.conversation import Answer, Later, respond
+from governor_mechanism.live.conversation import Answer, Later, attempt, respond
 from governor_mechanism.live.messages import MAX_MESSAGE_SIZE
 from governor_mechanism.live.page import make_beside_page, make_list_page, make_live_page
 from governor_mechanism.live.session import Session
@@ -183,11 +183,8 @@ async def _answer(socket: WebSocket, session: Session, changed: asyncio.Event) -
 
 
 async def _compute(compute: Callable[[], Answer | Later | None]) -> Answer | Later | None:
-    """Return an answer; whatever fails, the page hears of it and goes on."""
-    try:
-        return await run_in_threadpool(compute)
-    except Exception as error:  # mistakes of a scene have their sentences already: this one is a mistake of the program
-        return {"refused": f"this state cannot be shown, by a mistake of the program ({type(error).__name__}: {error})"}
+    """Return an answer, computed while the server goes on."""
+    return await run_in_threadpool(attempt, compute)
 
 
 async def _send(socket: WebSocket, answer: Answer | Later | None) -> None:

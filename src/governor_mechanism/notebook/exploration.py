@@ -6,6 +6,7 @@ import math
 import tempfile
 from base64 import b64encode
 from collections.abc import Mapping, Sequence
+from functools import partial
 from html import escape
 from importlib import import_module, resources
 from pathlib import Path
@@ -13,7 +14,7 @@ from threading import Event, Thread
 from typing import Any, Final
 
 from governor_mechanism.errors import MechanismError, did_you_mean
-from governor_mechanism.live.conversation import respond
+from governor_mechanism.live.conversation import attempt, describe_present, respond
 from governor_mechanism.live.page import make_live_page
 from governor_mechanism.live.quantities import find_quantities, split_quantity
 from governor_mechanism.live.session import Session
@@ -169,9 +170,9 @@ def make_widget(anywidget: Any, session: Session, title: str) -> Any:
     session.listeners.add(changed.set)
 
     def hear(_: Any, text: Any, __: Any) -> None:
-        answer = respond(session, text) if isinstance(text, str) else None
+        answer = attempt(partial(respond, session, text)) if isinstance(text, str) else None
         if callable(answer):
-            Thread(target=lambda: widget.send(json.dumps(answer(), allow_nan=False)), daemon=True).start()
+            Thread(target=lambda: widget.send(json.dumps(attempt(answer), allow_nan=False)), daemon=True).start()
         elif answer is not None:
             widget.send(json.dumps(answer, allow_nan=False))
 
@@ -179,7 +180,7 @@ def make_widget(anywidget: Any, session: Session, title: str) -> Any:
         """Send the state whenever it has changed; what changes while one is computed is answered by the next."""
         while changed.wait():
             changed.clear()
-            widget.send(json.dumps(session.describe(session.solve()), allow_nan=False))
+            widget.send(json.dumps(attempt(partial(describe_present, session)), allow_nan=False))
 
     widget.on_msg(hear)
     Thread(target=tell, daemon=True).start()  # the kernel goes on meanwhile
