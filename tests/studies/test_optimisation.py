@@ -142,11 +142,12 @@ def test_conditions_that_exclude_each_other_are_a_named_end(governor):
     assert min(row.margin for row in optimum.quantities[1:]) < 0.0
 
 
+def bowl(scene):
+    return (scene.part.dimensions["arm"] - 0.31) ** 2 + (scene.part.dimensions["offset"] - 0.05) ** 2 + 1.0
+
+
 @pytest.mark.parametrize("options", [{"method": "global"}, {"starts": 3}])
 def test_the_same_seed_gives_the_same_optimum(options):
-    def bowl(scene):
-        return (scene.part.dimensions["arm"] - 0.31) ** 2 + (scene.part.dimensions["offset"] - 0.05) ** 2 + 1.0
-
     over = ["dimensions.arm=280mm:400mm", "dimensions.offset=20mm:60mm"]
     first, again = (gm.optimise("porter", over, minimise=bowl, seed=5, **options) for _ in range(2))
     assert first.as_json() == again.as_json()
@@ -164,7 +165,7 @@ def test_the_optimum_does_not_depend_on_the_number_of_processes(options, governo
     assert found[1].n_evaluations == found[0].n_evaluations
 
 
-def test_an_interrupted_search_keeps_the_best_and_continues(governor, tmp_path, monkeypatch):
+def test_an_interrupted_search_keeps_the_best_and_continues(tmp_path, monkeypatch):
     evaluate, calls = Question.evaluate, []
 
     def interrupted(self, place):
@@ -173,16 +174,15 @@ def test_an_interrupted_search_keeps_the_best_and_continues(governor, tmp_path, 
             os.kill(os.getpid(), signal.SIGINT)
         return evaluate(self, place)
 
-    journal = tmp_path / "optimum.part"
-    options = {"minimise": "insensitivity", "subject_to": ["highest equilibrium speed = 130 rpm"]}
+    journal, over = tmp_path / "folder" / "optimum.part", ["dimensions.arm=280mm:400mm", "dimensions.offset=20mm:60mm"]
     monkeypatch.setattr(Question, "evaluate", interrupted)
-    stopped = gm.optimise(governor, MASSES, **options, out=journal)
+    stopped = gm.optimise("porter", over, minimise=bowl, out=journal)
     assert not stopped.converged
     assert "interrupted" in stopped.outcome
     before = len(calls)
     journal.write_text(journal.read_text() + "[[0.1, 0")  # a line that was cut off
-    continued = gm.optimise(governor, MASSES, **options, out=journal)
-    whole = gm.optimise(governor, MASSES, **options)
+    continued = gm.optimise("porter", over, minimise=bowl, out=journal)
+    whole = gm.optimise("porter", over, minimise=bowl)
     assert continued.as_json() == whole.as_json()
     assert len(calls) - before == 2 * whole.n_evaluations - 4
     assert not journal.exists()
@@ -254,10 +254,13 @@ def test_rules_about_a_governor_are_those_of_its_statics(governor):
 
 
 def test_a_dimension_of_any_kind_is_an_unknown():
-    """The law of the lambda linkage holds at the rocker that its file has."""
-    optimum = gm.optimise("chebyshev_lambda", ["dimensions.rocker=2.2m:2.8m"], minimise="law difference")
-    assert optimum.values["dimensions.rocker"] == pytest.approx(2.5, abs=1e-8)
-    assert optimum.objective.after[0] <= 1.0
+    """The law of the lambda linkage holds at the rocker that its file has, as an expression of the crank."""
+    table = gm.sweep("chebyshev_lambda", ["dimensions.rocker=2.49m:2.51m:3"], ["law difference"])
+    assert table.column("law difference")[1] <= 1.0
+    assert min(table.column("law difference")[::2]) > 1.0
+    optimum = gm.optimise("chebyshev_lambda", ["dimensions.rocker=2.2m:2.8m"], minimise=lambda scene: scene.part.dimensions["rocker"])
+    assert optimum.rows[0].before == 2.5
+    assert optimum.values["dimensions.rocker"] == pytest.approx(2.2, rel=1e-12)
 
 
 @pytest.mark.parametrize(
@@ -280,6 +283,7 @@ def test_a_dimension_of_any_kind_is_an_unknown():
         ({"accuracy": 2.0}, "accuracy must lie between 0 and 1"),
         ({"engine": "reducd"}, "reduced"),
         ({"minimise": lambda run: 1.0, "workers": 2}, "define the function with def at module level"),
+        ({"minimise": lambda run: 1.0, "out": "x.part"}, "define the function with def at module level"),
         ({"minimise": lambda scene: np.nan}, "the search cannot begin"),
         ({"minimise": lambda scene: 1 / 0}, "the function failed with ZeroDivisionError: division by zero"),
     ],

@@ -240,7 +240,8 @@ def optimise(
     from governor_mechanism.studies.optimisation.question import QuestionReader
     from governor_mechanism.studies.sweep.workers import row_computer
 
-    reader = QuestionReader(as_scene(scene), engine=engine, accuracy=accuracy, workers=workers, cluster=cluster, named=quantities)
+    options: dict[str, Any] = {"engine": engine, "accuracy": accuracy, "workers": workers, "cluster": cluster, "named": quantities}
+    reader = QuestionReader(as_scene(scene), is_kept=out is not None, **options)
     least, greatest = ([] if one is None else [one] for one in (minimise, maximise))
     question = reader.read(over, least, greatest, subject_to, method, report)
     with row_computer(workers, cluster) as compute:

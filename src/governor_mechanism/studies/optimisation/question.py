@@ -159,11 +159,19 @@ class QuestionReader:
     """Reader of objectives and conditions of a scene, with names of the caller for rules and functions."""
 
     def __init__(
-        self, scene: Scene, *, engine: str, accuracy: float | None, workers: int, cluster: object, named: Mapping[str, Objective] | None
+        self,
+        scene: Scene,
+        *,
+        engine: str,
+        accuracy: float | None,
+        workers: int,
+        cluster: object,
+        named: Mapping[str, Objective] | None,
+        is_kept: bool = False,  # whether a file keeps what was computed, which needs the identity of functions
     ) -> None:
         self._scene, self._named, self._engine = scene, named or {}, engine
         self._accuracy = SEARCH_ACCURACY if accuracy is None else accuracy
-        self._crosses_processes = workers != 1 or cluster is not None
+        self._needs_names = workers != 1 or cluster is not None or is_kept
         self._problems = find_computer_problems(workers, cluster)
         if not 0.0 < self._accuracy < 1.0:
             self._problems.append(f"accuracy must lie between 0 and 1; found {format_value(accuracy)}")
@@ -213,7 +221,7 @@ class QuestionReader:
         rule = self._named.get(name, given) if isinstance(given, str) else given
         if not callable(rule):
             return parse_quantities(self._scene, {name: rule.strip() if isinstance(rule, str) else rule}, self._accuracy, certify=False)[0]
-        if self._crosses_processes:
+        if self._needs_names:
             return parse_quantities(self._scene, {name: rule}, self._accuracy, certify=False)[0]
         return RunQuantity(name=name, function=rule)
 
