@@ -156,7 +156,9 @@ def test_messages_of_the_widget_are_those_of_the_web_socket(scene):
     assert {one["name"]: one["value"] for one in state["readings"]} == {name: values[-1] for name, values in view.run.readings.items()}
     widget.hear(widget, json.dumps({"action": "change", "values": {"dimensions.crank": 1.15}, "isLast": False}), [])
     assert "data" not in widget.wait_for("moment")  # a hand moves: the plots follow later
+    widget.sent.clear()
     widget.hear(widget, json.dumps({"action": "change", "values": {"dimensions.crank": 1.1}, "isLast": True}), [])
+    assert "moment" not in widget.wait_for("data")
     widget.hear(widget, "{", [])
     assert "JSON" in widget.wait_for("refused")["refused"]
     widget.hear(widget, '{"action": "export", "ending": "csv"}', [])
