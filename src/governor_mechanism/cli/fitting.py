@@ -13,7 +13,7 @@ import typer
 import governor_mechanism as gm
 from governor_mechanism.cli import console
 from governor_mechanism.cli.compare import SideBySideFormat
-from governor_mechanism.cli.options import Changes, SceneName, load_changed, stem_of
+from governor_mechanism.cli.options import Changes, SceneName, load_changed, refuse_idle_options, stem_of
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.files.writing import atomic_write
 from governor_mechanism.model.results.film_options import FilmOptions
@@ -136,12 +136,16 @@ def optimise(
     options: dict[str, Any] = {"method": "global" if is_global else "local", "starts": starts, "seed": seed, "engine": engine}
     options |= {"accuracy": accuracy, "workers": workers, "subject_to": subject_to or ()}
     least, greatest = minimise or [], maximise or []
+    if is_global:
+        refuse_idle_options("starts", condition="with --global")
     if len(least) + len(greatest) > 1:
+        refuse_idle_options("report", "film", condition="with two objectives")
         with console.show_status("optimising"):
             result = gm.trade_off(loaded, over, minimise=least, maximise=greatest, points=points, **options)
         stem = f"{stem_of(loaded)}_trade_off"
         files = [result.save_csv(figures.folder / f"{stem}.csv"), result.save_json(figures.folder / f"{stem}.json")]
         return console.CommandResult(result, files=files + figures.save_all(result, stem), ok=result.ok)
+    refuse_idle_options("points", condition="without a second objective")
     goals: dict[str, Any] = {"minimise": least[0] if least else None, "maximise": greatest[0] if greatest else None, "report": report or ()}
     stem = f"{stem_of(loaded)}_optimum"
     with console.show_status("optimising"), console.first_interrupt_is_answered():
