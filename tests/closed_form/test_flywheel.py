@@ -236,6 +236,11 @@ def test_the_paper_s_ratio_and_its_coefficient_agree_to_first_order():
     assert flywheel.inertia_for_coefficient(energy=3000.0, mean_speed=6.0, coefficient=1 / 36) == pytest.approx(3000.0, rel=1e-14)
 
 
+def test_a_shaft_gives_all_its_energy_until_it_stands():
+    assert flywheel.speed_after_work(inertia=2.0, start_speed=1.0, work=-0.75) == pytest.approx(0.5, rel=1e-15)
+    assert flywheel.speed_after_work(inertia=2.0, start_speed=1.0, work=-1.0) == 0.0
+
+
 def test_rim_and_arms_follow_their_rules():
     assert flywheel.rim_mass(inertia=8.0, radius=2.0) == 2.0  # all of it at the radius
     thickness = flywheel.rim_thickness(mass=1000.0, radius=1.5, density=7200.0, width_ratio=2.0)

@@ -5,7 +5,7 @@ import pytest
 from governor_mechanism.mechanics.contact.impacts import zeno_time
 
 
-@pytest.mark.parametrize(("deceleration", "return_acceleration"), [(9.81, 9.81), (12.0, 7.0)])
+@pytest.mark.parametrize(("deceleration", "return_acceleration"), [(9.81, 9.81), (12.0, 7.0), (12.0, 0.5)])
 @pytest.mark.parametrize("restitution", [0.0, 0.3, 0.9])
 def test_the_time_until_rest_is_the_sum_of_all_bounces(deceleration, return_acceleration, restitution):
     """Friction brakes the way out and the way back: the speed at the stop falls also between impacts."""

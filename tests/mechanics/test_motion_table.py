@@ -390,6 +390,12 @@ def test_the_coordinate_is_bounded_by_the_narrowest_of_its_limits():
     assert (table.end_coordinate(0), table.end_coordinate(1)) == (-0.5, 0.9)
 
 
+def test_every_reason_for_an_end_has_its_own_number_and_limits_come_last():
+    numbers = [int(reason) for reason in EndReason.__members__.values()]
+    assert len(set(numbers)) == len(numbers)
+    assert max(numbers) == EndReason.AT_LIMIT  # limits count on from there
+
+
 def test_every_event_of_a_reduced_run_has_its_own_place():
     n_contacts, n_springs, n_tables = 3, 2, 4
     layout = lay_out_events(n_contacts, n_springs, n_tables)

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from scipy.interpolate import CubicSpline
 
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.mechanics.kinematics.time_functions import CubicTimeFunction, stack_local_cubics
@@ -35,6 +36,19 @@ def test_a_formula_and_its_derivatives_have_no_interpolation_error():
     assert not motion.is_constant
     assert not CubicTimeFunction(InputFunction(values=(4.0,), harmonics=harmonics)).is_constant
     assert CubicTimeFunction(InputFunction(values=(4.0, 4.0), times=(0.0, 1.0))).is_constant
+
+
+@pytest.mark.parametrize(
+    ("times", "values"), [((1.0, 3.0), (0.5, -0.1)), ((1.0, 2.5, 3.0), (0.5, 0.2, 0.9)), ((-1.0, 0.0, 2.0, 2.5), (0, 1, 0, 3))]
+)
+def test_a_motion_goes_on_at_the_rates_of_its_ends(times, values):
+    motion = CubicTimeFunction(PrescribedMotion(times=times, values=values))
+    spline = CubicSpline(times, values)  # of two points a line, of three a parabola
+    assert motion(np.array(times)) == pytest.approx(values, abs=1e-14)
+    for end, beyond in ((times[0], times[0] - 2.0), (times[-1], times[-1] + 3.0)):
+        rate = float(spline(end, 1))
+        assert motion.derivative(np.array([beyond])) == pytest.approx([rate], abs=1e-13)
+        assert motion(np.array([beyond])) == pytest.approx([float(spline(end)) + rate * (beyond - end)], abs=1e-13)
 
 
 def test_rows_of_inputs_without_harmonics_are_filled_with_zeros():
