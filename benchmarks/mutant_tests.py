@@ -27,6 +27,10 @@ SECONDS_OF_A_FILE = 120.0
 """After this CPU time no further tests of a file are recorded, s."""
 
 
+DELAY_OF_OTHERS = 10.0
+"""Factor on the time of tests that do not reach the file of a mutant, where they take turns with those that do."""
+
+
 class TooLong(BaseException):
     """A test exceeds its time."""
 
@@ -129,11 +133,12 @@ def _read_record(place: Path, time_of_change: float) -> tuple[RecordedTest, ...]
 def tests_that_reach(mutant: Mutant, tests: Iterable[RecordedTest], seconds_limit: float) -> list[RecordedTest]:
     """Return the tests that reach the line of a mutant, the shortest first, within a limit of their time in all, s.
 
-    A line that runs when its module is imported is reached by none: there it is those that reach any line of the file, and then all.
+    A line that runs when its module is imported is reached by none: there it is all tests, those that reach any line of the file
+    before others of the same length.
     """
     reaching = [test for test in tests if (str(mutant.path), mutant.line) in test.lines]
     chosen: list[RecordedTest] = []
-    for test in sorted(reaching or tests, key=lambda one: (not one.reaches(mutant.path), one.seconds)):
+    for test in sorted(reaching or tests, key=lambda one: one.seconds * (1.0 if one.reaches(mutant.path) else DELAY_OF_OTHERS)):
         seconds_limit -= test.seconds
         if seconds_limit < 0.0 and chosen:
             break

@@ -236,6 +236,16 @@ def test_the_paper_s_ratio_and_its_coefficient_agree_to_first_order():
     assert flywheel.inertia_for_coefficient(energy=3000.0, mean_speed=6.0, coefficient=1 / 36) == pytest.approx(3000.0, rel=1e-14)
 
 
+@pytest.mark.parametrize("has_mean_energy", [True, False])
+def test_a_flywheel_is_heavy_enough_until_its_lowest_speed_is_zero(has_mean_energy):
+    largest = 6.0**2 if has_mean_energy else 2 * 6.0**2  # E / J at which the lowest speed is 0
+    low, high = flywheel.speed_limits(inertia=1.0, energy=0.999 * largest, mean_speed=6.0, mean_energy=has_mean_energy)
+    assert 0.0 < low < 0.2 * high
+    assert (high**2 - low**2) / 2 == pytest.approx(0.999 * largest, rel=1e-12)
+    with pytest.raises(MechanismError, match="flywheel is too light"):
+        flywheel.speed_limits(inertia=1.0, energy=1.001 * largest, mean_speed=6.0, mean_energy=has_mean_energy)
+
+
 def test_a_shaft_gives_all_its_energy_until_it_stands():
     assert flywheel.speed_after_work(inertia=2.0, start_speed=1.0, work=-0.75) == pytest.approx(0.5, rel=1e-15)
     assert flywheel.speed_after_work(inertia=2.0, start_speed=1.0, work=-1.0) == 0.0

@@ -146,6 +146,7 @@ def test_play_is_stops_of_its_reading():
         (lambda: RodMasses(arm_mass=-1.0), "rods.arm_mass must not be negative; got -1 kg"),
         (lambda: RodMasses(ball_radius=math.nan), "rods.ball_radius must be a finite number"),
         (lambda: Gravity(acceleration=0.0), "gravity must be positive; got 0 m/s2"),
+        (lambda: Gravity(acceleration=2e6), "gravity must lie within"),  # more than anything that moves has
         (lambda: OutputSpring(reading="a", rate=0.0), "rate of the spring on 'a' must be positive"),
         (lambda: OutputSpring(reading="a", rate=1.0, preload=math.inf), "preload of the spring on 'a' must be a finite"),
         (lambda: OutputSpring(reading="a", rate=1.0, zero=math.nan), "zero of the spring on 'a' must be a finite"),
