@@ -42,7 +42,7 @@ N_SAMPLES: Final = 181
 """Number of input angles at which a linkage is run."""
 
 N_BETWEEN: Final = 61
-"""Number of angles through which it is run from the lowest to the highest position."""
+"""Number of angles through which it is run from the first position to the lowest, and to the highest."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -249,6 +249,8 @@ def check_linkage(linkage: FourBarLinkage, positions: ComplexArray, points: Comp
         reached[is_inside] = _run_through(scene, angles[0], angles[is_inside])
     gaps = np.abs(reached[:, :2] - moving).max(axis=1)
     is_reached = gaps < SAME_POSITION * max(linkage.lengths)
+    if not is_reached.any():
+        raise MechanismError("the linkage cannot be followed from its first position, near which it changes its branch")
     defects = [*_position_defects(linkage, travel, is_inside, is_reached), *_order_defects(angles[is_reached], bool(motion.period))]
     distances = np.abs(reached - positions).max(axis=1) if points is None else np.abs(reached[:, 2] - points)
     sense, sweep = _plan_run(angles[is_reached], bool(motion.period))
@@ -268,15 +270,18 @@ def check_linkage(linkage: FourBarLinkage, positions: ComplexArray, points: Comp
 
 
 def _run_through(scene: Scene, first: float, angles: FloatArray) -> ComplexArray:
-    """Return moving pivots and point at input angles, shape (n, 3): from the first position to the lowest and to the highest of them.
+    """Return moving pivots and point at input angles, shape (n, 3): from the first position to the lowest, and to the highest of them.
 
     Angles between keep the kinematics on one branch where another is near.
     """
-    grid = np.unique(np.concatenate([angles, [first], np.linspace(angles.min(), angles.max(), N_BETWEEN)]))
-    back = grid[grid <= first][::-1]
-    paths = study_kinematics(scene, DRIVE, np.concatenate([back, grid])).paths
-    places = len(back) + np.searchsorted(grid, angles)
-    return np.column_stack([_as_complex(paths[name])[places] for name in ("crank.end", "coupler.end", "P")])
+    reached = np.zeros((len(angles), 3), dtype=np.complex128)
+    for end, is_here in ((angles.min(), angles <= first), (angles.max(), angles >= first)):
+        grid = np.unique(np.concatenate([angles[is_here], np.linspace(first, end, N_BETWEEN)]))
+        paths = study_kinematics(scene, DRIVE, grid if end > first else grid[::-1]).paths
+        places = np.searchsorted(grid, angles[is_here])
+        places = places if end > first else len(grid) - 1 - places
+        reached[is_here] = np.column_stack([_as_complex(paths[name])[places] for name in ("crank.end", "coupler.end", "P")])
+    return reached
 
 
 def _as_complex(path: FloatArray) -> ComplexArray:
