@@ -18,6 +18,7 @@ from governor_mechanism.live.grips import TRAVEL_SAMPLES, find_grips
 from governor_mechanism.live.quantities import find_quantities, split_quantity
 from governor_mechanism.live.saving import write_scene
 from governor_mechanism.live.session import LEAST_HELD_STEPS, Session
+from governor_mechanism.model.events import EventKind
 from governor_mechanism.render.style import colour_rules
 
 
@@ -208,6 +209,25 @@ def test_a_brief_run_is_drawn_in_the_proportions_of_the_whole_one(monkeypatch):
     still = [(one["points"], other["points"]) for one, other in zip(whole["shapes"], moment["shapes"], strict=True) if "track" not in one]
     assert still
     assert all(before == after for before, after in still)
+
+
+def test_a_moment_is_drawn_without_a_search_for_events_and_shows_what_strikes(monkeypatch):
+    scene = gm.load("porter").replace({"effects.stops": {"arm_angle": ["30 deg", "50 deg"]}, "run.duration": "1 s"})
+    session = Session(scene)
+    session.describe(session.solve())
+    impact = next(one for one in session.run.events if one.kind is EventKind.IMPACT)
+    session.shown_time = float(session.run.times[np.searchsorted(session.run.times, impact.time)])
+    session.change({"run.duration": 0.9}, is_last=False)
+    snapshot = session.solve()
+    whole = session.describe(snapshot)["data"]["views"][0]["shapes"]
+
+    def fail(*arguments):
+        raise AssertionError
+
+    monkeypatch.setattr("governor_mechanism.observables.run_result.DeferredMotionAnalysis._sample", fail)
+    moment = session.describe_moment(session.solve(is_brief=True))["moment"]["views"][0]["shapes"]
+    assert "burst" in {one["role"] for one in moment}
+    assert "burst" in {one["role"] for one in whole}
 
 
 def test_the_equilibria_follow_a_hand_that_moves():

@@ -4,15 +4,17 @@ import math
 import tempfile
 from base64 import b64encode
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
 
 from governor_mechanism.machines.custom import CUSTOM_MACHINE
+from governor_mechanism.model.events import Event
 from governor_mechanism.model.results.outcome import Outcome
 from governor_mechanism.model.results.trajectory import Trajectory
+from governor_mechanism.observables.run_result import DeferredMotionAnalysis
 from governor_mechanism.observables.valve_motion import has_valve_events
 from governor_mechanism.render.film.timing import select_slow_down
 from governor_mechanism.render.geometry.primitives import BoundingBox, Vec2
@@ -68,6 +70,23 @@ def continue_with(run: Trajectory, whole: Trajectory) -> Trajectory:
         rates={name: join(values, whole.rates[name]) for name, values in run.rates.items()},
         joint_gap=join(run.joint_gap, whole.joint_gap),
     )
+
+
+@dataclass(frozen=True)
+class _MomentResults(DeferredMotionAnalysis):
+    """Results of a run of which a moment is drawn: its events are those of contacts, which need no search."""
+
+    def events(self) -> tuple[Event, ...]:
+        """Return the events of contacts in the order of time."""
+        return tuple(sorted(self.result.contact_events, key=lambda event: event.time))
+
+
+def prepare_moment(run: Trajectory, whole: Trajectory | None) -> Trajectory:
+    """Return a run as a drawing of one of its moments needs it; one that ends early has the rest of the last whole one behind it."""
+    drawn, results = run if whole is None else continue_with(run, whole), run.deferred_results
+    if not isinstance(results, DeferredMotionAnalysis):
+        return drawn
+    return replace(drawn, deferred_results=_MomentResults(results.scene, results.result, results.mobility))
 
 
 def list_frames(shown: ShownRun) -> list[list[float]]:

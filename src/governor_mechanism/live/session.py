@@ -15,13 +15,13 @@ from governor_mechanism.errors import GovernorMechanismError, MechanismError
 from governor_mechanism.live.choices import choose, find_choices
 from governor_mechanism.live.describing import (
     choose_pace,
-    continue_with,
     describe_bounded_outcome,
     describe_end,
     describe_outcome,
     describe_readings,
     list_frames,
     list_inspections,
+    prepare_moment,
     show_whole_run,
 )
 from governor_mechanism.live.equilibria import EquilibriumPlot
@@ -314,7 +314,7 @@ class Session:
         run = snapshot.run
         limits, _ = choose_pace(run)
         _, slow_down = choose_pace(self.run)
-        drawn = continue_with(run, self.run) if snapshot.is_brief else run
+        drawn = prepare_moment(run, self.run if snapshot.is_brief else None)
         times = np.clip(np.array([self.shown_time]), *limits)
         shown = show_run(drawn, None, limits, times, slow_down, boxes=self._boxes)
         moment = collect_pictures(shown, slow_down)
