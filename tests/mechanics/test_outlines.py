@@ -9,7 +9,7 @@ import governor_mechanism as gm
 from contact_scenes import BOWL, CUP
 from governor_mechanism.mechanics.curves.outlines import chains_of, edges_of, outline_points
 from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output
-from governor_mechanism.model.outlines import CornerOutline, CurveOutline
+from governor_mechanism.model.curves import CornerOutline, CurveOutline
 
 MIXED = [[0, 0, -0.08], [0.1, 0], [0.12, 0.05, 0.05], [0.08, 0.08], [0, 0.07]]
 """Straight edges, an arc that bulges and a hollow one, with corners that stand out."""

@@ -19,9 +19,9 @@ from governor_mechanism.mechanics.kinematics.points import rotate_vector
 from governor_mechanism.mechanics.kinematics.time_functions import SpindleSpeedFunction
 from governor_mechanism.mechanics.reduction.lagrangian import SingleDofReduction
 from governor_mechanism.model.coupling.coupled_system import SHAFT_NAME, TurningPlane
+from governor_mechanism.model.curves import CornerOutline
 from governor_mechanism.model.joints import GROUND
 from governor_mechanism.model.mechanism import Mechanism, Shaft
-from governor_mechanism.model.outlines import CornerOutline
 from governor_mechanism.model.output_variables import BodyAngle, Limit
 from governor_mechanism.model.part import EQUILIBRIUM, Spindle
 from governor_mechanism.model.scene import Scene

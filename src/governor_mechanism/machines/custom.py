@@ -8,11 +8,10 @@ from itertools import combinations
 from typing import Final
 
 from governor_mechanism.machines.base import MIN_DIMENSION, MassElement, join_elements, rotate_point, slender_rod, solid_ball
-from governor_mechanism.model.curves import SplineCurve
+from governor_mechanism.model.curves import Outline, SplineCurve
 from governor_mechanism.model.force_elements import Damper, ForceElement, Spring, TorsionDamper, TorsionSpring
 from governor_mechanism.model.joints import GROUND, CurveSlot, Distance, Joint, Point, RotationalDriver, TranslationalDriver
 from governor_mechanism.model.mechanism import Body, BodyOutline, Mechanism, NamedPoint, SecondMoments
-from governor_mechanism.model.outlines import Outline
 from governor_mechanism.model.output_variables import Limit, OutlineGap, PointCoordinate, Reading
 from governor_mechanism.model.valve import Valve
 from governor_mechanism.types import Vector2

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING
 
 from governor_mechanism.errors import MechanismError, did_you_mean, require_finite, require_not_negative, require_positive
 from governor_mechanism.later_module import LaterModule
+from governor_mechanism.model.curves import Outline
 from governor_mechanism.model.force_elements import ForceElement
 from governor_mechanism.model.joints import GROUND, Joint, Pin, Point, RotationalDriver, TranslationalDriver
-from governor_mechanism.model.outlines import Outline
 from governor_mechanism.model.output_variables import DerivedReading, Limit, Reading, StallLimit
 from governor_mechanism.model.valve import Valve
 from governor_mechanism.units.fields import optional_size, quantity

@@ -3,8 +3,8 @@
 from dataclasses import dataclass, field
 from typing import ClassVar
 
+from governor_mechanism.model.curves import Outline
 from governor_mechanism.model.joints import GROUND, Distance, Joint, Pin, Point
-from governor_mechanism.model.outlines import Outline
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -10,7 +10,7 @@ import numpy as np
 from governor_mechanism.mechanics.curves.curve_kernels import evaluate_polar_curve
 from governor_mechanism.mechanics.curves.outline_kernels import N_CURVE_SAMPLES
 from governor_mechanism.mechanics.curves.segments import make_curve_segments
-from governor_mechanism.model.outlines import CornerOutline, CurveOutline, Outline
+from governor_mechanism.model.curves import CornerOutline, CurveOutline, Outline
 from governor_mechanism.types import FloatArray, Vector2
 
 SMOOTH_TURN = 1e-9

@@ -16,10 +16,10 @@ from governor_mechanism.mechanics.curves.segments import concatenate_segments
 from governor_mechanism.mechanics.kinematics.constraint_equations import bodies_of_rows, make_row_table, set_fields
 from governor_mechanism.mechanics.kinematics.constraint_kernels import ConstraintRows
 from governor_mechanism.mechanics.kinematics.points import Origins, attachment_fields
+from governor_mechanism.model.curves import CornerOutline, CurveOutline
 from governor_mechanism.model.joints import GROUND, Point
 from governor_mechanism.model.joints.base import RowKind
 from governor_mechanism.model.mechanism import Mechanism
-from governor_mechanism.model.outlines import CornerOutline, CurveOutline
 from governor_mechanism.model.output_variables import (
     ArcPosition,
     BodyAngle,

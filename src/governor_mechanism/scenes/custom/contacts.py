@@ -8,9 +8,8 @@ from typing import Any, Final
 
 from governor_mechanism.machines.base import rotate_point
 from governor_mechanism.mechanics.curves.outlines import chains_of, find_outline_problems, find_roller_problem
-from governor_mechanism.model.curves import Curve, PolarCurve
+from governor_mechanism.model.curves import Corner, CornerOutline, Curve, CurveOutline, Outline, PolarCurve
 from governor_mechanism.model.joints import Point
-from governor_mechanism.model.outlines import Corner, CornerOutline, CurveOutline, Outline
 from governor_mechanism.model.output_variables import OutlineGap
 from governor_mechanism.scenes import quantities
 from governor_mechanism.scenes.custom.field_types import CUSTOM_TYPES, PointRegistry

@@ -14,9 +14,9 @@ from governor_mechanism.machines import custom
 from governor_mechanism.machines.base import MassElement
 from governor_mechanism.machines.custom import SketchedBody
 from governor_mechanism.model import force_elements, joints
+from governor_mechanism.model.curves import Outline
 from governor_mechanism.model.joints import GROUND, Joint, Point, RotationalDriver
 from governor_mechanism.model.mechanism import SecondMoments
-from governor_mechanism.model.outlines import Outline
 from governor_mechanism.model.output_variables import BodyAngle, LineAngle, PointCoordinate, PointDistance, Reading
 from governor_mechanism.model.part import TURNING_PLANE
 from governor_mechanism.model.valve import Reverser, Valve
