@@ -1,15 +1,18 @@
 """Rules of contact over arrays: weights and stops whose forces, impulses and states are known."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
+from governor_mechanism.mechanics.contact.event_log import compare_event_logs
 from governor_mechanism.mechanics.contact.impacts import dissipated_by_impulses, resolve_impacts, settle_final_bounces, zeno_time
 from governor_mechanism.mechanics.contact.rules import HELD, ContactDynamics, select_contact_states, update_spring_segments
 from governor_mechanism.mechanics.contact.tolerances import CONTACT_TOLERANCE, MIN_REBOUND_HEIGHT
 from governor_mechanism.mechanics.contact.transition import make_event_log, make_events, record_hold_changes
 from governor_mechanism.mechanics.dynamics.forces.contacts import CONTACT_DTYPE
+from governor_mechanism.model.events import Event, EventKind
 
 LOW, HIGH = -1.0, 2.0
 AT_STOPS = {-1: LOW, 0: 0.5, 1: HIGH}
@@ -173,3 +176,17 @@ def test_a_spring_is_taut_where_it_is_stretched_and_at_its_free_length_where_it_
     has_changed = update_spring_segments(dynamics, segments)
     assert segments.tolist() == [1, 0, 1, 0, 0, 1, 1]
     assert has_changed.tolist() == [False, True, True, False, True, True, True]
+
+
+def test_event_logs_differ_by_their_largest_delay_and_states_beside_events_are_not_compared():
+    times = np.linspace(0.0, 2.0, 5)
+    strike_at = [Event(time=time, kind=EventKind.IMPACT, subject="lift") for time in (0.5, 1.5, 2.5)]
+    later, other = [replace(event, time=event.time + 0.1) for event in strike_at], replace(strike_at[0], subject="arm")
+    delay, is_near_event = compare_event_logs(strike_at, later, times, 0.01)
+    assert delay == pytest.approx(0.1, abs=1e-15)
+    assert is_near_event.tolist() == [False, True, False, True, False]
+    assert compare_event_logs(strike_at, strike_at, times, 0.01)[0] == 0.0
+    # one that is missing counts to the nearest of its kind and subject, or to the end
+    assert compare_event_logs(strike_at[1:2], [], times, 0.01)[0] == pytest.approx(0.5, abs=1e-15)
+    assert compare_event_logs([], [other], times, 0.01)[0] == pytest.approx(1.5, abs=1e-15)
+    assert compare_event_logs(strike_at[2:], [], times, 0.01)[0] == 0.0  # after the end

@@ -5,7 +5,8 @@ import pytest
 from scipy.interpolate import CubicSpline
 
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.mechanics.kinematics.time_functions import CubicTimeFunction, stack_local_cubics
+from governor_mechanism.mechanics.kinematics.time_functions import CubicTimeFunction, SpindleSpeedFunction, stack_local_cubics
+from governor_mechanism.model.part import FreeSpindle, Spindle
 from governor_mechanism.model.time_functions import Harmonic, InputFunction, PrescribedMotion
 
 INSIDE = np.linspace(0.0, 1.6, 33)
@@ -86,3 +87,17 @@ def test_a_jump_may_be_the_first_or_the_last_point(times, values):
     load = CubicTimeFunction(InputFunction(times=times, values=values))
     np.testing.assert_allclose(load(np.array([0.25, 0.5, 0.75])), [2.5, 3.0, 3.5], rtol=1e-15)
     np.testing.assert_array_equal(load(np.array([-1.0, 0.0, 1.0, 2.0])), [values[0], 2.0, values[2], values[2]])
+
+
+def test_the_speed_of_an_uneven_spindle_swings_with_its_angle():
+    uneven = SpindleSpeedFunction(Spindle(speeds=(12.0,), speed_fluctuation=0.1, cycles_per_turn=3.0), ratio=-2.0)
+    phases = 3.0 * 12.0 * INSIDE
+    np.testing.assert_allclose(uneven(INSIDE), -2.0 * 12.0 * (1 + 0.05 * np.sin(phases)), rtol=1e-13)
+    np.testing.assert_allclose(uneven.derivative(INSIDE), -2.0 * 12.0 * 0.05 * 36.0 * np.cos(phases), atol=1e-11)
+    assert not uneven.is_constant
+    assert uneven.start_speed == -24.0
+    for even in (Spindle(speeds=(12.0,)), FreeSpindle(inertia=1.0, start_speed=12.0)):
+        function = SpindleSpeedFunction(even)
+        assert function.is_constant
+        np.testing.assert_array_equal(function(INSIDE), np.full(INSIDE.shape, 12.0))
+        np.testing.assert_array_equal(function.derivative(INSIDE), np.zeros(INSIDE.shape))
