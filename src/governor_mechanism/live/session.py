@@ -235,6 +235,8 @@ class Session:
             last = self._last
             if last.number == number and (is_bounded or not last.is_bounded):
                 return last
+            if is_bounded and last.document == document:  # a hand lets go where it was
+                return replace(last, number=number)
             run, problem, is_short = self._try_run(document, is_bounded=is_bounded, is_brief=is_brief)
             found = Snapshot(
                 document=document,
