@@ -13,6 +13,9 @@ from governor_mechanism.engines.multibody.engine import MultibodyEngine, Multibo
 from governor_mechanism.engines.multibody.implicit import RadauLimits
 from governor_mechanism.mechanics.curves.curve_kernels import evaluate_curve, evaluate_polar_curve
 from governor_mechanism.mechanics.curves.segments import make_curve_segments
+from governor_mechanism.mechanics.kinematics.time_functions import stack_local_cubics
+from governor_mechanism.mechanics.reduction.equation_of_motion import evaluate_state_rates
+from governor_mechanism.mechanics.reduction.motion_table import MotionTable
 from governor_mechanism.model.joints import CurveSlot
 from governor_mechanism.scenes.parser import parse_scene_document
 from governor_mechanism.statics.scene_dynamics import SceneDynamics
@@ -71,6 +74,15 @@ def accelerate_coordinates() -> None:
     dynamics.accelerations(dynamics.start, dynamics.start_rates)
 
 
+def accelerate_coordinate() -> None:
+    """Evaluate the acceleration of one coordinate on its motion table, as the tests of the equations of motion do."""
+    scene = gm.load("porter")
+    angle = float(scene.start.values["arm_angle"])
+    motion = MotionTable(scene, angle, initial_state(scene)[0])
+    cubics = stack_local_cubics(motion.time_functions, np.array([0.0]))[0]
+    evaluate_state_rates(motion.model.on_table(motion.table, cubics, np.array([0])), 0, -1.0, 0.0, 0.0, 0.0, 0.0, True)
+
+
 def follow_curve() -> None:
     """Locate a point on a curve, as the joint of a point on a curve does at every step."""
     (curve, *_) = (joint.curve for joint in gm.load("parabolic").mechanism.joints if isinstance(joint, CurveSlot))
@@ -91,5 +103,6 @@ USES: Mapping[str, Callable[[], object]] = {
     "impulse, point on a curve": follow_curve,
     "equilibria": partial(gm.equilibria, "porter"),
     "equilibria with several coordinates": accelerate_coordinates,
+    "equation of motion of one coordinate": accelerate_coordinate,
     "kinematics": partial(gm.kinematics, "porter", "arm_angle", [0.5, 0.6]),
 }
