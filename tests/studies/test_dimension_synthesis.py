@@ -1,8 +1,5 @@
 """Dimensions of a mechanism of one's own for a path: a known linkage is found again, a straight line gives Chebyshev's lambda."""
 
-import os
-import signal
-
 import numpy as np
 import pytest
 
@@ -80,7 +77,7 @@ def test_ctrl_c_keeps_the_best_values_so_far(wrong, monkeypatch):
     def interrupted(self, place):
         calls.append(place)
         if len(calls) == 12:
-            os.kill(os.getpid(), signal.SIGINT)
+            raise KeyboardInterrupt
         return residuals(self, place)
 
     monkeypatch.setattr(_PathDistance, "residuals", interrupted)

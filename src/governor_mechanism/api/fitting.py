@@ -322,6 +322,17 @@ def trade_off(
     ------
     MechanismError
         If scene, bounds, objectives or conditions have mistakes; one sentence for each.
+
+    Examples
+    --------
+    >>> import governor_mechanism as gm
+    >>> def short(scene):
+    ...     return (scene.part.dimensions["arm"] - 0.29) ** 2
+    >>> def long(scene):
+    ...     return (scene.part.dimensions["arm"] - 0.31) ** 2
+    >>> curve = gm.trade_off("porter", ["dimensions.arm=280mm:320mm"], minimise=[short, long], points=3)
+    >>> [round(row.values["dimensions.arm"], 3) for row in curve.rows]
+    [0.29, 0.296, 0.31]
     """
     from governor_mechanism.studies.optimisation.optimise import find_trade_off
     from governor_mechanism.studies.optimisation.question import QuestionReader

@@ -179,15 +179,18 @@ def find_trade_off(question: Question, n_points: int, method: str, n_starts: int
         return find_optimum(asked, method, n_starts, seed, compute)
 
     first = solve(replace(question, reported=(other,)))
-    last = solve(replace(question, objective=other, sign=other_sign))
+    last = solve(replace(question, objective=other, sign=other_sign, reported=(question.objective,)))
     if not first.quantities[-1].after:
         raise MechanismError(f"{other.name} has no value where {question.objective.name} is best; choose other bounds")
     worst, best = _worst(first.quantities[-1].after, other_sign), _worst(last.objective.after, other_sign)
     points = [(first, first.quantities[-1])]
+    # At the best of an objective its own size may be nothing; what it loses up to the best of the other is a measure that holds throughout.
+    range_of_first = abs(_worst(last.quantities[-1].after, question.sign) - _worst(first.objective.after, question.sign))
+    scaled = replace(question, scale=range_of_first if np.isfinite(range_of_first) else 0.0)
     for limit in np.linspace(worst, best + LAST_SHARE * (worst - best), n_points)[1:].tolist():
-        condition = Condition(quantity=other, relation="<=" if other_sign > 0 else ">=", limit=limit)
+        condition = Condition(quantity=other, relation="<=" if other_sign > 0 else ">=", limit=limit, scale=abs(worst - best))
         started = tuple(replace(one, start=row.value) for one, row in zip(question.unknowns, points[-1][0].rows, strict=True))
-        found = solve(replace(question, unknowns=started, conditions=(condition, *question.conditions)))
+        found = solve(replace(scaled, unknowns=started, conditions=(condition, *question.conditions)))
         points.append((found, found.quantities[1]))
     before = _worst(first.objective.before, question.sign), _worst(first.quantities[-1].before, other_sign)
     return TradeOff(

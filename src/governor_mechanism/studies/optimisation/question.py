@@ -51,6 +51,7 @@ class Condition:
     quantity: RunQuantity
     relation: str  # "<=", ">=" or "="
     limit: float
+    scale: float = 0.0  # size of its quantity in the search, SI; 0 takes that of the limit
 
     def margins(self, values: FloatArray) -> FloatArray:
         """Return by how much values, SI, keep the limit; negative where they do not. For an equality, the difference."""
@@ -78,6 +79,7 @@ class Question:
     others: tuple[tuple[RunQuantity, float], ...]  # further objectives of a trade-off, with their signs
     engine: str
     accuracy: float
+    scale: float = 0.0  # size of the objective in the search, SI; 0 takes that of its first value
 
     @property
     def quantities(self) -> tuple[RunQuantity, ...]:

@@ -71,9 +71,9 @@ class Scales:
 
     def __init__(self, question: Question, first: Values) -> None:
         self.question = question
-        self.objective = _scale_of(_largest(first.numbers[0]), question.objective.scale)
+        self.objective = _scale_of(question.scale, _largest(first.numbers[0]), question.objective.scale)
         self.limits = [
-            _scale_of(one.limit, _largest(values), one.quantity.scale)
+            _scale_of(one.scale, one.limit, _largest(values), one.quantity.scale)
             for one, values in zip(question.conditions, first.numbers[1:], strict=True)
         ]
 
