@@ -332,3 +332,14 @@ def test_a_long_cause_of_an_early_end_is_one_sentence():
     run = gm.run("slider_crank", times=[0.0, 0.1])
     cause = "the mechanism comes to a configuration in which " + "one more of its many joints " * 8 + "locks it"
     assert f"{cause}; " in describe_outcome(replace(run, outcome=gm.Outcome.STALLED, detail=cause))
+
+
+def test_quantities_of_couplings_change_too():
+    session = Session(gm.load("governed_engine").replace({"run.duration": "0.2 s"}))
+    found = session.find_quantities()
+    assert found["coupling.throttle_rod.table.2.1"].words == "throttle rod table reading 2"
+    session.change({"coupling.gear.ratio": 1.1, "coupling.throttle_rod.table.2.2": 0.7})
+    expected = gm.load("governed_engine").replace(
+        {"run.duration": "0.2 s", "coupling.gear.ratio": 1.1, "coupling.throttle_rod.table.2.2": 0.7}
+    )
+    assert session.solve().run.scene.couplings == expected.couplings

@@ -8,7 +8,7 @@ from typing import Any, Final
 WRITTEN_QUANTITY: Final = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*([^\d\s].*)?")
 """A number, and the unit behind it."""
 
-FIXED_TABLES: Final = ("law", "readings", "coupling")
+FIXED_TABLES: Final = ("law", "readings")
 """Tables whose numbers state what a scene is, and not how large it is."""
 
 WORDS: Final = (
@@ -32,6 +32,10 @@ COORDINATES: Final = {"1": "x", "2": "y"}
 
 POINT_WORDS: Final = {"1": "time", "2": "value"}
 """Names of both numbers of a point of a function of time, in front of its number."""
+
+TABLE: Final = "table"
+TABLE_WORDS: Final = {"1": "reading", "2": "value"}
+"""Key of a function of a reading, and the names of both numbers of its points."""
 
 PLACES: Final = ("ground", "at", "points")
 """Keys under which lists are positions."""
@@ -125,7 +129,8 @@ def _read(path: tuple[str, ...], value: Any, length_scale: float) -> Quantity | 
     is_point = len(path) > n_group + 1 and path[-1] in POINT_WORDS and path[-2].isdecimal() and not is_place
     names = [*path[n_group:-1], COORDINATES[path[-1]]] if is_place else [*path[n_group:]]
     if is_point:
-        names = [*path[n_group:-2], POINT_WORDS[path[-1]], path[-2]]
+        words = TABLE_WORDS if path[-3] == TABLE else POINT_WORDS
+        names = [*path[n_group:-2], words[path[-1]], path[-2]]
     half = RANGE_FACTOR * length_scale if is_place and not unit else 1.0
     low, high = (number / RANGE_FACTOR, number * RANGE_FACTOR) if number else (-half, half)
     return Quantity(
