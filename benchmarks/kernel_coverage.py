@@ -84,10 +84,12 @@ GOVERNOR_RUNS: tuple[tuple[dict[str, Any], dict[str, Any], tuple[str, ...]], ...
     (SLACK_SPRING | {"dry_friction": {"sleeve": "5 N"}}, {"arm_angle": "38 deg", "arm_rate": 1.0}, ALL_ENGINES),
     ({"dashpot": {"sleeve": "50 N s/m"}, "dry_friction": {"sleeve": "5 N"},
       "stops": {"arm_angle": ["25 deg", "32 deg"], "restitution": 0.5}}, {"arm_angle": "30 deg", "arm_rate": 2.0}, EXACT_ENGINES),
+    ({"stops": {"arm_angle": ["25 deg", "32 deg"], "restitution": 0.01}}, {"arm_angle": "30 deg", "arm_rate": 2.0}, EXACT_ENGINES),
     ({"dashpot": {"sleeve": "50 N s/m"}}, {"arm_angle": "30 deg", "arm_rate": 2.0}, ("impulse",)),
     ({}, {"arm_angle": "85 deg", "arm_rate": 5.0}, ("reduced",)),
 )  # fmt: skip
-"""Effects beside weights, start, and engines of governors: a spring that becomes taut, strikes, a motion beyond the travel."""
+"""Effects beside weights, start, and engines of governors: a spring that becomes taut, strikes, bounces that end, a motion beyond the
+travel."""
 
 FLIGHT = """
 machine = "custom"
