@@ -5,6 +5,7 @@
 # make kernels  builds the library of compiled kernels again, if one was changed (two minutes); run, test and docs do it too
 # make kernel-comparison compares that library with numba, bit by bit
 # make docs     builds the documentation into docs/_build/html
+# make test-pages drives the interactive pages in Chromium
 # make test-browser drives the interactive pages and the documentation in Chromium
 # make package builds wheel and sdist and tries them in fresh environments of every Python found
 # make wheels  builds the wheels of all platforms into dist/; those of other platforms are not tried
@@ -35,7 +36,7 @@ EXPLAIN = echo "the installation failed; it needs the package index once, also f
   "(numba; and ziglang where there is no C compiler: cc, gcc or clang)" >&2
 
 .NOTPARALLEL:
-.PHONY: run kernels kernel-comparison test test-all test-docs docs test-browser check package wheels lock gallery gallery-page pictures contact-sheet errata certificates kernel-coverage mutants benchmark clean
+.PHONY: run kernels kernel-comparison test test-all test-docs docs test-pages test-browser check package wheels lock gallery gallery-page pictures contact-sheet errata certificates kernel-coverage mutants benchmark clean
 
 run: $(VENV)/installed $(LIBRARY)
 	$(BIN)/governor-mechanism run porter --out renders/latest
@@ -58,6 +59,9 @@ test-docs: $(VENV)/installed-test $(LIBRARY)
 
 docs: $(VENV)/installed-docs $(LIBRARY)
 	$(BIN)/python -m sphinx -W --keep-going -n -q -b html docs docs/_build/html
+
+test-pages: $(VENV)/installed-test $(LIBRARY)
+	$(BIN)/python -m pytest tests/browser/check_page.py tests/browser/check_live.py
 
 test-browser: $(VENV)/installed-test docs
 	$(BIN)/python tests/support/chromium.py
