@@ -54,3 +54,11 @@ def test_motion_and_energy_that_contradict_each_other_fail_the_certificate(engin
     assert wrong.outcome is gm.Outcome.ACCURACY_MISSED
     assert "the energy balance drifts" in wrong.message
     assert wrong.error_estimate > 1e-6
+
+
+@pytest.mark.parametrize(("name", "engine"), [("jansen", "multibody"), ("pendulum_iftomm", "reduced")])
+def test_no_reading_is_claimed_to_be_more_accurate_than_rounding(name, engine):
+    """A prescribed angle is the same in both runs of a certificate, and still has the rounding error of its arithmetic."""
+    run = gm.run(name, engine, accuracy=1e-9, times=[0.0, 0.1, 0.2])
+    errors = {reading: run.reading_errors[reading] / run.scales[reading] for reading in run.readings}
+    assert min(errors.values()) > 100 * np.finfo(float).eps

@@ -144,7 +144,7 @@ def synthesise_path(
     """Return the four-bars whose coupler has a point that passes given points, or is nearest to a curve of many.
 
     Nine points determine a linkage, five with chosen fixed pivots or with input angles, three with both; fewer leave dimensions free. The
-    equations are solved from many random starts, and all solutions found are told apart; a search does not prove that there are no
+    equations are solved from many random starts, and each solution found is listed once; a search does not prove that there are no
     others. Along more points the linkages are the nearest by least squares; so they are where no linkage without defects is found that
     passes the points exactly. Of each with its two cognates, which draw the same path, the one with the fewest defects and the best
     transmission angle is run through the points with the kinematics of the package.

@@ -93,7 +93,6 @@ class SceneContents:
     machines: tuple[str, ...]  # names of the machines of its parts, each once
     dimensions: Mapping[str, Any]  # dimensions as the file writes them; with several parts, as "part.arm"
     effects: tuple[str, ...]  # keys of the effects that are switched on; with several parts, as "part.gravity"
-
     family: str  # one of SCENE_FAMILIES
 
     def as_json(self) -> dict[str, Any]:

@@ -345,7 +345,7 @@ def _fit_curve(task: PathTask) -> Linkages:
 
 
 def _distinct(found: Linkages, task: PathTask) -> Linkages:
-    """Return one linkage of all that are the same, or cognates; those with chosen pivots are told apart by their moving ones."""
+    """Return one linkage of all that are the same, or cognates; those with chosen pivots are compared by their moving ones."""
     if len(task.points) < task.n_exact:
         return found
     if task.pivots is None:
@@ -374,7 +374,7 @@ def _arrange(found: Linkages, task: PathTask) -> Linkages:
 
 
 def _score(found: Linkages, task: PathTask) -> FloatArray:
-    """Return how good linkages are: built at all, without defects, with a full turn if it is asked for, with a good transmission."""
+    """Return how good linkages are: built at all, without defects, with a full turn where one is wanted, with a good transmission."""
     with np.errstate(divide="ignore", invalid="ignore"):
         judgement = judge(found.fixed, found.moving[:, task.ordered])
     score = 4.0 * (judgement.defect == 0) + 2.0 * (judgement.turns_fully & task.closed) + judgement.transmission
