@@ -24,7 +24,7 @@ from stub_run import GOVERNOR_DIMENSIONS, fake_run
 
 def with_func_animation(run: Trajectory, path: Path) -> int:
     """Write the same film with FuncAnimation and return the number of frames."""
-    times, _ = schedule_frames(0.0, float(run.times[-1]), 25)
+    times = schedule_frames(0.0, float(run.times[-1]), 25)
     picture = FramePainter(run, [FrameData(run, run.scene.part, (0.0, float(run.times[-1])), times)], animated=False)
 
     def update(k: int) -> list[Artist]:

@@ -93,7 +93,7 @@ def test_a_film_has_the_size_and_the_frame_rate_that_are_asked_for(tmp_path):
     assert call(*words).exit_code == 0
     with Image.open(tmp_path / "porter.gif") as film:
         assert film.size == (320, 320)
-        assert film.n_frames == 6  # a second of five frames, with both ends
+        assert film.n_frames == 5
 
 
 @pytest.mark.parametrize("text", ["big", "320x", "640x480", "-320"])

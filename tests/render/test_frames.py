@@ -89,7 +89,7 @@ def test_a_gif_shows_webs_without_traces_of_earlier_ones(tmp_path):
     run = gm.run("jansen", certify=False)
     options = gm.FilmOptions(layout="machine", stop=1.0, slow_down=1.0, frames_per_second=10, paths=[])
     decoded, _ = decode_film(run.film(tmp_path / "leg.gif", layout="machine", stop=1.0, slow_down=1.0, frames_per_second=10, paths=[]))
-    times, _ = schedule_frames(0.0, 1.0, 10.0)
+    times = schedule_frames(0.0, 1.0, 10.0)
     painter = make_painter((run,), (0.0, 1.0), times, 1.0, options)
     style = ROLE_STYLES["plate web"]
     web = np.rint(

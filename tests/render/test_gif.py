@@ -88,5 +88,5 @@ class StripesPainter:
     ("n_rows", "lowest_rate", "rate"), [(0, 0.0, FRAME_RATES[0]), (480, 0.0, FRAME_RATES[-1]), (480, 18.0, 20.0), (480, 40.0, 25.0)]
 )
 def test_a_film_that_changes_much_gets_fewer_frames_but_as_many_as_its_turns_need(n_rows, lowest_rate, rate):
-    film = FilmFrames(painter=StripesPainter(n_rows), delays=[4] * 200, frame_rate=25.0, theme=Theme.LIGHT)
+    film = FilmFrames(painter=StripesPainter(n_rows), n_frames=200, frame_rate=25.0, duration=8.0, theme=Theme.LIGHT)
     assert choose_gif_settings(film, lowest_rate) == (rate, n_rows > 0)

@@ -26,7 +26,7 @@ def paint_frames(run, slow_down=None):
     """Return the frames (height, width, 3) of a film of a whole run."""
     span = float(run.times[0]), float(run.times[-1])
     slow_factor = slow_down or choose_slow_down(span[1] - span[0])
-    times, _ = schedule_frames(*span, 25, slow_factor)
+    times = schedule_frames(*span, 25 * slow_factor)
     data = [FrameData(run, part, span, times, slow_factor) for part in run.scene.parts]
     painter = SideBySidePainter([run], None, [data])
     return [painter.paint(k)[..., :3] for k in range(len(times))]

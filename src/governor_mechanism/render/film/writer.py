@@ -8,7 +8,8 @@ import os
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass, replace
-from itertools import pairwise, product
+from functools import cached_property
+from itertools import product
 from pathlib import Path
 from typing import Any, cast
 
@@ -47,8 +48,8 @@ from governor_mechanism.types import FloatArray
 from governor_mechanism.units.problems import PATH, check_arguments
 from governor_mechanism.units.quantities import format_value
 
-AddFrame = Callable[[int, int], None]
-"""Append the frame of a number, with its display time in hundredths of a second, to a file."""
+AddFrame = Callable[[int], None]
+"""Append the frame of a number to a file."""
 N_PALETTE_SAMPLES = 5
 """Number of frames from which the palette is chosen."""
 MIN_AREA = 100
@@ -59,13 +60,19 @@ Rgb = tuple[int, int, int]
 
 @dataclass(frozen=True, kw_only=True)
 class FilmFrames:
-    """The frames of a film: their painter, display times (hundredths of a second), rate (1/s), theme; a GIF of `few_colours` is smaller."""
+    """The frames of a film: their painter, number, rate (1/s) and duration (s); a GIF of `few_colours` is smaller."""
 
     painter: Painter
-    delays: Sequence[int]
+    n_frames: int
     frame_rate: float
+    duration: float
     theme: Theme
     few_colours: bool = False
+
+    @cached_property
+    def palette(self) -> Palette:
+        """The palette of its GIF."""
+        return choose_palette(self)
 
 
 OpenEncoder = Callable[[Path, FilmFrames], AbstractContextManager[AddFrame]]
@@ -74,8 +81,8 @@ OpenEncoder = Callable[[Path, FilmFrames], AbstractContextManager[AddFrame]]
 
 def choose_palette(film: FilmFrames) -> Palette:
     """Return the palette of a film: the colours of its artists, also of those that only show later, and blends from a few frames."""
-    painter, n_frames = film.painter, len(film.delays)
-    samples = [painter.paint(int(k)).copy() for k in np.unique(np.linspace(0, n_frames - 1, N_PALETTE_SAMPLES).astype(int))]
+    painter = film.painter
+    samples = [painter.paint(int(k)) for k in np.unique(np.linspace(0, film.n_frames - 1, N_PALETTE_SAMPLES).astype(int))]
     shown = [to_rgba(colour) for canvas in painter.canvases for colour in artist_colours(canvas.figure)]
     names = {to_hex(colour) for colour in shown}
     whole_curves = (pale_colour(colour) for colour in FILM_COLOURS)
@@ -117,11 +124,11 @@ def artist_colours(figure: Figure) -> Iterator[Any]:
 
 @contextmanager
 def open_gif(path: Path, film: FilmFrames) -> Iterator[AddFrame]:
-    """Open a GIF; its palette is chosen from a few frames."""
-    painter, palette = film.painter, choose_palette(film)
+    """Open a GIF, all frames of which are shown for the same time, in whole hundredths of a second."""
+    delay = max(round(100 * film.duration / film.n_frames), 1)
     with path.open("wb") as file:
-        writer = GifWriter(file, palette)
-        yield lambda k, delay: writer.add(painter.draw(k), delay)
+        writer = GifWriter(file, film.palette)
+        yield lambda k: writer.add(film.painter.draw(k), delay)
         writer.close()
 
 
@@ -134,7 +141,7 @@ def _open_codec(path: Path, film: FilmFrames, codec: str, options: Sequence[str]
     settings = {"format": "FFMPEG", "fps": film.frame_rate, "codec": codec, "quality": 8, "macro_block_size": 2}
     with cast(Any, imageio).get_writer(path, **settings, output_params=list(options)) as writer:
 
-        def add_frame(k: int, delay: int) -> None:
+        def add_frame(k: int) -> None:
             pixels = film.painter.draw(k)
             rows, columns = pixels.shape[0] % 2, pixels.shape[1] % 2
             writer.append_data(np.pad(pixels[..., :3], ((0, rows), (0, columns), (0, 0)), mode="edge"))
@@ -155,8 +162,8 @@ def open_webm(path: Path, film: FilmFrames) -> AbstractContextManager[AddFrame]:
 @contextmanager
 def open_svg(path: Path, film: FilmFrames) -> Iterator[AddFrame]:
     """Open an animated drawing, which is written from all frames at once."""
-    yield lambda k, delay: None
-    write_animation(path, film.painter.canvases[0], sum(film.delays) / 100, len(film.delays))
+    yield lambda k: None
+    write_animation(path, film.painter.canvases[0], film.duration, film.n_frames)
 
 
 MAX_GIF_SIZE = 700e3
@@ -164,7 +171,9 @@ MAX_GIF_SIZE = 700e3
 FRAME_RATES = (25.0, 20.0, 50 / 3, 100 / 7, 12.5, 100 / 9, 10.0)
 """Frame rates (1/s) to choose from: frames last 4 to 10 hundredths of a second."""
 _N_PROBES = 12
-"""Number of frames whose changes are measured."""
+"""Number of frames whose changes are measured where the size of a film is near or above the limit."""
+_N_QUICK_PROBES, _QUICK_MARGIN = 5, 0.85
+"""Number of frames whose changes are measured first, and the share of the largest size below which these suffice."""
 _SAFETY = 1.04
 """Factor of the estimated size: with 12 frames it is within 4 % of that of the films of the shipped scenes."""
 
@@ -174,13 +183,16 @@ def choose_gif_settings(
     lowest_rate: float = 0.0,  # lowest frame rate (1/s) with which its motion is still understood
 ) -> tuple[float, bool]:
     """Return the highest rate (1/s) up to that of the film with which its file is small enough, or the lowest that is allowed."""
-    n_frames = len(film.delays)
-    if n_frames < 2 * _N_PROBES:
+    if film.n_frames < 2 * _N_PROBES:
         return film.frame_rate, False
-    limit = MAX_GIF_SIZE * film.painter.paint(0).shape[0] / REFERENCE_SIZE
-    if _estimate_size(film, _measure_changes(film), film.frame_rate) <= limit:
+    limit: float = MAX_GIF_SIZE * film.painter.paint(0).shape[0] / REFERENCE_SIZE
+
+    def is_small(n_probes: int, share: float) -> bool:
+        return _estimate_size(film, _measure_changes(film, n_probes, 1), film.frame_rate) <= share * limit
+
+    if is_small(_N_QUICK_PROBES, _QUICK_MARGIN) or is_small(_N_PROBES, 1.0):
         return film.frame_rate, False
-    changes = _measure_changes(replace(film, few_colours=True))
+    changes = _measure_changes(replace(film, few_colours=True), _N_PROBES, 2)
     rates = [
         film.frame_rate,
         *(rate for rate in FRAME_RATES if 0.999 * lowest_rate <= rate < film.frame_rate),
@@ -188,23 +200,22 @@ def choose_gif_settings(
     return next((rate for rate in rates if _estimate_size(film, changes, rate) <= limit), rates[-1]), True
 
 
-def _estimate_size(film: FilmFrames, changes: tuple[float, float, float], rate: float) -> float:
-    """Return the bytes of a film at a frame rate (1/s), from the bytes of its first frame and of its changes."""
-    (first, single, double), ratio = changes, film.frame_rate / rate
-    return _SAFETY * (first + len(film.delays) / ratio * (single + (double - single) * (ratio - 1.0)))
+def _estimate_size(film: FilmFrames, changes: Sequence[float], rate: float) -> float:
+    """Return the bytes of a film at a frame rate (1/s), from the bytes of its first frame and of its changes over one and two frames."""
+    (first, single, *double), ratio = changes, film.frame_rate / rate
+    growth = (double[0] - single) * (ratio - 1.0) if double else 0.0
+    return _SAFETY * (first + film.n_frames / ratio * (single + growth))
 
 
-def _measure_changes(film: FilmFrames) -> tuple[float, float, float]:
-    """Return the bytes of the first frame, and the mean bytes of a frame after the one before, and after the one before that."""
-    painter, n_frames = film.painter, len(film.delays)
-    palette = choose_palette(film)
+def _measure_changes(film: FilmFrames, n_probes: int, longest: int) -> list[float]:
+    """Return the bytes of the first frame, and the mean bytes of a frame after the one before, up to the one `longest` before that."""
+    painter, palette = film.painter, film.palette
     changes = []
-    for k in np.linspace(0, n_frames - 3, _N_PROBES).astype(int).tolist():
-        frames = [painter.paint(k + step).copy() for step in range(3)]
+    for k in np.linspace(0, film.n_frames - 1 - longest, n_probes).astype(int).tolist():
+        frames = [painter.paint(k + step) for step in range(longest + 1)]
         alone = _encoded_size(palette, frames[:1])
         changes.append([_encoded_size(palette, [frames[0], later]) - alone for later in frames[1:]])
-    single, double = np.mean(changes, axis=0).tolist()
-    return _encoded_size(palette, [painter.paint(0)]), single, double
+    return [_encoded_size(palette, [painter.paint(0)]), *np.mean(changes, axis=0).tolist()]
 
 
 def _encoded_size(palette: Palette, frames: Sequence[RgbaPixels]) -> int:
@@ -217,38 +228,19 @@ def _encoded_size(palette: Palette, frames: Sequence[RgbaPixels]) -> int:
     return file.tell()
 
 
-FrameSchedule = tuple[FloatArray, list[int]]
-"""Times of the frames (s) and the display time of each in hundredths of a second."""
-Schedule = Callable[[float, float, float, float], FrameSchedule]
-"""Returns the frames from a start to a stop (s) at a frame rate (1/s) and a slow-down."""
+Schedule = Callable[[float, float, float], FloatArray]
+"""Returns the times (s) of the frames from a start to a stop (s) at a frame rate, frames per second of the run."""
 
 
-def schedule_frames(start: float, stop: float, frames_per_second: float, slow_down: float = 1.0) -> FrameSchedule:
-    """Return the frames of a film whose frames may last differently long.
-
-    The display times add up to `slow_down` times the shown duration. Each frame is shown from half a step before its time to half a step
-    after it, so the first and the last frame are shown half as long as the others.
-    """
-    hundredths = max(round((stop - start) * slow_down * 100), 1)
-    steps = round(hundredths / 100 * frames_per_second)
-    if steps < 1:
-        return np.array([start]), [hundredths]
-    times = np.linspace(start, stop, steps + 1)
-    edges = [0, *(round(hundredths * (k + 0.5) / steps) for k in range(steps)), hundredths]
-    return times, [end_edge - start_edge for start_edge, end_edge in pairwise(edges)]
+def schedule_frames(start: float, stop: float, frames_per_second: float) -> FloatArray:
+    """Return one time at the middle of each step: every frame lasts equally long, also over the repetition of a periodic motion."""
+    count = max(round((stop - start) * frames_per_second), 1)
+    return start + (stop - start) * (np.arange(count) + 0.5) / count
 
 
-def schedule_equal_steps(start: float, stop: float, frames_per_second: float, slow_down: float = 1.0) -> FrameSchedule:
-    """Return frames from the start to the stop, between which a drawing moves evenly: as in a GIF, but at equal times."""
-    times, delays = schedule_frames(start, stop, frames_per_second, slow_down)
-    return (times, delays) if len(times) > 1 else (np.array([start, stop]), [delays[0], 0])
-
-
-def schedule_video_frames(start: float, stop: float, frames_per_second: float, slow_down: float = 1.0) -> FrameSchedule:
-    """Return one frame at the middle of each step: every frame of a video lasts equally long."""
-    duration = (stop - start) * slow_down
-    count = max(round(duration * frames_per_second), 1)
-    return start + (stop - start) * (np.arange(count) + 0.5) / count, [round(100 * duration / count)] * count
+def schedule_key_frames(start: float, stop: float, frames_per_second: float) -> FloatArray:
+    """Return times from the start to the stop, between which a drawing moves evenly."""
+    return np.linspace(start, stop, max(round((stop - start) * frames_per_second), 1) + 1)
 
 
 FilmProgress = Callable[[int, int], None]
@@ -378,25 +370,30 @@ def _make_frames(request: _Request, timing: Timing) -> FilmFrames:
     if request.suffix != ".gif" or requested is not None:
         return film
     rate, few_colours = choose_gif_settings(film, timing.lowest_frame_rate if request.options.slow_down is None else 0.0)
+    if rate == film.frame_rate and not few_colours:
+        return film  # with its palette
     return replace(film if rate == film.frame_rate else _frames_at(request, timing, rate), few_colours=few_colours)
 
 
 def _frames_at(request: _Request, timing: Timing, frame_rate: float) -> FilmFrames:
-    """Return the frames of the film at a rate, 1/s."""
+    """Return the frames of the film at a rate, 1/s; those of a GIF last whole hundredths of a second."""
     schedule, _ = FILM_FORMATS[request.suffix]
-    times, delays = schedule(*timing.time_span, frame_rate, timing.slow_down)
+    rate = 100.0 / round(100.0 / frame_rate) if request.suffix == ".gif" else frame_rate
+    start, stop = timing.time_span
+    times = schedule(start, stop, rate * timing.slow_down)
     painter = make_painter(request.runs, timing.time_span, times, timing.slow_down, request.options, request.titles)
-    return FilmFrames(painter=painter, delays=delays, frame_rate=frame_rate, theme=request.options.theme)
+    duration = (stop - start) * timing.slow_down
+    return FilmFrames(painter=painter, n_frames=len(times), frame_rate=rate, duration=duration, theme=request.options.theme)
 
 
 def _encode(film: FilmFrames, path: Path, request: _Request) -> None:
     """Write frames into a file, and report progress."""
     _, open_encoder = FILM_FORMATS[request.suffix]
     with open_encoder(path, film) as add_frame:
-        for k, delay in enumerate(film.delays):
-            add_frame(k, delay)
+        for k in range(film.n_frames):
+            add_frame(k)
             if request.progress is not None:
-                request.progress(k + 1, len(film.delays))
+                request.progress(k + 1, film.n_frames)
 
 
 def _choose_frame_rate(request: _Request, timing: Timing) -> float:
@@ -410,8 +407,8 @@ def _choose_frame_rate(request: _Request, timing: Timing) -> float:
 
 FILM_FORMATS: dict[str, tuple[Schedule, OpenEncoder]] = {
     ".gif": (schedule_frames, open_gif),
-    ".mp4": (schedule_video_frames, open_video),
-    ".webm": (schedule_video_frames, open_webm),
-    ".svg": (schedule_equal_steps, open_svg),
+    ".mp4": (schedule_frames, open_video),
+    ".webm": (schedule_frames, open_webm),
+    ".svg": (schedule_key_frames, open_svg),
 }
 """Schedule and encoder by the ending of the file's name."""

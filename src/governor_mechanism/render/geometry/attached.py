@@ -115,17 +115,23 @@ def axes_shifted(place_at: Callable[[Any], Vec2]) -> Frame:
     return frame
 
 
+_MAX_KEPT = 4096
+"""Number of moments whose results are kept."""
+
+
 def once_per_moment(method: Callable[[Any, Any], R]) -> Callable[[Any, Any], R]:
-    """Return a method of a moment that keeps its last result: many axes follow from the same positions."""
-    name = f"_last_{method.__name__}"
+    """Return a method of a moment that keeps its results: many axes follow from the same positions."""
+    name = f"_kept_{method.__name__}"
 
     @wraps(method)
     def kept(self: Any, moment: Any) -> R:
-        last = self.__dict__.get(name)
-        if last is None or last[0] is not moment:
-            last = self.__dict__[name] = (moment, method(self, moment))
-        result: R = last[1]
-        return result
+        # By identity: a pose has no hash. The moment is kept too, so that no other one takes its identity.
+        results: dict[int, tuple[Any, R]] = self.__dict__.setdefault(name, {})
+        if id(moment) not in results:
+            if len(results) >= _MAX_KEPT:
+                results.clear()
+            results[id(moment)] = (moment, method(self, moment))
+        return results[id(moment)][1]
 
     return kept
 
