@@ -25,13 +25,15 @@ extensions = [
     "sphinx.ext.autodoc",
     "sphinx.ext.napoleon",
     "sphinx.ext.githubpages",
+    "sphinx_copybutton",
+    "sphinx_gallery.gen_gallery",
     "generated_pages",
-    "lazy_pictures",
+    "picture_sizes",
     "mathml",
     "navigation",
     "references",
 ]
-exclude_patterns = ["_build", "_generated/*.md", "_generated/site", "README.md"]
+exclude_patterns = ["_build", "_generated/*.md", "_generated/site", "_generated/examples/**/*.ipynb", "examples", "README.md"]
 nitpicky = True
 suppress_warnings = ["config.cache"]
 
@@ -40,6 +42,27 @@ myst_enable_extensions = ["dollarmath", "deflist"]
 myst_heading_anchors = 4
 nb_execution_mode = "off"
 html_math_renderer = "mathml"
+
+# Examples: docs/examples/ is run, and shown with its output and pictures. A button copies a piece of code without its prompt.
+EXAMPLE_GROUPS = ["linkages", "governors", "engines", "studies", "trust", "export"]
+sphinx_gallery_conf = {
+    "examples_dirs": "examples",
+    "gallery_dirs": "_generated/examples",
+    "filename_pattern": r"\.py$",
+    "subsection_order": [f"examples/{group}" for group in EXAMPLE_GROUPS],
+    "image_scrapers": ("example_pictures.collect_pictures",),
+    "reset_modules": ("matplotlib",),
+    "capture_repr": (),
+    "default_thumb_file": str(HERE / "static" / "governor.svg"),
+    "abort_on_example_error": True,
+    "backreferences_dir": "_generated/examples/of",
+    "doc_module": ("governor_mechanism",),
+    "download_all_examples": False,
+    "write_computation_times": False,
+    "min_reported_time": 1e9,  # none: the machine that builds the pages is nobody's measure
+    "show_signature": False,
+}
+copybutton_prompt_text = "$ "
 
 # Python API: types stand in annotations, so they are shown with the parameters.
 autodoc_typehints = "description"

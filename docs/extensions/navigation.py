@@ -16,6 +16,11 @@ if TYPE_CHECKING:  # tests call `list_entries` without Sphinx
 
 SUFFIXES = (".md", ".ipynb")
 """Endings of pages."""
+LISTED = re.compile(r"^(?:- |\| )\[[^]]*\]\(([^)\s]+)\)", re.MULTILINE)
+LINK = re.compile(r"\]\(([^)\s]+)\)")
+"""Links with which items of lists and rows of tables begin, and all: a link of a sentence does not change their order."""
+MADE = "_generated/"
+"""Begin of the addresses of pages that other extensions write."""
 
 
 def list_entries(index: Path, text: str, root: Path) -> list[str]:
@@ -36,13 +41,15 @@ def list_entries(index: Path, text: str, root: Path) -> list[str]:
         Names of pages, and NAME/index for a folder, relative to the folder of the index page.
     """
     own = _names_beside(index)
-    targets = [target.partition("#")[0] for target in re.findall(r"\]\(([^)\s]+)\)", text)]
+    targets = [target.partition("#")[0] for line in (LISTED, LINK) for target in line.findall(text)]
     linked = [str(Path(target).with_suffix("").as_posix()) for target in targets if _is_own_page(index, target, root)]
     return list(dict.fromkeys([*(entry for entry in linked if entry != "index"), *sorted(own)]))
 
 
 def _is_own_page(index: Path, target: str, root: Path) -> bool:
     """Return whether a link leads to a page of this part: beside the index page, to another index page below it, or to a page of none."""
+    if target.startswith(MADE) and index.parent == root:
+        return True
     page = (index.parent / target).resolve()
     if page.suffix not in SUFFIXES or not page.is_file() or not page.is_relative_to(root):
         return False
@@ -64,9 +71,9 @@ def _names_beside(index: Path) -> Iterator[str]:
 
 def _add_contents(app: Sphinx, name: str, content: list[str]) -> None:
     """Append the hidden table of contents to an index page."""
-    if name.rpartition("/")[2] != "index":
-        return
     root = Path(app.srcdir)
+    if name.rpartition("/")[2] != "index" or not (root / f"{name}.md").is_file():  # sphinx-gallery writes that of its pages
+        return
     entries = list_entries(root / f"{name}.md", content[0], root)
     content[0] += "\n\n" + "\n".join(["```{toctree}", ":hidden:", "", *entries, "```", ""])
 

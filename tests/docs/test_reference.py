@@ -187,6 +187,10 @@ def test_links_lead_somewhere(page):
         if "_generated/api" in name:
             assert name.partition("_generated/")[2] in api_files(), target
             continue
+        if "_generated/examples" in name:  # sphinx-gallery makes a page of each script and of each folder
+            made = ROOT / "docs" / name.partition("_generated/")[2]
+            assert made.with_suffix(".py").is_file() or (made.name == "index.rst" and made.parent.is_dir()), target
+            continue
         assert path.is_file() or (path.is_dir() and page.parent == ROOT), target  # a site has no page of a folder
         assert path.is_relative_to(ROOT), target
         assert not part or part in headings(path), target
@@ -196,8 +200,10 @@ def test_navigation_follows_the_links_of_an_index(tmp_path):
     for name in ("index.md", "b.md", "a.md", "c.md", "part/index.md", "notes/n.ipynb", "other/index.md", "other/x.md"):
         (tmp_path / name).parent.mkdir(exist_ok=True)
         (tmp_path / name).touch()
+    listed = "[c](c.md) is a link of a sentence\n\n- [a](a.md)\n- [made](_generated/x/index.rst)\n\n"
     text = "[b](b.md), [here](index.md#x), [a notebook](notes/n.ipynb), [x](other/x.md), [part](part/index.md), [web](https://b.org/b.md)"
-    assert list_entries(tmp_path / "index.md", text, tmp_path) == ["b", "notes/n", "part/index", "a", "c", "other/index"]
+    entries = ["a", "_generated/x/index", "c", "b", "notes/n", "part/index", "other/index"]
+    assert list_entries(tmp_path / "index.md", listed + text, tmp_path) == entries
 
 
 def test_tables_keep_their_cells():

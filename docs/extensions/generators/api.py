@@ -55,7 +55,8 @@ def name_page(name: str) -> str:
         return f"{title}.. py:data:: governor_mechanism.{name}\n\n   {summary_of(name)}\n"
     one = getattr(gm, name)
     if inspect.isfunction(one):
-        return f"{title}.. autofunction:: governor_mechanism.{name}\n"
+        examples = f".. minigallery:: governor_mechanism.{name}\n   :add-heading: Examples\n"
+        return f"{title}.. autofunction:: governor_mechanism.{name}\n\n{examples}"
     options = "   :members:\n   :inherited-members: object, Exception, BaseException, tuple, str, int, ABC, Protocol, Enum\n"
     options += "   :undoc-members:\n" if issubclass(one, Enum) else ""  # the members of an enumeration have no docstrings
     return f"{title}.. autoclass:: governor_mechanism.{name}\n{options}"

@@ -97,7 +97,7 @@ def sweep(
     workers
         Largest number of processes; a sweep that is faster in one process stays there. The rows do not depend on it.
     cluster
-        A client of dask.distributed, or the address of its scheduler, as "tcp://host:8786": the rows are computed there.
+        A client of dask.distributed, or the address of its scheduler, as `tcp://host:8786`: the rows are computed there.
     out
         Folder for the rows. A sweep that was interrupted continues from it.
     progress

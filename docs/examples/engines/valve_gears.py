@@ -1,0 +1,12 @@
+"""
+Two link motions compared
+=========================
+
+Lead and cut-off of Stephenson's and Gooch's gears, from full gear to the middle: Gooch's link keeps the lead.
+"""
+
+import governor_mechanism as gm
+
+gears = gm.valve_gears(["stephenson_arc_middle", "gooch"], count=5)
+print(gears)
+gears.plot().save("gears.png")

@@ -1,0 +1,10 @@
+"""
+A page that moves
+=================
+
+One HTML file without a server: the run under the pointer, with plots and forces.
+"""
+
+import governor_mechanism as gm
+
+gm.film(gm.run("hartung_corrected"), "hartung.html")
