@@ -42,6 +42,9 @@ NAMED_SHARE: Final = 0.05
 MAX_EVALUATIONS: Final = 60
 """Largest number of steps of the search from one start."""
 
+MAX_UNBOUNDED_EVALUATIONS: Final = 20
+"""Largest number of steps of a search that may leave the bounds."""
+
 BOUND_MARGIN: Final = 1e-6
 """Distance from a bound, relative to the width of the bounds, within which a value lies at it."""
 
@@ -88,6 +91,7 @@ class Misfit:
         self.noise = [one.noise or float(np.ptp(one.values)) or 1.0 for one in question.measurements]
         self.n_runs = 0
         self.best: tuple[float, FloatArray] | None = None
+        self._last: tuple[bytes, FloatArray] | None = None
 
     def values_at(self, place: FloatArray) -> FloatArray:
         """Return the values of the unknowns, SI."""
@@ -119,15 +123,18 @@ class Misfit:
         return shown
 
     def residuals(self, place: FloatArray) -> FloatArray:
-        """Return the residuals relative to the noise; shape (values,)."""
+        """Return the residuals relative to the noise, computed once for the same place in succession; shape (values,)."""
+        if self._last is not None and self._last[0] == place.tobytes():
+            return self._last[1]
         residuals = []
         for one, noise, values in zip(self.question.measurements, self.noise, self.computed(place), strict=True):
             penalty = MISSING_PENALTY * max(float(np.ptp(one.values)), noise)
             residuals.append(np.where(np.isnan(values), penalty, values - one.values) / noise)
         result: FloatArray = np.concatenate(residuals)
         cost = float(np.sum(result**2))
-        if self.best is None or cost < self.best[0]:
+        if _is_within_bounds(place) and (self.best is None or cost < self.best[0]):
             self.best = cost, np.array(place)
+        self._last = place.tobytes(), result
         return result
 
     def jacobian(self, place: FloatArray) -> FloatArray:
@@ -158,7 +165,11 @@ class Misfit:
                 n = len(values)
                 level = root_mean_square(values - one.values) * math.sqrt(n / max(n - n_unknowns / len(computed), 1.0))
                 self.noise[k] = level or self.noise[k]
-        self.best = None  # in other units
+        self.best = self._last = None  # in other units
+
+
+def _is_within_bounds(place: FloatArray) -> bool:
+    return bool(np.all((place >= 0.0) & (place <= 1.0)))
 
 
 def fit_measurements(question: FitQuestion, compute: RowComputer[Any]) -> Fit:
@@ -216,8 +227,12 @@ def _descend(misfit: Misfit, start: FloatArray) -> _End:
     from scipy.optimize import least_squares  # slow to import
 
     inside = np.clip(start, 1e-9, 1.0 - 1e-9)
-    options: dict[str, Any] = {"xtol": 1e-9, "ftol": 1e-10, "gtol": 1e-10, "max_nfev": MAX_EVALUATIONS}
-    found = least_squares(misfit.residuals, inside, misfit.rough_jacobian, bounds=(0.0, 1.0), method="trf", **options)
+    options: dict[str, Any] = {"jac": misfit.rough_jacobian, "xtol": 1e-9, "ftol": 1e-10, "gtol": 1e-10}
+    # Levenberg and Marquardt's method needs half the steps, but knows no bounds, and does not end where the data determine too little.
+    found = least_squares(misfit.residuals, inside, method="lm", max_nfev=MAX_UNBOUNDED_EVALUATIONS, **options)
+    if not _is_within_bounds(found.x) or found.status <= 0:
+        first = found.x if _is_within_bounds(found.x) else inside
+        found = least_squares(misfit.residuals, first, method="trf", bounds=(0.0, 1.0), max_nfev=MAX_EVALUATIONS, **options)
     outcome = (
         "the search converged" if found.status > 0 else f"no convergence within {MAX_EVALUATIONS} steps; the values are the best so far"
     )
