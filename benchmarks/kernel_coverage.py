@@ -224,6 +224,8 @@ TESTS = (
     "mechanics/test_joint_residuals.py::test_slots_follow_their_curves_over_all_segments",
     "mechanics/test_motion_table.py",
     "mechanics/test_outlines.py::test_gradient_and_quadratic_term_are_those_of_differences",
+    "mechanics/test_profiles.py::test_gradient_and_quadratic_term_are_those_of_differences",
+    "mechanics/test_profiles.py::test_a_cam_in_a_hollow_touches_its_arcs_from_inside",
     "mechanics/test_two_formulations.py",
     "engines/test_start_on_a_stop.py",
 )

@@ -16,6 +16,7 @@ def refusal(outline=CUP, body=(), **contact):
     return str(caught.value)
 
 
+STEEP = [{"over": "60 deg", "lift": 0.05}, {"over": "60 deg", "lift": -0.05}, {"over": "240 deg"}]
 CAM = {"radius": 0.04, "lifts": [{"over": "180 deg", "lift": 0.01}, {"over": "180 deg", "lift": -0.01}]}
 
 
@@ -38,6 +39,8 @@ CAM = {"radius": 0.04, "lifts": [{"over": "180 deg", "lift": 0.01}, {"over": "18
         ({"curve": {**CAM, "lifts": [CAM["lifts"][0]] * 2}}, "must add up to 0"),
         ({"curve": {"radius": 0.01, "lifts": CAM["lifts"][::-1]}}, "falls to a radius that is not positive"),
         ({"curve": {**CAM, "lifts": [{"over": 1, "law": "parabolic"}]}}, "lift 1"),
+        ({"curve": {**CAM, "follower": "knife"}}, "follower"),
+        ({"curve": {**CAM, "follower": "flat", "lifts": STEEP}}, "hollow at 45 deg, on which a flat follower does not rest"),
     ],
 )
 def test_an_outline_that_no_part_can_have_is_refused(outline, words):
@@ -65,6 +68,54 @@ def test_an_outline_that_no_part_can_have_is_refused(outline, words):
 )
 def test_a_contact_that_a_roller_cannot_keep_is_refused(outline, contact, words):
     assert words in refusal(outline, **contact)
+
+
+BOX = [[-0.1, -0.1], [0.1, -0.1], [0.1, 0.1], [-0.1, 0.1]]
+
+
+def outlines_refusal(outline, touched, **contact):
+    """Why the outlines of two bodies cannot touch; empty if they can."""
+    document = ball_document(touched, (0.0, 2.0))
+    document["body"][1] = {"name": "ball", "mass": 1.0, "inertia": 1.0, "at": [0.0, 2.0], "outline": outline}
+    document["contact"] = [{"first": "ball", "second": "block", **contact}]
+    try:
+        gm.Scene.from_dict(document)
+    except gm.MechanismError as error:
+        return str(error)
+    return ""
+
+
+@pytest.mark.parametrize(
+    ("first", "second", "contact", "words"),
+    [
+        (BOX, BOX, {}, "both have corners; of two that touch one is a circle, or one a closed curve"),
+        ({"curve": CAM}, {"curve": CAM}, {}, "both are curves"),
+        ({"curve": CAM}, BOX, {"radius": 0.01}, "touches with its own outline; leave radius out"),
+        ({"curve": CAM}, BOX, {"first": "block"}, 'both sides are of "block"'),
+        ({"curve": CAM}, BOX, {"first": "wheel"}, "unknown body"),
+        ({"curve": {"radius": 0.05, "harmonics": [{"amplitude": 0.02, "order": 3}]}}, BOX, {}, "hollow or flat somewhere"),
+        ({"curve": CAM, "inset": 0.05}, BOX, {}, "the cam is undercut"),
+        ({"curve": CAM}, [[0, 0], [1, 0], [1, 1, -0.6], [0, 1]], {}, ""),
+        (
+            {"curve": CAM},
+            [[0, 0], [0.3, 0], [0.3, 0.2], [0.19, 0.2, -0.045], [0.11, 0.2], [0, 0.2]],
+            {},
+            "hollow arc of radius 0.045 m, and the curve bends with radii",
+        ),
+        ([*DISC, [0, -0.1, 0.1]], BOX, {}, ""),
+        ([[0.1, 0, 0.1], [-0.1, 0, 0.1]], [[0, 0], [1, 0], [1, 1, -0.6], [0, 1]], {}, ""),
+        ([[0.6, 0, 0.6], [-0.6, 0, 0.6]], [[0, 0], [1, 0], [1, 1, -0.6], [0, 1]], {}, "a roller of 0.6 m cannot enter"),
+        ({"curve": {"radius": 0.05}}, {"curve": CAM}, {}, ""),
+    ],
+)
+def test_two_outlines_that_do_not_touch_at_a_single_point_are_refused(first, second, contact, words):
+    text = outlines_refusal(first, second, **contact)
+    assert words in text if words else not text
+
+
+def test_more_parts_between_hollow_corners_than_a_contact_can_look_at_are_refused():
+    star = {"corners": [[0.1, 0], [0.09, 0.002]], "repeat": 120}
+    assert "has 120 hollow corners, and at most 100 parts" in refusal(star)
 
 
 def test_two_contacts_of_a_name_or_the_name_of_a_reading_are_refused():

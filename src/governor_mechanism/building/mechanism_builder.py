@@ -11,6 +11,7 @@ from governor_mechanism.building.handles import (
     BuiltPoint,
     Program,
     Quantity,
+    body_or_point_reference,
     body_reference,
     given_values,
     name_of,
@@ -106,14 +107,20 @@ class MechanismBuilder(BodyBuilder, JointBuilder, ForceBuilder):
         readings[name] = table
 
     def contact(
-        self, roller: BuiltPoint, body: BuiltBody, *, radius: Quantity | None = None, restitution: float | None = None, name: str = ""
+        self,
+        first: BuiltPoint | BuiltBody,
+        body: BuiltBody,
+        *,
+        radius: Quantity | None = None,
+        restitution: float | None = None,
+        name: str = "",
     ) -> None:
-        """Let a roller, or a point, touch the outline of another body; it may leave it and strike it again.
+        """Let a roller, a point or an outline touch the outline of another body; it may leave it and strike it again.
 
         Parameters
         ----------
-        roller
-            Centre of the roller.
+        first
+            Centre of the roller, or a body whose own outline touches.
         body
             The body with an outline.
         radius
@@ -129,7 +136,7 @@ class MechanismBuilder(BodyBuilder, JointBuilder, ForceBuilder):
             If the body has no outline, the roller cannot follow it, or a value is wrong.
         """
         label = f"contact {name!r}" if isinstance(name, str) and name else "contact"
-        ends = {"first": point_reference(label, roller), "second": body_reference(label, body)}
+        ends = {"first": body_or_point_reference(label, first), "second": body_reference(label, body)}
         table = {**name_of(name), **ends, **given_values(radius=radius, restitution=restitution)}
         self._checks.check_contact(label, table)
         self._lists.setdefault("contact", []).append(table)

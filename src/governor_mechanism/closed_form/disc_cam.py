@@ -1,7 +1,8 @@
-"""A disc cam with a radial roller follower on a spring: laws of lift, contact force, and the speed at which the follower leaves the cam.
+"""A disc cam with a radial roller follower, or a flat one, on a spring: laws of lift, contact force, and the speed of lift-off.
 
-The path of the roller's centre is given, as r(angle) = base radius + lift, so that the lift is that of the follower. The
-spring and the weight press the follower on the cam with `preload` at no lift; parts are rigid and without friction. SI, rad.
+The path of the roller's centre is given, as r(angle) = base radius + lift, so that the lift is that of the follower; or the flat
+is at that distance from the shaft. The spring and the weight press the follower on the cam with `preload` at no lift; parts are rigid and
+without friction. SI, rad.
 
 The law is the first argument; the others are keywords, floats or arrays that broadcast; floats give a float. Every function raises
 MechanismError for a value that is not finite or out of range.
@@ -124,6 +125,34 @@ def contact_force(rise: CamRise, *, share: FloatOrArray, speed: FloatOrArray) ->
     omega = validate_argument(speed, "speed", "rad/s")
     press = rise.preload + rise.stiffness * np.asarray(lift_at(rise, share=share))
     return as_scalar_or_array(press + rise.mass * omega**2 * np.asarray(lift_at(rise, share=share, derivative=2)))
+
+
+def curvature_radius_under_flat(rise: CamRise, *, base: float, share: FloatOrArray) -> FloatOrArray:
+    """Return the radius of curvature of the cam where it touches a flat follower; without hollows and edges it is positive everywhere.
+
+    The point of contact is beside the axis of the follower by the first derivative of the lift.
+
+    Parameters
+    ----------
+    rise
+        The rise.
+    base
+        Distance of the flat from the shaft at no lift, m.
+    share
+        Share of the angle of the rise, 0 to 1.
+
+    Returns
+    -------
+    float or ndarray
+        Radius base + s + s'', m.
+
+    Raises
+    ------
+    MechanismError
+        If a value is not finite, or the base is not positive.
+    """
+    height = validate_argument(base, "base", "m", greater_than=0.0)
+    return as_scalar_or_array(height + np.asarray(lift_at(rise, share=share)) + np.asarray(lift_at(rise, share=share, derivative=2)))
 
 
 def lift_off_speed(rise: CamRise) -> float:

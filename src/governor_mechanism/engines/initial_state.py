@@ -254,23 +254,26 @@ def _require_within_stops(scene: Scene, poses: FloatArray) -> None:
 
 
 def _require_apart(scene: Scene, poses: FloatArray) -> None:
-    """Raise an error for rollers that lie inside an outline at the start."""
+    """Raise an error for what lies inside an outline at the start."""
     mechanism, problems, depths = scene.mechanism, dict[str, str](), dict[str, float]()
     for gap in outline_gaps_of(scene):
         value, tolerance = float(evaluate_output_value(mechanism, gap.name, poses)), STOP_TOLERANCE * mechanism.length_scale
         origin, roller = (point_path(mechanism, poses[np.newaxis], point)[0] for point in (gap.origin, gap.roller))
         angle = poses[mechanism.body_index(gap.origin.body), 2] if gap.origin.body != GROUND else 0.0
-        is_within = isinstance(gap.outline, CornerOutline) and is_inside(
-            outline_points(gap.outline), *map(float, rotate_vector(-angle, *(roller - origin)))
+        is_within = (
+            gap.profile is None
+            and isinstance(gap.outline, CornerOutline)
+            and is_inside(outline_points(gap.outline), *map(float, rotate_vector(-angle, *(roller - origin))))
         )
         if value < -tolerance or is_within:
             depth = value + 2 * gap.radius if is_within else -value
             if depth >= depths.get(gap.contact, math.inf):
                 continue  # it is as near to another part of the outline
             depths[gap.contact] = depth
+            kind = "roller" if gap.profile is None else "curve"
             place = ", ".join(format_quantity(float(one), "m") for one in roller)
             problems[gap.contact] = (
-                f"the roller of contact {gap.contact!r}, with its centre at ({place}), overlaps the outline of {gap.origin.body!r} by "
+                f"the {kind} of contact {gap.contact!r}, with its centre at ({place}), overlaps the outline of {gap.origin.body!r} by "
                 f"{format_quantity(depth, 'm')} at the start; move one of them, or write start.{gap.name} = 0 for parts that touch"
             )
     if problems:

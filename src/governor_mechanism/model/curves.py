@@ -142,6 +142,10 @@ CYCLOIDAL, HARMONIC = "cycloidal", "harmonic"
 """Laws of a lift: s = h (u - sin(2 pi u) / 2 pi), without a jump of the acceleration, and s = h (1 - cos(pi u)) / 2, u from 0 to 1."""
 
 
+ROLLER, FLAT = "roller", "flat"
+"""What a cam lifts: the centre of a roller, whose path is the curve, or a flat follower."""
+
+
 @dataclass(frozen=True, kw_only=True)
 class Lift:
     """A part of a turn of a cam in which its radius rises, falls or stays.
@@ -174,13 +178,19 @@ class LiftCurve(PolarCurve):
         Radius at angle 0, m.
     lifts
         The parts of the turn, one after the other: their angles are a whole turn, and their lifts add up to 0.
+    follower
+        What is lifted: "roller" if the radius is that of the path of a roller's centre, or "flat" if it is the distance of a flat follower
+        from the centre of the cam, which touches the curve.
     """
 
     radius: float
     lifts: tuple[Lift, ...]
+    follower: str = ROLLER
 
     def __post_init__(self) -> None:
         require_positive(self.radius, "m", "radius of a cam")
+        if self.follower not in (ROLLER, FLAT):
+            raise MechanismError(f"the follower of a cam is {ROLLER!r} or {FLAT!r}; got {self.follower!r}")
         turn, lift = math.fsum(one.over for one in self.lifts), math.fsum(one.lift for one in self.lifts)
         if not math.isclose(turn, math.tau, rel_tol=1e-9):
             raise MechanismError(f"the angles of a cam's lifts must add up to a turn; they are {math.degrees(turn):.9g} deg together")

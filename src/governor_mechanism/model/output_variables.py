@@ -3,7 +3,7 @@
 from dataclasses import dataclass, field
 from typing import ClassVar
 
-from governor_mechanism.model.curves import Outline
+from governor_mechanism.model.curves import CurveOutline, Outline
 from governor_mechanism.model.joints import GROUND, Distance, Joint, Pin, Point
 
 
@@ -151,7 +151,7 @@ class FollowerHeight(Reading):
 
 @dataclass(frozen=True, kw_only=True)
 class OutlineGap(Reading):
-    """Distance of a roller from an outline that it may touch, m: 0 where they touch, and never negative.
+    """Distance of a roller, or of a closed convex curve, from an outline that it may touch, m: 0 where they touch, and never negative.
 
     Attributes
     ----------
@@ -160,15 +160,17 @@ class OutlineGap(Reading):
     origin
         Origin of the axes of the outline on its body; they have the direction of those of the body.
     roller
-        Centre of the roller.
+        Centre of the roller, or origin of the curve.
     outline
-        The outline.
+        The outline; one of lines and arcs if a curve touches it.
     chain
         Which of the parts of the outline between hollow corners it is, from 0.
     radius
         Radius of the roller, m; 0 for a point.
     restitution
         Coefficient of restitution, 0 to 1.
+    profile
+        Outline of the body of the roller, in its axes, where this one touches instead of a roller.
     """
 
     contact: str
@@ -178,6 +180,7 @@ class OutlineGap(Reading):
     chain: int = 0
     radius: float = 0.0
     restitution: float = 0.0
+    profile: CurveOutline | None = None
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -10,14 +10,20 @@ import numpy as np
 from governor_mechanism.mechanics.curves.curve_kernels import evaluate_polar_curve
 from governor_mechanism.mechanics.curves.outline_kernels import N_CURVE_SAMPLES
 from governor_mechanism.mechanics.curves.segments import make_curve_segments
-from governor_mechanism.model.curves import CornerOutline, CurveOutline, Outline
+from governor_mechanism.model.curves import CornerOutline, CurveOutline, Outline, PolarHarmonics
 from governor_mechanism.types import FloatArray, Vector2
 
 SMOOTH_TURN = 1e-9
 """Sine of the angle between two edges below which the outline is smooth there."""
 
+MIN_CURVATURE = 1e-3
+"""Curvature of a curve, relative to that of its circle, below which an edge touches it along a line rather than at a point."""
+
 CHORDS_PER_EDGE = 24
 """Chords in place of an arc where outlines are drawn, and where edges are searched for crossings."""
+
+SAME_CENTRE = 1e-7
+"""Distance of the centres of arcs of one circle, relative to its radius: a half circle has its direction to the root of rounding."""
 
 CURVATURE_SAMPLES = 360
 """Angles at which the curvature of a closed curve is looked at, twice, from both sides."""
@@ -95,6 +101,22 @@ def chains_of(outline: CornerOutline) -> list[list[Edge]]:
 def make_pieces(chain: Sequence[Edge]) -> FloatArray:
     """Return the pieces of a chain for the kernels; shape (edges, 7). The first column is empty, as that of a curve's start."""
     return np.array([[0.0, *edge.values()] for edge in chain])
+
+
+def make_profile_pieces(outline: CornerOutline, chain: int) -> FloatArray:
+    """Return the pieces of a chain for a curve that may touch it, each behind the directions of the edges before and behind it.
+
+    At a hollow corner there is no such edge. Shape (edges, 11).
+    """
+    chains = chains_of(outline)
+    edges = chains[chain]
+    closing = [edges[-1], edges[0]] if len(chains) == 1 else [None, None]
+    rows = []
+    for before, edge, behind in zip([closing[0], *edges[:-1]], edges, [*edges[1:], closing[1]], strict=True):
+        start = [0.0, 0.0] if before is None else [math.cos(before.end_direction), math.sin(before.end_direction)]
+        end = [0.0, 0.0] if behind is None else [math.cos(behind.direction), math.sin(behind.direction)]
+        rows.append([0.0, *start, *end, *edge.values()])
+    return np.array(rows)
 
 
 def make_curve_pieces(outline: CurveOutline) -> FloatArray:
@@ -180,21 +202,67 @@ def _find_problem_at_edges(outline: CornerOutline, radius: float) -> str:
         return (
             f"the outline has a hollow arc of radius {tightest:g} m, which a roller of {radius:g} m cannot enter, or would touch everywhere"
         )
+    return _single_hollow_corner(edges)
+
+
+def _single_hollow_corner(edges: Sequence[Edge]) -> str:
     if sum(turn < -SMOOTH_TURN for turn in _turns(edges)) == 1:
-        return "the outline has a single hollow corner; round it with a hollow arc, of a radius larger than that of the roller"
+        return "the outline has a single hollow corner; round it with a hollow arc, of a radius larger than that of what touches it"
     return ""
 
 
 def _find_problem_along_curve(outline: CurveOutline, radius: float) -> str:
-    segments = make_curve_segments(outline.curve)
-    around = math.tau * np.arange(CURVATURE_SAMPLES) / CURVATURE_SAMPLES
-    curvatures = [_polar_point(segments, angle + side)[2] for angle in (*around, *segments[:, 0]) for side in (-1e-9, 1e-9)]
+    curvatures = _curvatures(make_curve_segments(outline.curve))
     if max(curvatures) * outline.inset >= 1.0:
-        return f"the curve bends with a radius of {1 / max(curvatures):g} m, less than the inset {outline.inset:g} m: the cam is undercut"
+        return _undercut(outline, max(curvatures))
     if -min(curvatures) * (radius - outline.inset) >= 1.0:
         hollow = -1 / min(curvatures) + outline.inset
         return f"the outline is hollow with a radius of {hollow:g} m, in which a roller of {radius:g} m touches two sides at once"
     return ""
+
+
+def _curvatures(segments: FloatArray) -> list[float]:
+    """Return curvatures round a closed curve, 1/m, at both sides of where it may jump."""
+    around = math.tau * np.arange(CURVATURE_SAMPLES) / CURVATURE_SAMPLES
+    return [_polar_point(segments, angle + side)[2] for angle in (*around, *segments[:, 0]) for side in (-1e-9, 1e-9)]
+
+
+def _undercut(outline: CurveOutline, largest: float) -> str:
+    return f"the curve bends with a radius of {1 / largest:g} m, less than the inset {outline.inset:g} m: the cam is undercut"
+
+
+def find_profile_problem(outline: CornerOutline, profile: CurveOutline) -> str:
+    """Return why a closed curve cannot touch lines and arcs with a single point at a time; empty if it can."""
+    segments = make_curve_segments(profile.curve)
+    curvatures = _curvatures(segments)
+    if max(curvatures) * profile.inset >= 1.0:
+        return _undercut(profile, max(curvatures))
+    flattest = 1 / min(curvatures) - profile.inset if min(curvatures) > 0.0 else math.inf
+    if min(curvatures) < MIN_CURVATURE / profile.curve.typical_radius:
+        return "the curve is hollow or flat somewhere, where it would touch an edge at two points at once; let a roller touch it there"
+    hollow = [-1 / edge.curvature for edge in edges_of(outline) if edge.curvature < 0.0]
+    if hollow and min(hollow) <= flattest:
+        return (
+            f"the outline has a hollow arc of radius {min(hollow):g} m, and the curve bends with radii up to {flattest:g} m: "
+            "it cannot enter, or would touch everywhere"
+        )
+    return _single_hollow_corner(edges_of(outline))
+
+
+def find_circle(outline: Outline) -> tuple[float, float, float] | None:
+    """Return centre and radius (m) of an outline that is a circle, of arcs or as a curve, or None."""
+    if isinstance(outline, CurveOutline):
+        curve = outline.curve
+        is_circle = isinstance(curve, PolarHarmonics) and not any(one.amplitude for one in curve.harmonics)
+        return (0.0, 0.0, curve.typical_radius - outline.inset) if is_circle else None
+    edges = edges_of(outline) if isinstance(outline, CornerOutline) else []
+    if not edges or edges[0].curvature <= 0.0:
+        return None
+    radius = 1 / edges[0].curvature
+    centres = [(edge.start[0] - radius * math.sin(edge.direction), edge.start[1] + radius * math.cos(edge.direction)) for edge in edges]
+    is_one = all(math.isclose(edge.curvature * radius, 1.0, rel_tol=SMOOTH_TURN) for edge in edges)
+    is_round = is_one and all(math.dist(centre, centres[0]) <= SAME_CENTRE * radius for centre in centres)
+    return (*centres[0], radius) if is_round else None
 
 
 def is_inside(points: Sequence[Vector2], x: float, y: float) -> bool:

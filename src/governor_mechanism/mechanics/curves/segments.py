@@ -4,7 +4,18 @@ import math
 
 import numpy as np
 
-from governor_mechanism.model.curves import HARMONIC, Curve, Lift, LiftCurve, PolarHarmonics, PolarSpline, PolynomialCurve, SplineCurve
+from governor_mechanism.errors import MechanismError
+from governor_mechanism.model.curves import (
+    FLAT,
+    HARMONIC,
+    Curve,
+    Lift,
+    LiftCurve,
+    PolarHarmonics,
+    PolarSpline,
+    PolynomialCurve,
+    SplineCurve,
+)
 from governor_mechanism.types import FloatArray
 
 
@@ -43,6 +54,10 @@ SEGMENTS_PER_CYCLE, TAYLOR_DEGREE = 16, 13
 derivative are exact to 2e-17 and 3e-14 of the amplitude and its second derivative."""
 
 
+INVERSION_STEPS = 60
+"""Steps from the direction of a point of a cam to its normal: Newton's take 5, and bisections bring the others to rounding."""
+
+
 def _harmonic_segments(curve: PolarHarmonics) -> FloatArray:
     """Return a closed curve of harmonics as Taylor polynomials, exact to rounding."""
     n_segments = SEGMENTS_PER_CYCLE * int(max((one.order for one in curve.harmonics), default=1))
@@ -70,7 +85,8 @@ def _lift_segments(curve: LiftCurve) -> FloatArray:
     """Return the curve of a cam as Taylor polynomials, exact to rounding."""
     parts, start = [], 0.0
     for one, radius in zip(curve.lifts, curve.radii_at_starts, strict=True):
-        parts.append(_segments_of_lift(one, start, radius))
+        make_segments = _segments_under_flat if curve.follower == FLAT else _segments_of_lift
+        parts.append(make_segments(one, start, radius))
         start += one.over
     return np.concatenate(parts)
 
@@ -89,6 +105,66 @@ def _segments_of_lift(one: Lift, start: float, radius: float) -> FloatArray:
         coefficients[:, -2] = one.lift / one.over
         coefficients = coefficients + _expand_sine(-one.lift / math.tau, math.tau / one.over, math.tau * shares)
     return np.column_stack([start + one.over * shares, coefficients])
+
+
+def _segments_under_flat(one: Lift, start: float, height: float) -> FloatArray:
+    """Return a part of a turn of a cam whose law is the height h of a flat follower, as polynomials of the radius over its direction.
+
+    The normal of the cam has the angle a where the flat lies, and the point of contact is h' beside it: its direction is a + atan(h' / h),
+    and the radius of curvature h + h''. The second derivative of the radius is interpolated, and its value and slope are exact at the start
+    of each segment.
+    """
+    if one.lift == 0.0:
+        return _segments_of_lift(one, start, height)
+    ends = start + one.over * np.arange(SEGMENTS_PER_CYCLE + 1) / SEGMENTS_PER_CYCLE
+    directions = _contact_under_flat(one, start, height, ends)[0]
+    powers = np.arange(TAYLOR_DEGREE - 2, -1, -1)
+    nodes = (1 - np.cos(math.pi * (np.arange(len(powers)) + 0.5) / len(powers))) / 2
+    widths = np.diff(directions)
+    normals = _normals_under_flat(one, start, height, directions[:-1, np.newaxis] + widths[:, np.newaxis] * nodes)
+    bends = _contact_under_flat(one, start, height, normals)[3]
+    _, radii, slopes, _ = _contact_under_flat(one, start, height, ends[:-1])
+    scaled = np.linalg.solve(nodes[:, np.newaxis] ** powers, bends.T).T / widths[:, np.newaxis] ** powers
+    return np.column_stack([directions[:-1], scaled / ((powers + 1) * (powers + 2)), slopes, radii])
+
+
+def _contact_under_flat(
+    one: Lift, start: float, height: float, normals: FloatArray
+) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+    """Return direction (rad), radius, slope and second derivative of a cam where its normal has some angles (rad)."""
+    turn = (math.pi if one.law == HARMONIC else math.tau) / one.over
+    angles = normals - start
+    if one.law == HARMONIC:
+        lift, rate = one.lift * (1 - np.cos(turn * angles)) / 2, one.lift * turn * np.sin(turn * angles) / 2
+        bend = one.lift * turn**2 * np.cos(turn * angles) / 2
+    else:
+        lift, rate = one.lift * (angles / one.over - np.sin(turn * angles) / math.tau), one.lift / one.over * (1 - np.cos(turn * angles))
+        bend = one.lift / one.over * turn * np.sin(turn * angles)
+    h, curvature_radius = height + lift, height + lift + bend
+    if np.min(curvature_radius) <= 0.0:
+        place = math.degrees(float(normals.flat[int(np.argmin(curvature_radius))]))
+        raise MechanismError(
+            f"the cam would have an edge or a hollow at {place:.4g} deg, on which a flat follower does not rest: its radius of curvature, "
+            f"radius + lift + its second derivative, is {float(np.min(curvature_radius)):.4g} m there; give it a larger radius"
+        )
+    radius, slope = np.hypot(h, rate), np.hypot(h, rate) * rate / h
+    length_squared = radius**2 + slope**2
+    second_derivative = (radius**2 + 2 * slope**2 - length_squared**1.5 / curvature_radius) / radius
+    return normals + np.arctan2(rate, h), radius, slope, second_derivative
+
+
+def _normals_under_flat(one: Lift, start: float, height: float, directions: FloatArray) -> FloatArray:
+    """Return the angles (rad) of the normals at points of a cam in some directions (rad), by bisection and Newton's method."""
+    low, high = np.full(directions.shape, start), np.full(directions.shape, start + one.over)
+    normals = directions
+    for _ in range(INVERSION_STEPS):
+        normals = np.where((normals > low) & (normals < high), normals, (low + high) / 2)
+        reached, radius, slope, second_derivative = _contact_under_flat(one, start, height, normals)
+        low, high = np.where(reached <= directions, normals, low), np.where(reached >= directions, normals, high)
+        # the normal turns by the curvature times the length, of which there are hypot(radius, slope) a radian
+        turning = (radius**2 + 2 * slope**2 - radius * second_derivative) / (radius**2 + slope**2)
+        normals = normals + (directions - reached) * turning
+    return normals
 
 
 def concatenate_segments(parts: list[FloatArray]) -> FloatArray:

@@ -15,6 +15,7 @@ import numpy as np
 
 from governor_mechanism.mechanics.curves.curve_kernels import evaluate_curve, evaluate_polar_curve
 from governor_mechanism.mechanics.curves.outline_kernels import distance_from_pieces, distance_from_polar_curve
+from governor_mechanism.mechanics.curves.profile_kernels import ConvexCurve, distance_of_profiles
 from governor_mechanism.mechanics.kinematics.points import rotate_vector
 from governor_mechanism.mechanics.kinematics.time_functions import evaluate_motion
 from governor_mechanism.model.joints.base import RowKind
@@ -48,6 +49,7 @@ CONSTRAINT_ROW_DTYPE = record_dtype(
     ("drive", "i8"),  # input that drives the row, or NO_INDEX
     ("first_segment", "i8"),  # BODY_NORMAL, POLAR_CURVE: first segment of the guide curve; CURVE_DISTANCE, PIECES_DISTANCE: of the outline
     ("n_segments", "i8"),  # number of its segments; BODY_NORMAL: 0 for a straight line
+    ("n_curve_segments", "i8"),  # PROFILE_DISTANCE: number of the segments of the curve behind those of the outline
 )
 """One constraint row; fields of other kinds are zero, but for the weight of the first point, which is 1."""
 
@@ -266,6 +268,34 @@ def _outline_distance_row(row: RecordArray, curve_segments: FloatArray, first: P
 
 
 @jit_in_place
+def _profile_distance_row(row: RecordArray, curve_segments: FloatArray, first: PointMotion, second: PointMotion) -> RowGeometry:
+    """Return the distance of a curve about the second point from lines and arcs of the first body.
+
+    As both roll and slide on each other, the normal turns at the rate q k1 by the curvature k1 of the edge; a corner has q = rate, as the
+    nearest point does not move on it.
+    """
+    dx, dy, w1, w2 = second.x - first.x, second.y - first.y, first.angular_velocity, second.angular_velocity
+    cosine, sine, turn = math.cos(first.angle), math.sin(first.angle), second.angle - first.angle
+    x, y, first_curve_segment = cosine * dx + sine * dy, cosine * dy - sine * dx, row.first_segment + row.n_segments
+    curve = ConvexCurve(curve_segments, first_curve_segment, row.n_curve_segments, x, y, math.cos(turn), math.sin(turn), -row.constant)
+    pair = distance_of_profiles(curve_segments, row.first_segment, row.n_segments, curve)
+    nx, ny = cosine * pair.normal_x - sine * pair.normal_y, sine * pair.normal_x + cosine * pair.normal_y
+    # the point of the curve from the second point and from the first one, in directions fixed in the plane
+    fx, fy = cosine * (pair.x - x) - sine * (pair.y - y), sine * (pair.x - x) + cosine * (pair.y - y)
+    ex, ey = dx + fx, dy + fy
+    # its velocity as seen from the first body, and the rates at which the nearest points move along edge and curve
+    u, v = second.u - first.u - w2 * fy + w1 * ey, second.v - first.v + w2 * fx - w1 * ex
+    sliding_velocity = ny * u - nx * v
+    stiffness = pair.edge_curvature * (1.0 + pair.value * pair.curvature) + pair.edge_share * pair.curvature
+    edge_rate = (pair.curvature * sliding_velocity - w2 + w1) / stiffness
+    normal_rate = pair.edge_curvature * edge_rate
+    curve_rate = pair.edge_share * edge_rate + pair.value * normal_rate - sliding_velocity
+    quadratic_term = 2.0 * w1 * (nx * v - ny * u) - w2 * w2 * (nx * fx + ny * fy) + w1 * w1 * (nx * ex + ny * ey)
+    quadratic_term += (w2 - w1) * curve_rate + normal_rate * sliding_velocity
+    return RowGeometry(pair.value, nx, ny, nx * ey - ny * ex, ny * fx - nx * fy, quadratic_term)
+
+
+@jit_in_place
 def _evaluate_row(row: RecordArray, curve_segments: FloatArray, first: PointMotion, second: PointMotion, third_angle: float) -> RowGeometry:
     """Return the value of a row of any kind, and its derivatives."""
     dx, dy, du, dv = second.x - first.x, second.y - first.y, second.u - first.u, second.v - first.v
@@ -281,6 +311,8 @@ def _evaluate_row(row: RecordArray, curve_segments: FloatArray, first: PointMoti
         return _follower_height_row(row, first, second)
     if row.kind == RowKind.POLAR_CURVE:
         return _polar_curve_row(row, curve_segments, first, second)
+    if row.kind == RowKind.PROFILE_DISTANCE:
+        return _profile_distance_row(row, curve_segments, first, second)
     if row.kind == RowKind.CURVE_DISTANCE or row.kind == RowKind.PIECES_DISTANCE:
         return _outline_distance_row(row, curve_segments, first, second)
     return _body_normal_row(row, curve_segments, first, second)

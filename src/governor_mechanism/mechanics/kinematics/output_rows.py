@@ -11,7 +11,7 @@ import numpy as np
 
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.mechanics.curves.outline_kernels import N_CURVE_SAMPLES
-from governor_mechanism.mechanics.curves.outlines import chains_of, make_curve_pieces, make_pieces
+from governor_mechanism.mechanics.curves.outlines import chains_of, make_curve_pieces, make_pieces, make_profile_pieces
 from governor_mechanism.mechanics.curves.segments import concatenate_segments
 from governor_mechanism.mechanics.kinematics.constraint_equations import bodies_of_rows, make_row_table, set_fields
 from governor_mechanism.mechanics.kinematics.constraint_kernels import ConstraintRows
@@ -98,7 +98,12 @@ def _follower_height_row(reading: FollowerHeight) -> OutputRow:
 
 def _outline_gap_row(reading: OutlineGap) -> OutputRow:
     """Return the row of the distance of a roller from an outline; a curve is followed by its points, which are no segments."""
-    outline = reading.outline
+    outline, profile = reading.outline, reading.profile
+    if isinstance(outline, CornerOutline) and profile is not None:
+        pieces, curve = make_profile_pieces(outline, reading.chain), make_curve_pieces(profile)
+        n_curve_segments = len(curve) - N_CURVE_SAMPLES
+        parameters = {"constant": -profile.inset, "n_segments": len(pieces), "n_curve_segments": n_curve_segments}
+        return OutputRow(RowKind.PROFILE_DISTANCE, reading.origin, reading.roller, parameters, concatenate_segments([pieces, curve]))
     if isinstance(outline, CornerOutline):
         pieces = make_pieces(chains_of(outline)[reading.chain])
         parameters = {"constant": reading.radius, "n_segments": len(pieces)}

@@ -21,7 +21,8 @@ class RowKind(IntEnum):
     direction. LINE_ANGLE: the angle of d from the downward vertical (rad). FOLLOWER_HEIGHT: the height of a follower that
     hangs by a link from a rod through the second point, plus the height of the first point. ARC_POSITION: the angle of d in
     the axes of the first body, times a radius. CURVE_DISTANCE, PIECES_DISTANCE: the distance of the second point from a
-    closed curve, or from lines and arcs, of the first body. LINE_ANGLE and all after it but POLAR_CURVE serve as outputs
+    closed curve, or from lines and arcs, of the first body. PROFILE_DISTANCE: that of a closed convex curve about the second
+    point from lines and arcs of the first body. LINE_ANGLE and all after it but POLAR_CURVE serve as outputs
     only. Of each the constant of the row is subtracted.
     """
 
@@ -34,6 +35,7 @@ class RowKind(IntEnum):
     POLAR_CURVE = 6
     CURVE_DISTANCE = 7
     PIECES_DISTANCE = 8
+    PROFILE_DISTANCE = 11
 
 
 @dataclass(frozen=True)

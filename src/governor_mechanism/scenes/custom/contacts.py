@@ -1,4 +1,4 @@
-"""Outlines of bodies as scene files write them, and [[contact]]: a roller of a body that touches the outline of another one."""
+"""Outlines of bodies as scene files write them, and [[contact]]: a roller or an outline of a body that touches that of another one."""
 
 import math
 import re
@@ -7,7 +7,14 @@ from dataclasses import dataclass
 from typing import Any, Final
 
 from governor_mechanism.machines.base import rotate_point
-from governor_mechanism.mechanics.curves.outlines import chains_of, find_outline_problems, find_roller_problem
+from governor_mechanism.machines.custom import SketchedBody
+from governor_mechanism.mechanics.curves.outlines import (
+    chains_of,
+    find_circle,
+    find_outline_problems,
+    find_profile_problem,
+    find_roller_problem,
+)
 from governor_mechanism.model.curves import Corner, CornerOutline, Curve, CurveOutline, Outline, PolarCurve
 from governor_mechanism.model.joints import Point
 from governor_mechanism.model.output_variables import OutlineGap
@@ -20,6 +27,9 @@ from governor_mechanism.units.quantities import format_value
 
 MAX_TEETH: Final = 500
 """Largest number of teeth or slots of a wheel."""
+
+MAX_GAPS: Final = 100
+"""Largest number of gaps of a contact: each costs time in every step."""
 
 
 def _make_curve_outline(*, curve: Curve, inset: float = 0.0) -> CurveOutline:
@@ -112,48 +122,115 @@ OUTLINE_TYPE: Final = quantities.without_context(
 
 
 @dataclass(frozen=True, kw_only=True)
+class Touching:
+    """What touches, a roller or a closed curve about a point, and what it touches, an outline about its origin."""
+
+    roller: Point
+    origin: Point
+    outline: Outline
+    radius: float = 0.0
+    profile: CurveOutline | None = None
+
+    def find_problem(self) -> str:
+        """Return why it cannot touch the outline; empty if it can."""
+        if self.profile is not None and isinstance(self.outline, CornerOutline):
+            return find_profile_problem(self.outline, self.profile)
+        return find_roller_problem(self.outline, self.radius)
+
+
+def _find_outline(registry: PointRegistry, name: str, key: str) -> tuple[SketchedBody, Outline]:
+    """Return a body with its outline."""
+    body = registry.bodies.get(name)
+    if body is None or body.outline is None:
+        cure = 'write outline = [["0 mm", "0 mm"], ...] in its [[body]]' + (
+            f', or first = "{name}.origin" for a point' if key == "first" else ""
+        )
+        raise mistake(ProblemCode.MISSING_KEY, f"{KEY}.{key} names {format_value(name)}, which has no outline; {cure}")
+    return body, body.outline
+
+
+def _pair_outlines(first: tuple[SketchedBody, Outline], second: tuple[SketchedBody, Outline]) -> Touching:
+    """Return which of two outlines touches the other, so that they have one point in common: a circle, as a roller, or a curve."""
+    orders = ((first, second), (second, first))
+    for (body, outline), (touched, other) in orders:
+        circle = find_circle(outline)
+        if circle is not None and circle[2] > 0.0:
+            return Touching(roller=body.point(circle[:2]), origin=touched.point((0.0, 0.0)), outline=other, radius=circle[2])
+    for (body, outline), (touched, other) in orders:
+        if isinstance(outline, CurveOutline) and isinstance(other, CornerOutline):
+            return Touching(roller=body.point((0.0, 0.0)), origin=touched.point((0.0, 0.0)), outline=other, profile=outline)
+    both = "are curves" if isinstance(first[1], CurveOutline) else "have corners"
+    raise mistake(
+        ProblemCode.CONFLICT,
+        f"{KEY}: the outlines of {format_value(first[0].name)} and {format_value(second[0].name)} both {both}; of two that touch one is "
+        "a circle, or one a closed curve and the other one of edges and arcs; else give each corner or tip that touches a contact of its "
+        "own, with its radius",
+    )
+
+
+@dataclass(frozen=True, kw_only=True)
 class WrittenContact:
     """A contact as [[contact]] describes it."""
 
     name: str = entry("label", default="", meaning="the name; the gap is the reading NAME_gap. By default that of both bodies")
-    first: Point = entry("point", meaning='the centre of the roller, or the point, that touches the outline, as "follower.roller"')
+    first: Point | str = entry(
+        "point or outline",
+        meaning='the centre of the roller, or the point, that touches the outline, as "follower.roller"; or a body whose own outline does',
+    )
     radius: float = quantity(
         "length",
         sign="not negative",
         built=True,
         default=0.0,
-        meaning="the radius of the roller; 0 for a point, which needs an outline along a curve",
+        meaning="the radius of the roller; 0 for a point, which needs an outline along a curve, and for a body with its own outline",
     )
     second: str = entry("body", meaning='the body with the outline, as "cam"')
     restitution: float = entry("restitution", default=0.0, meaning="the coefficient of restitution, 0 to 1")
 
     def gaps(self, registry: PointRegistry) -> list[OutlineGap]:
         """Return the gaps of the contact, one for each part of the outline between hollow corners."""
-        body = registry.bodies.get(self.second)
-        outline = body.outline if body else None
-        if body is None or outline is None:
-            text = f"{KEY}.second names {format_value(self.second)}, which has no outline"
-            raise mistake(ProblemCode.MISSING_KEY, f'{text}; write outline = [["0 mm", "0 mm"], ...] in the [[body]] that is touched')
-        if self.first.body == self.second:
-            raise mistake(ProblemCode.CONFLICT, f"both sides are of {format_value(self.second)}; a body cannot touch itself")
-        if problem := find_roller_problem(outline, self.radius):
-            raise mistake(ProblemCode.OUT_OF_RANGE, f"{KEY} of {format_value(self.first.body)} and {format_value(self.second)}: {problem}")
-        n_gaps = len(chains_of(outline)) if isinstance(outline, CornerOutline) else 1
-        return [self._gap(body.point((0.0, 0.0)), outline, chain, n_gaps) for chain in range(n_gaps)]
+        touching = self._find_touching(registry)
+        where = f"{KEY} of {format_value(self._first_body)} and {format_value(self.second)}"
+        if problem := touching.find_problem():
+            raise mistake(ProblemCode.OUT_OF_RANGE, f"{where}: {problem}")
+        n_gaps = len(chains_of(touching.outline)) if isinstance(touching.outline, CornerOutline) else 1
+        if n_gaps > MAX_GAPS:
+            problem = f"the outline has {n_gaps} hollow corners, and at most {MAX_GAPS} parts between them are looked at"
+            raise mistake(ProblemCode.OUT_OF_RANGE, f"{where}: {problem}; round them with hollow arcs")
+        return [self._gap(touching, chain, n_gaps) for chain in range(n_gaps)]
 
-    def _gap(self, origin: Point, outline: Outline, chain: int, n_gaps: int) -> OutlineGap:
+    @property
+    def _first_body(self) -> str:
+        """Name of the body that touches."""
+        return self.first if isinstance(self.first, str) else self.first.body
+
+    def _find_touching(self, registry: PointRegistry) -> Touching:
+        """Return what touches, and what it touches."""
+        second = _find_outline(registry, self.second, "second")
+        if self._first_body == self.second:
+            raise mistake(ProblemCode.CONFLICT, f"both sides are of {format_value(self.second)}; a body cannot touch itself")
+        if isinstance(self.first, Point):
+            return Touching(roller=self.first, origin=second[0].point((0.0, 0.0)), outline=second[1], radius=self.radius)
+        first = _find_outline(registry, self.first, "first")
+        if self.radius:
+            text = f"{KEY}.first is {format_value(self.first)}, which touches with its own outline; leave radius out, or name a point of it"
+            raise mistake(ProblemCode.CONFLICT, text)
+        return _pair_outlines(first, second)
+
+    def _gap(self, touching: Touching, chain: int, n_gaps: int) -> OutlineGap:
         """Return the gap to a part of the outline."""
-        name = self.name or "_".join(re.sub(r"\W+", "_", body) for body in (self.first.body, self.second))
+        name = self.name or "_".join(re.sub(r"\W+", "_", body) for body in (self._first_body, self.second))
         return OutlineGap(
             name=f"{name}_gap" + (f"_{chain + 1}" if n_gaps > 1 else ""),
             quantity="length",
             contact=name,
-            origin=origin,
-            roller=self.first,
-            outline=outline,
+            origin=touching.origin,
+            roller=touching.roller,
+            outline=touching.outline,
             chain=chain,
-            radius=self.radius,
+            radius=touching.radius,
             restitution=self.restitution,
+            profile=touching.profile,
         )
 
 

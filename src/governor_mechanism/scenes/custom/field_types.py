@@ -11,8 +11,9 @@ import numpy as np
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.machines.base import MassElement
 from governor_mechanism.machines.custom import BodyShape, InitialConfiguration, SketchedBody
+from governor_mechanism.mechanics.curves.segments import make_curve_segments
 from governor_mechanism.mechanics.kinematics.time_functions import CubicTimeFunction
-from governor_mechanism.model.curves import Curve, Lift, LiftCurve, PolarHarmonics, PolarSpline, PolynomialCurve, SplineCurve
+from governor_mechanism.model.curves import FLAT, ROLLER, Curve, Lift, LiftCurve, PolarHarmonics, PolarSpline, PolynomialCurve, SplineCurve
 from governor_mechanism.model.joints import GROUND, Joint, Point, TranslationalDriver
 from governor_mechanism.model.time_functions import PrescribedMotion
 from governor_mechanism.scenes import quantities
@@ -92,6 +93,13 @@ def _parse_point(value: object, registry: PointRegistry, *, allow_body: bool = F
     elif isinstance(value, list | tuple) and len(value) == 3 and isinstance(value[0], str):
         return registry.find_point(value[0], position=quantities.parse_position(value[1:]))
     raise wrong_value(value, 'must be "body.point" or ["body", x, y]')
+
+
+def _parse_point_or_outline(value: object, registry: PointRegistry) -> Point | str:
+    """Return a point of the registry, or the name of a body, whose outline is meant."""
+    if isinstance(value, str) and value.strip() and "." not in value:
+        return registry.require_body(quantities.check_label(value))
+    return _parse_point(value, registry)
 
 
 def _parse_two_points(value: object, registry: PointRegistry) -> list[Point]:
@@ -193,11 +201,26 @@ _HARMONIC_CURVE: Final = Table(
 """A closed curve of harmonics."""
 
 LIFT: Final = Table.of(Lift, example='{ over = "120 deg", lift = "20 mm" }')
+
+
+def _make_lift_curve(**values: Any) -> LiftCurve:
+    """Return the curve of a cam; refuse one that its follower cannot touch everywhere."""
+    curve = LiftCurve(**values)
+    make_curve_segments(curve)
+    return curve
+
+
 _LIFT_CURVE: Final = Table(
-    make=LiftCurve,
+    make=_make_lift_curve,
     fields={
         "radius": declare("quantity", "length", meaning="the radius at angle 0"),
         "lifts": declare("lifts", meaning="a list of { over, lift, law }: rises, falls and dwells round the turn"),
+        "follower": declare(
+            "choice",
+            words=(ROLLER, FLAT),
+            default=ROLLER,
+            meaning="what is lifted: roller, whose centre follows the curve, or flat, which touches it and has the radius as its distance",
+        ),
     },
     types={
         **quantities.VALUE_TYPES,
@@ -297,6 +320,7 @@ CUSTOM_TYPES: Final[Mapping[str, quantities.ValueType]] = {
     **LOAD_TYPES,
     "point": _reference(_parse_point, POINT),
     "point or body": _reference(lambda value, registry: _parse_point(value, registry, allow_body=True), POINT),
+    "point or outline": _reference(_parse_point_or_outline, POINT),
     "two points": _reference(_parse_two_points, quantities.pair_of(POINT)),
     "body": _reference(lambda value, registry: registry.require_body(quantities.check_label(value)), quantities.TEXT),
     "new body": quantities.without_context(_parse_body_name, quantities.TEXT),
