@@ -1,8 +1,8 @@
 """Sphinx extension: writes the pages that follow from the code before Sphinx reads its sources.
 
 Tables of the reference and the gallery go into docs/_generated/, from where the pages of docs/reference/ and docs/gallery.md include
-them. The interactive pages of all scenes, and a picture of each, go into docs/_generated/site/pages/; they are made only where they are
-missing, because their runs take a minute: `make clean` removes them.
+them. The interactive pages of all scenes, a small film and a poster of each go into docs/_generated/site/pages/; they are made only where
+they are missing, because they take a minute: `make clean` removes them.
 """
 
 from __future__ import annotations
@@ -13,13 +13,18 @@ from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 from typing import Any
 
+from PIL import Image
 from sphinx.application import Sphinx
 from sphinx.util import logging
 
 logger = logging.getLogger(__name__)
 
-STILL_SIZE = 480
-"""Height of the picture of a scene, pixels, as of a film."""
+CARD_FRAME_RATE = 12.5
+"""Frames of the film of a card in a second: half as many as of a large one, whose size is above all that of its frames."""
+POSTER_MOMENT = 0.35
+"""Moment of the poster as a fraction of the film: a mechanism has left its start and not yet come to its end."""
+POSTER_QUALITY = 80
+"""Of WebP: lines on paper show no fringes, at some 8 kB."""
 
 
 def generated_texts() -> dict[str, str]:
@@ -34,7 +39,7 @@ def generated_texts() -> dict[str, str]:
     from generators.catalogue import catalogue_page
     from generators.commands import commands_page
     from generators.effects_and_engines import effects_and_engines_page
-    from generators.gallery import gallery_page
+    from generators.gallery import gallery_page, scene_pages
     from generators.readings import readings_page
     from generators.scene_file import scene_file_page
 
@@ -47,7 +52,7 @@ def generated_texts() -> dict[str, str]:
         "gallery.md": gallery_page(),
         "catalogue.md": catalogue_page(),
     }
-    return pages | api_files()
+    return pages | api_files() | scene_pages()
 
 
 def write_texts(folder: Path) -> None:
@@ -64,13 +69,13 @@ def write_texts(folder: Path) -> None:
         if not path.is_file() or path.read_text(encoding="utf-8") != text:
             path.parent.mkdir(parents=True, exist_ok=True)
             path.write_text(text, encoding="utf-8")
-    for path in folder.glob("api/*/*.rst"):
+    for path in (*folder.glob("api/*/*.rst"), *folder.glob("scenes/*.md")):
         if path.relative_to(folder).as_posix() not in texts:
             path.unlink()
 
 
 def make_interactive_pages(folder: Path) -> None:
-    """Make the interactive page and the picture of every shipped scene that has none.
+    """Make the interactive page, the film and the poster of every shipped scene that has none.
 
     Parameters
     ----------
@@ -80,7 +85,7 @@ def make_interactive_pages(folder: Path) -> None:
     from governor_mechanism.scenes.library import shipped_scenes
 
     folder.mkdir(parents=True, exist_ok=True)
-    suffixes = ".html", ".png"
+    suffixes = ".html", ".gif", ".webp"
     missing = [(name, folder) for name in shipped_scenes() if not all((folder / f"{name}{suffix}").is_file() for suffix in suffixes)]
     if missing:
         logger.info("making %d interactive pages", len(missing))
@@ -96,13 +101,18 @@ def _make_pages(scenes: Sequence[tuple[str, Path]]) -> None:
 
 
 def _make_page(name: str, folder: Path) -> None:
-    """Make the page of a scene, and the last frame of its film, which the gallery shows where there is no film."""
+    """Make page, film and poster of a scene."""
     import governor_mechanism as gm
-    from governor_mechanism.render.film.painters import write_still
+    from gallery import choose_film_options, run_scene  # of docs/pictures
+    from generators.gallery import CARD_SIZE
 
-    run = gm.run(name)
+    run = run_scene(name)
     gm.film(run, folder / f"{name}.html")
-    write_still(run, folder / f"{name}.png", size=STILL_SIZE)
+    small = {"layout": "machine", "size": CARD_SIZE, "footer": False, "frames_per_second": CARD_FRAME_RATE}
+    film = gm.film(run, folder / f"{name}.gif", **{**choose_film_options(name, run), **small})
+    with Image.open(film) as frames:
+        frames.seek(int(POSTER_MOMENT * frames.n_frames))
+        frames.convert("RGB").save(film.with_suffix(".webp"), quality=POSTER_QUALITY)
 
 
 def _generate(app: Sphinx) -> None:

@@ -1,5 +1,6 @@
 """The built documentation in a browser, and its links: `make test-browser` runs these after `make docs`."""
 
+import re
 import threading
 import time
 from functools import partial
@@ -21,6 +22,10 @@ TELEPHONE = 360
 """Width of a small telephone (CSS pixels)."""
 SEARCH_TIME = 10.0
 """Longest time (s) that a search takes."""
+MAX_LAYOUT_SHIFT = 0.05
+"""Largest sum of layout shifts of a page: half of what counts as good on the web."""
+MAX_FIRST_LOAD = 1_500_000
+"""Largest size (bytes) of what the gallery loads before one scrolls."""
 
 
 class Links(HTMLParser):
@@ -117,3 +122,70 @@ def test_formulas_are_drawn(tab, address, dark):
     assert tab.evaluate("[...document.querySelectorAll('math')].every((one) => one.getBoundingClientRect().width > 3)") is True
     colour = "getComputedStyle(document.querySelector('{}')).color"
     assert tab.evaluate(colour.format("math")) == tab.evaluate(colour.format("article p"))
+
+
+def test_every_picture_has_its_size():
+    """So that a page does not jump while they load."""
+    without = []
+    for path in PAGES:
+        for picture in re.findall(r"<img [^>]*>", path.read_text(encoding="utf-8").partition("<article")[2].partition("</article>")[0]):
+            without += [] if "width=" in picture else [f"{path.relative_to(SITE)}: {picture}"]
+    assert without == []
+
+
+SCROLL = """new Promise((done) => {
+  const step = (y) => { scrollTo(0, y); y < 8000 ? setTimeout(step, 30, y + 400) : done(); };
+  step(0);
+})"""
+SHIFTS = """new Promise((done) => {
+  const add = (sum, one) => sum + (one.hadRecentInput ? 0 : one.value);
+  new PerformanceObserver((list) => done(list.getEntries().reduce(add, 0))).observe({ type: "layout-shift", buffered: true });
+  setTimeout(done, 300, 0);
+})"""
+"""Sum of the layout shifts so far; 0 if none was observed."""
+
+
+@pytest.mark.parametrize("width", [390, 1366])
+@pytest.mark.parametrize("page", ["gallery.html", "index.html", "_generated/examples/index.html", "machines/stephenson.html"])
+def test_a_page_stands_still_while_it_loads_and_is_read(address, page, width):
+    with open_browser() as tab:  # that has loaded nothing
+        tab.allowed_addresses = (*tab.allowed_addresses, address)
+        tab.open(address + page, width=width, height=800, reduced_motion=True)
+        tab.evaluate(SCROLL)
+        assert tab.evaluate(SHIFTS) < MAX_LAYOUT_SHIFT
+
+
+def test_the_gallery_loads_little_at_first(tab, address):
+    tab.open(address + "gallery.html", width=1366, height=800, reduced_motion=True)
+    sizes = "performance.getEntries().filter((one) => one.encodedBodySize).map((one) => [one.name, one.encodedBodySize])"
+    loaded = tab.evaluate(sizes)
+    assert 100_000 < sum(size for _, size in loaded) < MAX_FIRST_LOAD, loaded
+    assert not [name for name, _ in loaded if name.endswith(".gif")]
+
+
+def test_a_film_runs_on_touch_and_the_choices_leave_what_fits(tab, address):
+    tab.open(address + "gallery.html", width=390, height=800, reduced_motion=True)
+    button = "document.querySelector('#scene-porter > button')"
+    source = f"{button}.querySelector('img').getAttribute('src')"
+    tab.evaluate(f"{button}.click()")
+    assert tab.evaluate(source) == "pages/porter.gif"
+    tab.evaluate(f"{button}.click()")
+    assert tab.evaluate(source) == "pages/porter.webp"
+    choose = """(() => {{
+      const list = document.querySelector("[data-filter={}]");
+      list.value = "{}";
+      list.dispatchEvent(new Event("change", {{ bubbles: true }}));
+    }})()"""
+    tab.evaluate(choose.format("effect", "dry friction"))
+    tab.evaluate(choose.format("machine", "pendulum governor"))
+    shown = tab.evaluate("[...document.querySelectorAll('.scene')].filter((one) => one.offsetHeight).map((one) => one.id)")
+    assert "scene-porter_dry_friction" in shown
+    assert not {"scene-porter", "scene-geneva"} & set(shown)
+    assert tab.evaluate("document.querySelector('.choices output').textContent") == f"{len(shown)} scenes"
+
+
+def test_a_button_copies_a_command(tab, address):
+    tab.open(address + "gallery.html", width=1366, height=800, reduced_motion=True)
+    assert tab.evaluate("document.querySelector('#scene-porter pre + .copybtn, #scene-porter .copybtn') !== null") is True
+    tab.open(address + "_generated/examples/linkages/four_bar.html", width=1366, height=800, reduced_motion=True)
+    assert tab.evaluate("document.querySelector('article .highlight .copybtn') !== null") is True

@@ -1,6 +1,7 @@
 """The generated reference names everything that the code has, and every link of the documentation leads somewhere."""
 
 import dataclasses
+import html
 import re
 from functools import cache
 from pathlib import Path
@@ -22,7 +23,7 @@ from governor_mechanism.effects.registry import EFFECTS
 from governor_mechanism.engines.selection import ENGINES
 from governor_mechanism.machines.registry import MACHINES
 from governor_mechanism.scenes.json_schema import scene_schema
-from governor_mechanism.scenes.library import list_catalogue_entries, shipped_scenes
+from governor_mechanism.scenes.library import list_catalogue_entries, load_scene, shipped_scenes
 from governor_mechanism.units.quantities import QUANTITY_KINDS
 from navigation import list_entries
 
@@ -143,24 +144,40 @@ def test_every_public_name_has_a_page_and_a_sentence():
         assert len(row.rpartition(") | ")[2].rstrip(" |")) > 10, name
 
 
-def test_the_gallery_has_every_scene():
+def test_the_gallery_has_every_scene_with_its_page():
     text = text_of("gallery")
+    pages = gallery.scene_pages()
     assert scenes_without_description() == []
     for name in shipped_scenes():
-        assert f"governor-mechanism run {name}\n" in text
+        assert f"<pre>governor-mechanism open {name}</pre>" in text
         assert f'"pages/{name}.html"' in text
+        assert f'"_generated/scenes/{name}.html#scene-file"' in text
+        assert f"models/{name}.toml\n:language: toml" in pages[f"scenes/{name}.md"]
 
 
-def test_the_gallery_shows_the_best_film_there_is_or_else_a_picture(tmp_path, monkeypatch):
+def test_the_gallery_offers_what_its_scenes_have():
+    text = text_of("gallery")
+    for name, values in {"machine": ["hartung", gallery.OWN_MECHANISM], "effect": ["dry friction", "free spindle", "contact"]}.items():
+        choices = text.partition(f'data-filter="{name}"')[2].partition("</select>")[0]
+        for value in values:
+            assert f"<option>{html.escape(value)}</option>" in choices
+            shown = re.findall(rf'<article class="scene" id="scene-(\w+)"[^>]*data-{name}="([^"]*)"', text)
+            assert any(html.escape(value) in listed.split("|") for _, listed in shown)
+    assert gallery.list_effects(load_scene("porter")) == []
+    assert gallery.list_effects(load_scene("disc_cam")) == ["contact"]
+    assert gallery.list_studies(load_scene("stephenson_reversing")) == [gallery.VALVE_EVENTS]
+
+
+def test_a_page_shows_the_best_film_there_is(tmp_path, monkeypatch):
     monkeypatch.setattr(gallery, "DOCS", tmp_path / "docs")
     for path in ("renders/porter.gif", "renders/watt.gif", "renders/gallery/watt.gif"):
         (tmp_path / path).parent.mkdir(parents=True, exist_ok=True)
         (tmp_path / path).touch()
     (tmp_path / "docs").mkdir()
     shown = {name: gallery.show_scene(name, "A & B") for name in ("porter", "watt", "proell")}
-    assert "](../renders/porter.gif)" in shown["porter"]
-    assert "](../renders/gallery/watt.gif)" in shown["watt"]
-    assert shown["proell"] == '<img src="pages/proell.png" alt="The end of the scene proell: A &amp; B">'
+    assert "](../../../renders/porter.gif)" in shown["porter"]
+    assert "](../../../renders/gallery/watt.gif)" in shown["watt"]
+    assert shown["proell"] == '<img src="../../pages/proell.gif" alt="Film of the scene proell: A &amp; B">'
 
 
 def headings(path):
