@@ -214,13 +214,13 @@ def test_a_long_run_is_shown_in_time_lapse_that_the_frame_names(mean_torque, tmp
     governed = find_governed_engine(mean_torque.scene)
     stop = settled_time(mean_torque, governed)
     film = gm.film(mean_torque, tmp_path / "long.gif")
-    assert sum(decode_film(film)[1]) == pytest.approx(0.5 * stop)  # longer than the longest film, two times as fast
+    assert sum(decode_film(film)[1]) == pytest.approx(0.5 * stop, abs=0.041)  # longer than the longest film, two times as fast
     assert film.stat().st_size < 700e3
     data = [FrameData(mean_torque, part, (0.0, 14.0), np.arange(0.0, 14.0, 0.16), 0.5) for part in (governed.engine, governed.governor)]
     painter = EngineRoomPainter(mean_torque, governed, *data)
     words = {artist.get_text() for artist in painter.figure.artists if hasattr(artist, "get_text")}
     assert {
-        "14 of 15 s, time lapse 2x, one turn drawn for 5",
+        "first 14 of 15 s, 2 × faster than real, 5 turns drawn as 1",
         "mean speed",
         "sleeve lift",
         "throttle",

@@ -1,15 +1,19 @@
 """Words on films: headings of plots are whole, and the lines of labels keep clear of the words and scales of the drawing."""
 
+import dataclasses
+
 import numpy as np
 import pytest
+from matplotlib.text import Text
 
 from governor_mechanism.model.results.film_options import FilmOptions
 from governor_mechanism.render.film.frame_canvas import MIN_NAME_HEIGHT, FrameCanvas, PlotHeading
 from governor_mechanism.render.film.frame_painter import ElevationOverlay, FramePainter
 from governor_mechanism.render.film.labels import LABEL_PITCH, break_lines, find_labels, place_labels, shares_within
+from governor_mechanism.render.film.moving_parts import CurvePanel
 from governor_mechanism.render.frame_data import FrameData
 from governor_mechanism.render.geometry.attached import shapes_of
-from governor_mechanism.render.geometry.primitives import Lines, TextShape, bounding_box
+from governor_mechanism.render.geometry.primitives import SMALL_TEXT, Lines, TextShape, bounding_box
 from stub_run import GOVERNOR_DIMENSIONS, fake_run
 
 COLUMN = 147.0
@@ -78,6 +82,25 @@ def test_several_names_have_their_colours(canvases):
 @pytest.fixture(scope="module")
 def porter():
     return fake_run(GOVERNOR_DIMENSIONS["porter"], duration=3.4, output_interval=0.02)
+
+
+@pytest.mark.parametrize("options", [FilmOptions(), FilmOptions(labels=True, forces=True, view="both")])
+def test_all_words_of_a_film_are_large_enough_to_be_read(porter, options):
+    data = FrameData(porter, porter.scene.part, (0.0, 3.4), np.linspace(0.0, 3.4, 11), 5.0)
+    painter = FramePainter(porter, [data], options=options)
+    heights = {text.get_text(): text.get_fontsize() * 64 / 72 for text in painter.figure.findobj(Text) if text.get_text().strip()}
+    assert len(heights) > 20
+    assert min(heights.values()) >= 0.99 * SMALL_TEXT, min(heights, key=heights.get)
+
+
+def test_a_constant_reading_is_stated_without_a_plot():
+    run = fake_run(GOVERNOR_DIMENSIONS["porter"], duration=2.0, output_interval=0.02)
+    run = dataclasses.replace(run, readings={**run.readings, "spindle_speed": np.full(len(run.times), 12.0)})
+    data = FrameData(run, run.scene.part, (0.0, 2.0), np.linspace(0.0, 2.0, 11))
+    for readings, count in ((None, 2), (["arm_angle", "spindle_speed"], 2), (["spindle_speed"], 1)):
+        painter = FramePainter(run, [data], options=FilmOptions(readings=readings))
+        assert sum(isinstance(panel, CurvePanel) for panel in painter.panels) == count
+        assert "spindle speed" in [text.get_text() for text in painter.figure.findobj(Text)]
 
 
 def test_no_label_line_crosses_the_lift_scale_or_a_word(porter):

@@ -278,7 +278,7 @@ def test_no_words_overlap_whatever_title_and_readings(title, readings, duration,
 
 
 def test_the_pace_is_put_into_words():
-    assert [format_film_speed(slow) for slow in (1.0, 200.0, 0.05)] == ["", "slowed 200x", "sped up 20x"]
+    assert [format_film_speed(slow) for slow in (1.0, 200.0, 0.05)] == ["", "200 × slower than real", "20 × faster than real"]
 
 
 def test_a_body_held_by_nothing_is_drawn():

@@ -75,7 +75,7 @@ def test_every_part_has_a_panel_and_its_first_reading_a_plot(run):
     words = [text.get_text() for text in painter.figure.texts] + [
         artist.get_text() for artist in painter.figure.artists if hasattr(artist, "get_text")
     ]
-    for expected in ("engine", "governor", "crank rate", "arm angle", "sleeve lift", "seen in the turning plane"):
+    for expected in ("engine", "governor", "crank rate", "arm angle", "sleeve lift", "view turns with spindle"):
         assert expected in words
 
 

@@ -20,7 +20,7 @@ from matplotlib.text import Text as Words
 from numpy.typing import NDArray
 
 from governor_mechanism.model.results.pictures import Theme
-from governor_mechanism.render.geometry.primitives import Circle, DrawnShape, Lines, Polygon, TextShape
+from governor_mechanism.render.geometry.primitives import SMALL_TEXT, Circle, DrawnShape, Lines, Polygon, TextShape
 from governor_mechanism.render.style import DARK_COLOURS, PAPER, ROLE_STYLES, SANS_FONT
 
 
@@ -42,7 +42,16 @@ class Brush:
         for order, artist in enumerate(artists):
             artist.set_zorder(self._base_zorder + order / 1000)
             self._axes.add_artist(artist)
+            if isinstance(artist, Text):
+                self._keep_inside(artist)
         return artists
+
+    def _keep_inside(self, words: Text) -> None:
+        """Move words to the left that would end outside of the axes: their height in pixels does not follow the scale of the drawing."""
+        excess = float(words.get_window_extent().x1 - self._axes.bbox.x1)
+        if excess > 0.0:
+            (left, _), (right, _) = (self._axes.transData.inverted().transform((x, 0.0)) for x in (0.0, excess))
+            words.set_x(float(words.get_position()[0]) - (right - left))
 
     def _make_artist(self, group: Sequence[DrawnShape]) -> Artist:
         """Return the artist of a group of shapes."""
@@ -50,7 +59,8 @@ class Brush:
         width = style.width * self._points_per_pixel
         match group[0]:
             case TextShape(_, x, y, words, _):
-                return Words(x, y, words, color=style.stroke, fontsize=8.5 * self._points_per_pixel, fontfamily=SANS_FONT, va="center")
+                height = SMALL_TEXT * self._points_per_pixel
+                return Words(x, y, words, color=style.stroke, fontsize=height, fontfamily=SANS_FONT, va="center")
             case Lines():
                 line = Line2D(*_line_points(group).T, color=style.stroke, linewidth=width, solid_capstyle="butt")
                 if style.dashes:

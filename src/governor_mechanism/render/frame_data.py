@@ -166,6 +166,12 @@ def common_axis_limits(column: Sequence[FrameData], name: str) -> Vec2:
     return axis_limits_for(values * factor, READING_NOISE_RATIO * max(reading.scale for reading in readings) * factor)
 
 
+def is_changing(column: Sequence[FrameData], name: str) -> bool:
+    """Return whether a reading of a part changes beyond its noise in any of several runs, in the shown time."""
+    shown = [data for data in column if name in data.readings]
+    return any(float(np.ptp(data.sampled_values(name))) > READING_NOISE_RATIO * data.readings[name].scale for data in shown)
+
+
 def find_parts(run: Trajectory, name: str | None) -> tuple[Part, ...]:
     """Return the part of that name, or all parts for None: last one that turns with a spindle, which has a plan view, if there is any."""
     parts = run.scene.parts

@@ -48,9 +48,9 @@ def choose_decimals(values: NDArray[np.float64]) -> int:
     return min(max(math.ceil(2 - math.log10(max(span, 1e-9))), 0), 4)
 
 
-def format_numbers(values: NDArray[np.float64]) -> list[str]:
-    """Format values with equal decimals; a rounded zero has no sign."""
-    decimals = choose_decimals(values)
+def format_numbers(values: NDArray[np.float64], all_values: NDArray[np.float64] | None = None) -> list[str]:
+    """Format values with equal decimals, which suit them or the values of which they are some; a rounded zero has no sign."""
+    decimals = choose_decimals(values if all_values is None else all_values)
     return [f"{round(float(value), decimals) + 0.0:.{decimals}f}" for value in values]
 
 
@@ -64,10 +64,10 @@ def format_rounded_up(error: float) -> str:
 
 
 def format_film_speed(slow_down: float) -> str:
-    """Return how much a film is slowed or sped up, or an empty string for true time."""
+    """Return how much slower or faster a film is than the machine, or an empty string for true time."""
     if slow_down == 1.0:
         return ""
-    return f"slowed {slow_down:.4g}x" if slow_down > 1.0 else f"sped up {1 / slow_down:.4g}x"
+    return f"{slow_down:.4g} × slower than real" if slow_down > 1.0 else f"{1 / slow_down:.4g} × faster than real"
 
 
 def format_closing_lines(run: Trajectory, width: int) -> tuple[list[str], bool]:

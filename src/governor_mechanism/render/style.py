@@ -117,7 +117,6 @@ _STYLES = {
     "expanding steam": ShapeStyle(fill="#fbe0bf", stroke="#fbe0bf", width=0.3),
     "spent steam": ShapeStyle(fill="#d5e8f3", stroke="#d5e8f3", width=0.3),
     "pressed steam": ShapeStyle(fill="#cdc5b8", stroke="#cdc5b8", width=0.3),
-    "phase frame": ShapeStyle(width=1.6),
     "valve": ShapeStyle(fill="#7d8fa0", width=1.0),
     "valve cavity": ShapeStyle(fill="#d5e8f3", width=0.8),
     "division": ShapeStyle(stroke=MUTED, width=0.5),

@@ -21,23 +21,22 @@ from governor_mechanism.render.artists import Brush, artist_paths, group_shapes,
 from governor_mechanism.render.figures.page import Page
 from governor_mechanism.render.film import layout
 from governor_mechanism.render.film.gif_encoder import RgbaPixels
-from governor_mechanism.render.film.moving_parts import CachedNumber, MovingArtist, Panel, ShapePanel, SortedPanel
+from governor_mechanism.render.film.moving_parts import CachedNumber, MovingArtist, Panel, ShapePanel, SortedPanel, set_value_ticks
 from governor_mechanism.render.frame_data import FrameData
 from governor_mechanism.render.geometry.attached import DrawnPart, Flexible, shapes_of
-from governor_mechanism.render.geometry.primitives import DrawnShape, PixelRect, PixelView, Vec2
+from governor_mechanism.render.geometry.primitives import SMALL_TEXT, DrawnShape, PixelRect, PixelView, Vec2
 from governor_mechanism.render.number_format import format_closing_lines
 from governor_mechanism.render.style import INK, MUTED, RULE, SANS_FONT, SERIF_FONT, VERMILLION
 from governor_mechanism.types import BoolArray, FloatArray
 
-NAME_HEIGHT, MIN_NAME_HEIGHT, NUMBER_HEIGHT = 12.5, 11.0, 12.0
-"""Height (pixels) of a name, the smallest to which it shrinks for a place beside its number (not below the smallest other words of a film,
-9.5, with a margin as it is a serif), and that of the number."""
+NAME_HEIGHT, MIN_NAME_HEIGHT, NUMBER_HEIGHT = 12.5, 11.0, 11.5
+"""Height (pixels) of a name, the smallest to which it shrinks for a place beside its number, and that of the number."""
 LINE_PITCH = 15.0
 """Height (pixels) that a second line adds to a heading: its number is clear of the descenders above it."""
 _FIRST_LINE = 7.0
 """Distance (pixels) of the middle of the first line from the top."""
-_NUMBER_GAP, _NAME_GAP = 8.0, 4.0
-"""Smallest distance (pixels) of a name to the number, and to the next name."""
+_NUMBER_GAP, _NAME_GAP, _SLACK = 6.0, 4.0, 1.0
+"""Smallest distance (pixels) of a name to the number, and to the next name; and what letters in whole pixels may take more."""
 
 
 class TextCanvas(Protocol):
@@ -69,7 +68,7 @@ class PlotHeading:
     def needs_two_lines(self, canvas: TextCanvas, width: float) -> bool:
         """Return whether the names have no place beside the number in one line of a width."""
         number = canvas.measure_number(self.numbers, self.unit, NUMBER_HEIGHT, fontweight="bold")
-        return self._names_width(canvas, MIN_NAME_HEIGHT) > width - number - _NUMBER_GAP
+        return self._names_width(canvas, MIN_NAME_HEIGHT) > width - number - _NUMBER_GAP - _SLACK
 
     def write(self, canvas: TextCanvas, ends: Vec2, top: float, *, in_two_lines: bool) -> None:
         """Write the heading between two ends from a top on: the number beside the names, or in the line below them."""
@@ -244,11 +243,17 @@ class FrameCanvas:
         if not has_footer:
             return
         for text, y in zip(lines, line_positions, strict=True):
-            size = 10 if len(lines) == 1 else 9.5
             width = self._right - (24 if is_failure else 140) + self._shift
-            self.add_text(text, (left, y), size, color=VERMILLION if is_failure else MUTED, max_width=width)
+            self.add_text(text, (left, y), SMALL_TEXT, color=VERMILLION if is_failure else MUTED, max_width=width)
         if not is_failure:
-            self.add_text(f"engine: {run.cost.engine}", (self._right - 12, 470), 10, color=MUTED, ha="right")
+            self.add_text(f"engine: {run.cost.engine}", (self._right - 12, 470), SMALL_TEXT, color=MUTED, ha="right")
+
+    def _measure_labels(self, limits: Vec2) -> float:
+        """Return the width (pixels of 480) of the tick labels of an upright axis with limits, and of its ticks."""
+        axes = self._add_axes((0.0, 0.0, 100.0, 100.0))
+        labels = set_value_ticks(axes, limits)
+        axes.remove()
+        return max((self.measure_text(label, SMALL_TEXT) for label in labels), default=0.0) + layout.TICK_WIDTH
 
     def _add_line(self, start: Vec2, end: Vec2, colour: str) -> None:
         """Add a thin line between two positions (pixels of 480)."""
@@ -285,8 +290,13 @@ class FrameCanvas:
 
     def _shrink_to_width(self, text: Words, max_width: float) -> None:
         """Shrink a text by at most a quarter, then cut off its end, until it fits into `max_width` pixels."""
-        width = text.get_window_extent().width
-        text.set_fontsize(float(text.get_fontsize()) * min(1.0, max(0.75, max_width / max(width, 1.0))))
+        height, width = float(text.get_fontsize()), text.get_window_extent().width
+        share = min(1.0, max(0.75, max_width / max(width, 1.0)))
+        text.set_fontsize(height * share)
+        # Letters start at whole pixels, so that the width does not follow the height exactly.
+        while text.get_window_extent().width > max_width and share > 0.75:
+            share -= 0.01
+            text.set_fontsize(height * share)
         content = text.get_text()
 
         def is_too_wide(length: int) -> bool:

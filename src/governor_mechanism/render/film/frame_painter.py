@@ -26,6 +26,7 @@ from governor_mechanism.render.frame_data import (
     common_axis_limits,
     enclosing_box,
     find_forces,
+    is_changing,
     on_one_scale,
     shows_bodies,
     turns_with_spindle,
@@ -33,6 +34,7 @@ from governor_mechanism.render.frame_data import (
 from governor_mechanism.render.geometry.attached import DrawnPart, Flexible, axes_shifted, axes_turned
 from governor_mechanism.render.geometry.outlines import make_arrow
 from governor_mechanism.render.geometry.primitives import (
+    SMALL_TEXT,
     BoundingBox,
     Circle,
     DrawnShape,
@@ -220,6 +222,8 @@ class ElevationOverlay:
 
 MAX_SHOWN_READINGS = {True: 3, False: 4}
 """Number of readings in the side panel, with and without the dial."""
+CAPTION_PITCH = 14.0
+"""Distance (pixels) of lines below a drawing."""
 FORCE_NAMES_HEIGHT = 16.0
 """Height (pixels) that the names of forces, or of layers, take from the elevation."""
 FORCE_NAMES = {"centrifugal": "centrifugal force", "spring": "spring force", "damping": "damping force", REACTION: "force of a joint"}
@@ -308,6 +312,8 @@ class FramePainter(FrameCanvas):
         overlay = ElevationOverlay(frame_data, enclosing_box(on_one_scale(self._columns[index], frame_data)), self._options)
         n_lines = bool(overlay.arrows.largest) + bool(overlay.layers.captions)
         rect = shift_rect(rect, 0.0, n_lines * FORCE_NAMES_HEIGHT)
+        n_words = len(_view_words(frame_data)) - (0 if overlay.arrows.largest else 1)
+        rect = (*rect[:3], rect[3] - max(n_words, 0) * CAPTION_PITCH)
         if overlay.label_width:
             rect = (*rect[:2], rect[2] - overlay.label_width, rect[3])
         return overlay, fit_view(overlay.box, rect)
@@ -340,7 +346,8 @@ class FramePainter(FrameCanvas):
         """Return the panel of part `index` seen from outside, and write its scale bar."""
         frame_data = self._shown_parts[index]
         seen = OutsideView(frame_data)
-        self._add_view_caption(view, place[0], "seen from outside", frame_data)
+        self._add_length_bar(view, place[0])
+        self._add_view_words(["seen from outside", *_speed_words(frame_data)], place[0])
         self.outside_view = view
         return self._make_sorted_panel(view, rotation_arrow(frame_data, self._outside_box(index)), seen.shapes_at, seen.order_at)
 
@@ -358,35 +365,45 @@ class FramePainter(FrameCanvas):
 
         is_below_plots = self._places.readings is not None and rect[0] >= self._places.readings[0]
         position = (rect[2] + 6.0, rect[3] - 6.0) if is_below_plots else ((rect[0] + rect[2]) / 2, rect[1] - 8.0)
-        self.add_text("plan view", position, 10.5, color=MUTED, ha="left" if is_below_plots else "center")
+        self.add_text("plan view", position, SMALL_TEXT, color=MUTED, ha="left" if is_below_plots else "center")
         return self._make_shape_panel(view, (Circle("ring", 0.0, 0.0, ring_radius),), plan_parts(frame_data, ring_radius))
 
     def _make_reading_plots(self) -> list[Panel]:
-        """Return the plots of the shown readings, and write their names and numbers."""
-        selected = self._select_readings() if self._places.readings is not None else []
-        rects = self._places.reading_rects(len(selected), self._has_dial)
-        headings = [self._heading_of(data, name, colour) for (data, name), colour in zip(selected, SERIES_COLOURS, strict=False)]
+        """Return the plots of the shown readings, and write their names and numbers; of a constant reading there are only these."""
+        plotted, constant = self._select_readings() if self._places.readings is not None else ([], [])
+        rects = self._places.reading_rects(len(plotted), self._has_dial, len(constant))
+        all_limits = [common_axis_limits(self._column_of(frame_data), name) for frame_data, name in plotted]
+        label_widths: dict[float, float] = {}
+        for (left, *_), limits in zip(rects, all_limits, strict=False):
+            label_widths[left] = max(label_widths.get(left, 0.0), self._measure_labels(limits))
+        shown = [*plotted, *constant]
+        headings = [self._heading_of(data, name, colour) for (data, name), colour in zip(shown, SERIES_COLOURS, strict=False)]
         has_two_lines = self._choose_lines(headings, rects)
         plots: list[Panel] = []
-        for (frame_data, name), rect, heading in zip(selected, rects, headings, strict=True):
+        for (frame_data, name), rect, heading, limits in zip(plotted, rects, headings, all_limits, strict=False):
             left, top, right, bottom = rect
-            in_two_lines = has_two_lines[top]
-            plot_top = top + layout.HEADING_HEIGHT + (LINE_PITCH if in_two_lines else 0.0)
-            plot_rect = (left + layout.LABEL_WIDTH, plot_top, right - 3.0, bottom - layout.TIME_LABEL_HEIGHT)
+            plot_top = top + layout.HEADING_HEIGHT + (LINE_PITCH if has_two_lines[top] else 0.0)
+            plot_rect = (left + label_widths[left], plot_top, right - 3.0, bottom - layout.PLOT_BOTTOM)
             axes = self._add_axes(shift_rect(plot_rect, self._shift))
-            limits = common_axis_limits(self._columns[self._shown_parts.index(frame_data)], name)
             factor = display_unit_of(frame_data.readings[name].unit)[1]
             curve = Curve(heading.colour, frame_data.sample_times, frame_data.sampled_values(name) * factor)
-            plots.append(plot_curves(axes, [curve], frame_data, limits, (), self._points_per_pixel, has_time_labels=True))
-            heading.write(self, (left, right), top, in_two_lines=in_two_lines)
+            is_lowest = bottom > max(rect[3] for rect in rects[: len(plotted)]) - 1.0
+            plots.append(plot_curves(axes, [curve], frame_data, limits, (), self._points_per_pixel, has_time_labels=is_lowest))
+        for heading, (left, top, right, _) in zip(headings, rects, strict=True):
+            heading.write(self, (left, right), top, in_two_lines=has_two_lines[top])
         return plots
+
+    def _column_of(self, frame_data: FrameData) -> Sequence[FrameData]:
+        """Return a part in all compared runs."""
+        return self._columns[self._shown_parts.index(frame_data)]
 
     def _heading_of(self, frame_data: FrameData, name: str, colour: str) -> PlotHeading:
         """Return the heading of the plot of a reading."""
         reading = frame_data.readings[name]
         unit, factor = display_unit_of(reading.unit)
+        numbers = format_numbers(reading.values * factor, frame_data.sampled_values(name) * factor)
         shown_colour = GREEN if name == "spindle_speed" else colour
-        return PlotHeading(names=(format_name(name),), numbers=format_numbers(reading.values * factor), unit=unit, colour=shown_colour)
+        return PlotHeading(names=(format_name(name),), numbers=numbers, unit=unit, colour=shown_colour)
 
     def _choose_lines(self, headings: Sequence[PlotHeading], rects: Sequence[PixelRect]) -> dict[float, bool]:
         """Return by the top of a row whether its headings have two lines: all of them if one of them needs them."""
@@ -395,14 +412,24 @@ class FramePainter(FrameCanvas):
             rows[top] = rows.get(top, False) or heading.needs_two_lines(self, right - left)
         return rows
 
-    def _select_readings(self) -> list[tuple[FrameData, str]]:
-        """Return the readings to show, each with its part: those chosen, or the first of each part, then the second, and so on."""
+    def _select_readings(self) -> tuple[list[tuple[FrameData, str]], list[tuple[FrameData, str]]]:
+        """Return the readings to plot, each with its part, and those that are only stated as they are constant.
+
+        They are those chosen, all of which are plotted, or the first of each part, then the second, and so on. In a row of plots, others
+        take the place of constant ones.
+        """
         if self._options.readings:
             named = [(data, data.plain_name(name)) for name in self._options.readings for data in self._shown_parts]
-            return [(data, name) for data, name in named if name is not None]
-        max_readings = MAX_SHOWN_READINGS[self._has_dial] if self._places.plot_columns == 1 else self._places.plot_columns
+            return [(data, name) for data, name in named if name is not None], []
+        is_row = self._places.plot_columns > 1
+        max_readings = self._places.plot_columns if is_row else MAX_SHOWN_READINGS[self._has_dial]
         columns = [[(data, name) for name in self._readings_of_part(data, max_readings)] for data in self._shown_parts]
-        return [one for row in zip_longest(*columns) for one in row if one is not None][:max_readings]
+        candidates = [one for row in zip_longest(*columns) for one in row if one is not None]
+        selected = candidates[:max_readings]
+        changing = [(data, name) for data, name in (candidates if is_row else selected) if is_changing(self._column_of(data), name)]
+        if not changing:
+            return selected, []
+        return changing[:max_readings], [] if is_row else [one for one in selected if one not in changing]
 
     def _readings_of_part(self, frame_data: FrameData, max_readings: int) -> list[str]:
         """Return the readings that the drawing lists, or else the leading coordinate, another reading and the spindle speed."""
@@ -416,27 +443,18 @@ class FramePainter(FrameCanvas):
         return [name for name in dict.fromkeys(names) if name in readings]
 
     def _add_scale_bars(self, frame_data: FrameData, view: PixelView, shift: float, above: float, overlay: ElevationOverlay) -> None:
-        """Add a scale bar of a round length in millimetres below the elevation of a part, one of its forces, and how fast the film is."""
+        """Add a scale bar of a round length in millimetres below the elevation of a part, one of its forces, and how it is seen."""
         left, top, _, bottom = shift_rect(self._places.caption, shift)
         names_top = self._places.elevation[1] + above + 7.0
         layers_top = names_top + (FORCE_NAMES_HEIGHT if overlay.arrows.largest else 0.0)
         self._write_in_colours(overlay.layers.captions, (left, layers_top))
-        if not overlay.arrows.largest:
-            self._add_view_caption(view, shift, "seen in the turning plane" if frame_data.part.plane == TURNING_PLANE else "", frame_data)
-            return
         end = self._add_length_bar(view, shift)
-        force = round_step(0.5 * overlay.arrows.largest, 1)
-        self._add_scale_bar((end + 14.0, (top + bottom) / 2), force * overlay.arrows.scale * view.scale, f"{force:g} N")
-        names = [(f"{kind} force", FORCE_NAMES.get(kind, kind)) for kind in overlay.arrows.kinds]
-        self._write_in_colours(names, (left, names_top))
-        plane = "turning plane" if frame_data.part.plane == TURNING_PLANE else ""
-        # The bars take the whole line.
-        self._add_view_words(plane, frame_data, shift, -14.0)
-
-    def _add_view_caption(self, view: PixelView, shift: float, words: str, frame_data: FrameData) -> None:
-        """Add a scale bar of a round length below a drawing, and how it is seen."""
-        self._add_length_bar(view, shift)
-        self._add_view_words(words, frame_data, shift)
+        if overlay.arrows.largest:
+            force = round_step(0.5 * overlay.arrows.largest, 1)
+            self._add_scale_bar((end + 14.0, (top + bottom) / 2), force * overlay.arrows.scale * view.scale, f"{force:g} N")
+            names = [(f"{kind} force", FORCE_NAMES.get(kind, kind)) for kind in overlay.arrows.kinds]
+            self._write_in_colours(names, (left, names_top))
+        self._add_view_words(_view_words(frame_data), shift, -CAPTION_PITCH if overlay.arrows.largest else 0.0)
 
     def _add_length_bar(self, view: PixelView, shift: float) -> float:
         """Add a scale bar of a round length in millimetres, and return where its words end."""
@@ -445,19 +463,17 @@ class FramePainter(FrameCanvas):
         length = round_step(min(right - left, 300.0) / view.scale, 8)
         return self._add_scale_bar((left, (top + bottom) / 2), length * view.scale, f"{length * 1e3:g} mm")
 
-    def _add_view_words(self, words: str, frame_data: FrameData, shift: float, rise: float = 0.0) -> None:
-        """Write at the right below a drawing how it is seen and how fast the film is."""
+    def _add_view_words(self, lines: Sequence[str], shift: float, rise: float = 0.0) -> None:
+        """Write lines at the right below a drawing, upward from a rise (pixels): how it is seen and how fast the film is."""
         _, top, right, bottom = shift_rect(self._places.caption, shift)
-        speed = format_film_speed(frame_data.slow_down)
-        text = f"{words.removeprefix('seen in the ')}, {speed}" if words and speed else words or speed
-        if text:
-            self.add_text(text, (right, (top + bottom) / 2 + rise), 9.5, color=MUTED, ha="right")
+        for row, words in enumerate(lines):
+            self.add_text(words, (right, (top + bottom) / 2 + rise - row * CAPTION_PITCH), SMALL_TEXT, color=MUTED, ha="right")
 
     def _write_in_colours(self, captions: Sequence[tuple[str, str]], start: Vec2) -> None:
         """Write words in the colours of their roles, in one line from a position on."""
         x, y = start
         for role, words in captions:
-            text = self.add_text(words, (x, y), 9.5, color=ROLE_STYLES[role].stroke)
+            text = self.add_text(words, (x, y), SMALL_TEXT, color=ROLE_STYLES[role].stroke)
             x += self._width_of(text) + 9.0
 
     def _add_scale_bar(self, start: Vec2, length: float, words: str) -> float:
@@ -466,8 +482,18 @@ class FramePainter(FrameCanvas):
         self._add_line((left, y), (right, y), MUTED)
         for x in (left, right):
             self._add_line((x, y - 3), (x, y + 3), MUTED)
-        text = self.add_text(words, (right + 6, y), 9.5, color=MUTED)
+        text = self.add_text(words, (right + 6, y), SMALL_TEXT, color=MUTED)
         return right + 6.0 + self._width_of(text)
+
+
+def _view_words(data: FrameData) -> list[str]:
+    """Return how the plane of a part is seen, and how fast."""
+    return [*(["view turns with spindle"] if data.part.plane == TURNING_PLANE else []), *_speed_words(data)]
+
+
+def _speed_words(data: FrameData) -> list[str]:
+    """Return how fast the film is, if it is not in true time."""
+    return [words for words in (format_film_speed(data.slow_down),) if words]
 
 
 def _views_of(data: FrameData, view: FilmView) -> tuple[bool, ...]:

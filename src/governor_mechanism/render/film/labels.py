@@ -14,6 +14,7 @@ from governor_mechanism.mechanics.kinematics.point_paths import point_path
 from governor_mechanism.model.output_variables import LineAngle
 from governor_mechanism.render.frame_data import FrameData
 from governor_mechanism.render.geometry.primitives import (
+    SMALL_TEXT,
     BoundingBox,
     Circle,
     DrawnShape,
@@ -179,13 +180,13 @@ def _break_line(start: Vec2, end: Vec2, gaps: FloatArray) -> tuple[Piece, ...]:
     return (*pieces, *[(end, end)] * (len(gaps) + 1 - len(pieces)))
 
 
-LABEL_HEIGHT, LABEL_PITCH = 9.5, 15.0
+LABEL_HEIGHT, LABEL_PITCH = SMALL_TEXT, 16.0
 """Height of a name, and smallest distance to the next, pixels."""
 LETTER_WIDTH = 0.62
 """Width of a letter relative to its height, about that of the widest words."""
 LINE_START = 2.0
 """Distance (pixels) of the start of a line from the drawing, at its right."""
-_TEXT_HEIGHT, _MARGIN = 8.5, 2.0
+_TEXT_HEIGHT, _MARGIN = SMALL_TEXT, 2.0
 """Height of the words of a drawing, and the distance that a line keeps from them and from scales, pixels."""
 _SCALE_ROLES = frozenset({"scale", "pointer"})
 """Roles of shapes off which a value is read."""

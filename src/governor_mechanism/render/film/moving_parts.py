@@ -21,7 +21,7 @@ from governor_mechanism.render.figures.page import format_plain_ticks
 from governor_mechanism.render.film.gif_encoder import RgbaPixels
 from governor_mechanism.render.frame_data import FrameData
 from governor_mechanism.render.geometry.attached import DrawnPart
-from governor_mechanism.render.geometry.primitives import DrawnShape, Vec2
+from governor_mechanism.render.geometry.primitives import SMALL_TEXT, DrawnShape, Vec2
 from governor_mechanism.render.range_bands import PlotSize, RangeBand, count_turns, find_range_band
 from governor_mechanism.render.style import MUTED, PAPER, RULE, parse_rgb
 from governor_mechanism.types import FloatArray
@@ -135,14 +135,22 @@ class CurvePanel(Panel):
     bands: Sequence[RangeBand]
 
 
-def _style_axes(axes: Axes, time_span: Vec2, points_per_pixel: float) -> None:
-    """Style the axes: thin spines, few ticks, faint grid lines."""
-    axes.spines[:].set_linewidth(0.8 * points_per_pixel)
-    low, high = axes.get_ylim()
-    axes.set_yticks([tick for tick in MaxNLocator(3, min_n_ticks=2).tick_values(low, high) if low <= tick <= high])
+def set_value_ticks(axes: Axes, limits: Vec2) -> list[str]:
+    """Give the upright axis limits and few ticks, and return their labels."""
+    low, high = limits
+    axes.set_ylim(low, high)
+    ticks = [tick for tick in MaxNLocator(3, min_n_ticks=2).tick_values(low, high) if low <= tick <= high]
+    axes.set_yticks(ticks)
     format_plain_ticks(axes.yaxis, (low, high))
+    return list(axes.yaxis.get_major_formatter().format_ticks(ticks))
+
+
+def _style_axes(axes: Axes, time_span: Vec2, points_per_pixel: float) -> None:
+    """Style the axes: thin spines, faint grid lines."""
+    axes.spines[:].set_linewidth(0.8 * points_per_pixel)
     axes.set_xticks(time_span, labels=[f"{time_span[0]:.4g}", f"{time_span[1]:.4g} s"])
-    axes.tick_params(length=3 * points_per_pixel, width=0.8 * points_per_pixel, pad=2 * points_per_pixel, labelsize=8.5 * points_per_pixel)
+    axes.tick_params(length=3 * points_per_pixel, width=0.8 * points_per_pixel, pad=2 * points_per_pixel)
+    axes.tick_params(labelsize=SMALL_TEXT * points_per_pixel)
     axes.grid(axis="y", color=RULE, linewidth=0.7 * points_per_pixel)
     axes.set_axisbelow(True)
     # The time labels stay within the width of the plot, so that they never leave the frame.
@@ -182,7 +190,8 @@ def plot_curves(
     has time labels.
     """
     start, end = frame_data.time_span
-    axes.set(xlim=(start, max(end, start + 1e-9)), ylim=limits)
+    axes.set_xlim(start, max(end, start + 1e-9))
+    set_value_ticks(axes, limits)
     _style_axes(axes, frame_data.time_span, points_per_pixel)
     if not has_time_labels:
         axes.set_xticklabels([])

@@ -24,7 +24,7 @@ from governor_mechanism.render.film.moving_parts import Curve, CurvePanel, Panel
 from governor_mechanism.render.film.options import find_engine_room
 from governor_mechanism.render.frame_data import FrameData, ShownParts, find_parts
 from governor_mechanism.render.geometry.attached import at_own_moments
-from governor_mechanism.render.geometry.primitives import ELEVATION_RECT, PixelRect, PixelView, Vec2, round_step
+from governor_mechanism.render.geometry.primitives import ELEVATION_RECT, SMALL_TEXT, PixelRect, PixelView, Vec2, round_step
 from governor_mechanism.render.machines.engine_room import proportions as room
 from governor_mechanism.render.machines.engine_room.arrangement import CUT_OFF, EngineRoomParts, engine_torque, load_steps, mean_speed
 from governor_mechanism.render.machines.engine_room.drawing import EngineRoomDrawing
@@ -123,10 +123,10 @@ class EngineRoomPainter(FrameCanvas):
         if "supply_pressure" in self._governed.engine.dimensions:
             pressure = self._governed.engine.dimensions["supply_pressure"] / BAR
             position = self._place((room.PIPE_AXIS - room.PIPE_HALF_WIDTH - 8.0, room.HEIGHT - 12.0))
-            self.add_text(f"supply {pressure:.4g} bar", position, 9.5, color=MUTED, ha="right")
+            self.add_text(f"supply {pressure:.4g} bar", position, SMALL_TEXT, color=MUTED, ha="right")
         if self._governed.break_time is not None:
             text = f"belt breaks at {self._governed.break_time:.4g} s"
-            self.add_text(text, self._place((room.GOVERNOR_AXIS + 92.0, room.GOVERNOR_BASE + 12.0)), 9.5, color=MUTED)
+            self.add_text(text, self._place((room.GOVERNOR_AXIS + 92.0, room.GOVERNOR_BASE + 12.0)), SMALL_TEXT, color=MUTED)
         parts = [at_own_moments(part, states.__getitem__) for part in self.room.moving]
         return self._make_shape_panel(view, tuple(self.room.background_shapes()), parts)
 
@@ -144,20 +144,21 @@ class EngineRoomPainter(FrameCanvas):
             self._add_line((x, y), (right, y), MUTED)
             for end in (x, right):
                 self._add_line((end, y - 3), (end, y + 3), MUTED)
-            text = self.add_text(f"{name} {length * 1e3:g} mm", (right + 5.0, y), 9.5, color=MUTED)
+            text = self.add_text(f"{name} {length * 1e3:g} mm", (right + 5.0, y), SMALL_TEXT, color=MUTED)
             x = right + 5.0 + self._width_of(text) + 16.0
         slow_down = self._data.slow_down
-        texts = [f"time lapse {1 / slow_down:.4g}x" if slow_down < 1.0 else format_film_speed(slow_down)]
+        texts = [format_film_speed(slow_down)]
         (start, stop), duration = self._data.time_span, float(np.ptp(self._run.times))
         if stop - start < duration:
-            texts.insert(0, f"{stop - start:.4g} of {duration:.4g} s")
+            which = "first " if start == self._run.times[0] else ""
+            texts.insert(0, f"{which}{stop - start:.4g} of {duration:.4g} s")
         if (slowing := self.room.rotation_slowing(self._data.times)) > 1:
-            texts.append(f"one turn drawn for {slowing}")
+            texts.append(f"{slowing} turns drawn as 1")
         right = ROOM_RECT[2] - self._shift
-        self.add_text(", ".join(text for text in texts if text), (right, y), 9.5, color=MUTED, ha="right", max_width=right - x)
+        self.add_text(", ".join(text for text in texts if text), (right, y), SMALL_TEXT, color=MUTED, ha="right", max_width=right - x)
         if bands:
             position, width = (self._right - 12.0, y + 3.5), self._right - 16.0 - right  # below the times of the plots
-            self.add_text(f"band: range within {name_cycles(bands)}", position, 9.0, color=MUTED, ha="right", max_width=width)
+            self.add_text(f"band: range within {name_cycles(bands)}", position, SMALL_TEXT, color=MUTED, ha="right", max_width=width)
 
     def _make_plots(self) -> list[CurvePanel]:
         """Return the plots, stacked over a common time axis, and write their names and numbers."""
@@ -170,17 +171,17 @@ class EngineRoomPainter(FrameCanvas):
         marks = load_steps(self._run, self._governed)
         if self._governed.break_time is not None:
             marks.append(self._governed.break_time)
+        all_limits = [axis_limits_for(np.concatenate([curve.values for curve in plot.curves]), plot.noise) for plot in plots]
+        label_width = max(map(self._measure_labels, all_limits))
+        headings = [self._heading_of(plot) for plot in plots]
+        in_two_lines = any(heading.needs_two_lines(self, right - left) for heading in headings)
         panels = []
-        for k, plot in enumerate(plots):
+        for k, (plot, heading, limits) in enumerate(zip(plots, headings, all_limits, strict=True)):
             y = top + k * height
             is_last = k == len(plots) - 1
-            heading = self._heading_of(plot)
-            in_two_lines = heading.needs_two_lines(self, right - left)
             plot_top = y + layout.HEADING_HEIGHT - 2.0 + (LINE_PITCH if in_two_lines else 0.0)
-            rect = (left + layout.LABEL_WIDTH, plot_top, right - 3.0, y + height - 6.0)
+            rect = (left + label_width, plot_top, right - 3.0, y + height - layout.PLOT_BOTTOM)
             axes = self._add_axes(shift_rect(rect, self._shift))
-            values = np.concatenate([curve.values for curve in plot.curves])
-            limits = axis_limits_for(values, plot.noise)
             settings = {"has_time_labels": is_last, "has_bands": True}
             panels.append(plot_curves(axes, plot.curves, self._data, limits, marks, self._points_per_pixel, **settings))
             heading.write(self, (left, right), y, in_two_lines=in_two_lines)
@@ -190,7 +191,7 @@ class EngineRoomPainter(FrameCanvas):
         """Return the heading of a plot: the names of its curves, in their colours if there are several, and the number of the first one."""
         first = plot.curves[0]
         colours = [curve.colour for curve in plot.curves] if len(plot.names) > 1 else [INK]
-        numbers = format_numbers(np.interp(self._data.times, first.times, first.values))
+        numbers = format_numbers(np.interp(self._data.times, first.times, first.values), first.values)
         return PlotHeading(names=plot.names, numbers=numbers, unit=plot.unit, colour=first.colour, name_colours=colours)
 
     def _chosen_plots(self) -> list[_Plot]:

@@ -234,6 +234,8 @@ def wheel_radii(ratio: float, distance: FloatArray) -> tuple[FloatArray, FloatAr
 PixelRect = tuple[float, float, float, float]
 """left, top, right, bottom (pixels) from the upper left corner of the frame."""
 
+SMALL_TEXT = 11.0
+"""Height (pixels of a frame 480 high) of the smallest words, in which all captions and scales are written."""
 ELEVATION_RECT: PixelRect = (8.0, 42.0, 286.0, 436.0)
 """Rectangle of the machine in a film of 480 pixels."""
 

@@ -39,7 +39,7 @@ GAS_ROLES = ("live steam", "expanding steam", "spent steam")
 # In strokes of the picture.
 BORE_HEIGHT, WALL, PISTON_THICKNESS, MIN_CLEARANCE = 0.15, 0.03, 0.10, 0.02
 DIAGRAM_HEIGHT = 0.36
-_RIGHT_END = 1.30
+_RIGHT_END = 1.37
 """Right edge of the picture."""
 _N_CURVE_POINTS = 120
 """Points of a curve over a stroke."""

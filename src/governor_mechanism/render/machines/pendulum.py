@@ -27,10 +27,10 @@ _PIVOT_DISTANCE, _PIVOT_GAP, _VALVE_DEPTH = 0.40, 0.14, 0.10
 
 
 # Lengths as fractions of the arm.
-_WIDTH, _HEIGHT, _TOP, _MIN_RIGHT = 0.80, 0.64, 0.40, 0.34
-_CAPTION_DISTANCE, _CAPTION_WIDTH = 0.065, 0.66
+_WIDTH, _HEIGHT, _TOP, _MIN_RIGHT = 0.90, 0.64, 0.40, 0.34
+_CAPTION_DISTANCE, _CAPTION_WIDTH = 0.075, 0.85
 _MAX_DRAWN_CLEARANCE, _SLOT_CENTRE_HEIGHT, _EYE_RADIUS, _LUG_HALF_WIDTH, _LINK_HALF_WIDTH = 0.24, 0.25, 0.062, 0.15, 0.036
-_LUG_X, _RULER_X, _TICK, _TEXT_DISTANCE, _TEXT_WIDTH = 0.19, 0.39, 0.03, 0.05, 0.34
+_LUG_X, _RULER_X, _TICK, _TEXT_DISTANCE, _TEXT_WIDTH = 0.19, 0.39, 0.03, 0.05, 0.44
 _MAX_DRAWN_LIFT, _POINTER_X, _POINTER_LENGTH = 0.38, 0.375, 0.16
 _SMALL_LIFT, _LEAST_LIFT = 0.025, 1e-6
 """Range of the lift (as a fraction of the arm) below which a detail shows it, and below which it counts as rest."""
@@ -306,7 +306,7 @@ def _lift_scale_shapes(governor: PendulumDrawing) -> Iterator[DrawnShape]:
     It is next to the sleeve, or further out with leader lines if a part of the linkage passes there.
     """
     u, (width, drop) = governor.arm, governor.sleeve_size
-    ticks_mm = parts.lift_ticks(governor.reading_range(parts.LIFT_READING), governor.zero_lift_height - drop, 0.04 * u, 0.1 * u)
+    ticks_mm = parts.lift_ticks(governor.reading_range(parts.LIFT_READING), governor.zero_lift_height - drop, 0.04 * u, 0.14 * u)
     bottom, top = ticks_mm[0][1] - 0.04 * u, ticks_mm[-1][1] + 0.04 * u
     preferred_x = width + 0.10 * u
     moments = [Moment(pose, 0.0) for pose in governor.poses[select_extreme_rows(governor.poses)]]

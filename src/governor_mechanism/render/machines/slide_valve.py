@@ -26,9 +26,9 @@ from governor_mechanism.render.machines import steam_cylinder, steam_distributio
 from governor_mechanism.render.machines.machine_drawing import Dimension, MachineDrawing
 from governor_mechanism.render.machines.steam_cylinder import PositionAt
 from governor_mechanism.render.machines.steam_distribution import (
-    SteamKey,
     ValveGearPosition,
     changing_space_parts,
+    key_shapes,
     scale_note_shapes,
     steam_phase,
 )
@@ -190,7 +190,7 @@ class EngineView:
 _LEFT, _RIGHT = -1.24, 3.70
 """Edges of the picture."""
 _DIAL_CENTRE, _DIAL_RADIUS = (2.60, 1.50), 0.90
-_KEY_TOP, _SCALES_LEFT = steam_cylinder.CYLINDER_BASE - 0.03, 0.34
+_KEY_TOP, _SCALES_LEFT = steam_cylinder.CYLINDER_BASE - 0.03, 0.10
 """Height of the upper edge of the key, and left edge of the words on scales."""
 
 
@@ -205,7 +205,7 @@ class SlideValveDrawing(ValveGearProportions):
         scales = {"cylinder": 1.0, "valve": steam_cylinder.valve_magnification(self), "engine": self._engine.scale}
         yield fixed(self._engine.background_shapes())
         yield fixed(steam_cylinder.cylinder_background_shapes(self))
-        yield fixed(self._key.background_shapes())
+        yield fixed(key_shapes((_LEFT * self.crank, _KEY_TOP * self.crank), self.crank))
         yield fixed(scale_note_shapes((_SCALES_LEFT * self.crank, _KEY_TOP * self.crank), self.crank, scales))
         yield fixed(self._dial.background_shapes())
         yield fixed(self._dial.theory_shapes(self.advance))
@@ -215,17 +215,12 @@ class SlideValveDrawing(ValveGearProportions):
         """Yield all parts that the crank moves."""
         yield from self._engine.moving_parts(self.position_at)
         yield from steam_cylinder.cylinder_moving_parts(self, self.position_at)
-        yield from self._key.moving_parts(self, self.position_at)
         yield from self._dial.crank_parts(self.position_at)
 
     @cached_property
     def _engine(self) -> EngineView:
         u = self.crank
         return EngineView(self, _LEFT * u, (_RIGHT - _LEFT) * u, (steam_cylinder.CHEST_TOP + 0.10) * u)
-
-    @cached_property
-    def _key(self) -> SteamKey:
-        return SteamKey((_LEFT * self.crank, _KEY_TOP * self.crank), self.crank)
 
     @cached_property
     def _dial(self) -> steam_distribution.ZeunerDial:

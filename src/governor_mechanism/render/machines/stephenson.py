@@ -37,7 +37,7 @@ from governor_mechanism.render.geometry.primitives import (
 from governor_mechanism.render.machines import steam_cylinder, steam_distribution
 from governor_mechanism.render.machines.machine_drawing import Dimension
 from governor_mechanism.render.machines.slide_valve import ValveGearProportions
-from governor_mechanism.render.machines.steam_distribution import SteamKey, ValveGearPosition, scale_note_shapes, sense_of_rotation
+from governor_mechanism.render.machines.steam_distribution import ValveGearPosition, key_shapes, scale_note_shapes, sense_of_rotation
 from governor_mechanism.types import FloatArray
 
 HALF_SWING = math.radians(34.0)
@@ -299,7 +299,7 @@ class StephensonDrawing(LinkGearProportions):
         yield fixed(self._gear_view.background_shapes())
         yield fixed(steam_cylinder.cylinder_background_shapes(self))
         yield fixed(quadrant_shapes(self._scaled(self._places.lever_pivot), self._places.lever_length * self.crank))
-        yield fixed(self._key.background_shapes())
+        yield fixed(key_shapes(self._scaled(self._places.key), self._places.key_size * self.crank))
         yield fixed(self._dial.background_shapes())
         yield fixed(scale_note_shapes(self._scaled(self._places.scales), self._places.key_size * self.crank, scales))
 
@@ -308,7 +308,6 @@ class StephensonDrawing(LinkGearProportions):
         yield from self._gear_view.moving_parts()
         yield from steam_cylinder.cylinder_moving_parts(self, self.position_at)
         yield from lever_parts(self._scaled(self._places.lever_pivot), self._places.lever_length * self.crank, self._reverser_at)
-        yield from self._key.moving_parts(self, self.position_at)
         yield Flexible(shapes_at=self._curve_shapes)
         yield from self._dial.crank_parts(self.position_at)
 
@@ -333,10 +332,6 @@ class StephensonDrawing(LinkGearProportions):
     @cached_property
     def _gear_view(self) -> GearView:
         return GearView(self, self._scaled(self._places.gear), self._places.gear_width * self.crank)
-
-    @cached_property
-    def _key(self) -> SteamKey:
-        return SteamKey(self._scaled(self._places.key), self._places.key_size * self.crank)
 
     @cached_property
     def _dial(self) -> steam_distribution.ZeunerDial:

@@ -18,9 +18,9 @@ from governor_mechanism.render.machines.generic.drawing import GenericDrawing
 from governor_mechanism.render.machines.steam_cylinder import SteamChest
 from governor_mechanism.render.machines.steam_distribution import (
     SteamDistribution,
-    SteamKey,
     ValveGearPosition,
     changing_space_parts,
+    key_shapes,
     phase_parts,
     scale_note_shapes,
 )
@@ -205,7 +205,7 @@ class EngineInPlace:
 
 
 # As fractions of the width of the picture.
-_SECTION_WIDTH, _KEY_PLACE, _NOTE_PLACE, _NOTE_WIDTH, _KEY_SIZE = 0.45, 0.48, 0.765, 0.235, 0.20
+_SECTION_WIDTH, _KEY_PLACE, _NOTE_PLACE, _NOTE_WIDTH, _KEY_SIZE = 0.45, 0.48, 0.71, 0.27, 0.20
 _ROW_HEIGHT, _ROW_GAP = 0.17, 0.025
 """Height of the row below the engine with its gap, and the gap."""
 _ASPECT_RATIO = 1.74
@@ -231,7 +231,7 @@ class ValveGearDrawing(GenericDrawing, ValveGearExtents):
         yield fixed(self._engine.background_shapes())
         yield from super().fixed_parts()
         yield fixed(self._section_axes.place((*block_shapes(self._section), *self._section.background_shapes())))
-        yield fixed(self._key.background_shapes())
+        yield fixed(key_shapes(self._row_place(_KEY_PLACE, _NOTE_PLACE - _KEY_PLACE), _KEY_SIZE * self._width))
         yield fixed(self._dial.background_shapes())
         yield fixed(scale_note_shapes(note, _KEY_SIZE * self._width, scales))
 
@@ -239,7 +239,6 @@ class ValveGearDrawing(GenericDrawing, ValveGearExtents):
         """Yield steam, piston and valve, the gear, the section of the valve, and the diagram of the last turn."""
         yield from self._engine_parts
         yield from self._section_axes.place_parts(self._section_parts())
-        yield from self._key.moving_parts(self, self.position_at)
         yield Flexible(shapes_at=self._curve_shapes)
         yield from self._dial.crank_parts(self.position_at)
 
@@ -317,10 +316,6 @@ class ValveGearDrawing(GenericDrawing, ValveGearExtents):
         side, chest = self._crank_side, self._section
         x = left + (_ROD_END if side < 0 else 1.0) * chest.half_length
         return Placement(origin=(x, top - chest.top), x_axis=(side, 0.0), y_axis=(0.0, 1.0))
-
-    @cached_property
-    def _key(self) -> SteamKey:
-        return SteamKey(self._row_place(_KEY_PLACE, _NOTE_PLACE - _KEY_PLACE), _KEY_SIZE * self._width, -self._crank_side)
 
     @cached_property
     def _dial(self) -> steam_distribution.ZeunerDial:

@@ -202,10 +202,10 @@ def make_bell_crank(fork_x: float, sleeve_heights: FloatArray, rod_travel: float
 
 _ELBOW_HEIGHT, _PORT_LENGTH = 14.0, 3.0
 """Height of the supply pipe where it bends to the cylinder, and length of the port in its wall."""
-_CHARACTER_WIDTH = 5.2
+_CHARACTER_WIDTH = 6.6
 """Mean width of a character of a scale."""
-_POST_WIDTH = 7.0
-"""Width of the posts under a slide that does not stand on a cylinder."""
+_SCALE_TOP = room.CYLINDER_BASE - 4.0
+"""Height of the scale of a slide: under the cylinder."""
 _VALVE_LEVER, _LEVER_ANGLE = 26.0, math.radians(-140)
 """Length of the lever of the butterfly, and its angle in the middle of its range: beside the pipe, so that the disc is seen."""
 
@@ -263,7 +263,7 @@ class Throttle(Control):
     def background_shapes(self) -> Iterator[DrawnShape]:
         """Yield the supply pipe and the name of the valve."""
         yield from pipe_shapes(room.SLIDE_SCALE[2] - 22.0)
-        yield TextShape("scale", self.centre[0] - 60.0, self.centre[1] + 8.0, "throttle", 44.0)
+        yield TextShape("scale", self.centre[0] - 66.0, self.centre[1] + 9.0, "throttle", 48.0)
 
     def controlled_parts(self, value_at: Callable[[Any], float]) -> Iterator[Attached]:
         """Yield the butterfly with its lever."""
@@ -287,8 +287,8 @@ class ScaleRange:
 class Slide(Control):
     """Slide on a scale: a cut-off gear, whose scale is the stroke of the piston below it, or the torque of an engine."""
 
-    def __init__(self, fork_x: float, sleeve_heights: FloatArray, values: FloatArray, scale: ScaleRange, has_pipe: bool) -> None:
-        self._scale, self._has_pipe = scale, has_pipe
+    def __init__(self, fork_x: float, sleeve_heights: FloatArray, values: FloatArray, scale: ScaleRange) -> None:
+        self._scale = scale
         travel = self.position(float(values.max())) - self.position(float(values.min()))
         side = 1 if rises_with(values, sleeve_heights) else -1
         self.crank = make_bell_crank(fork_x, sleeve_heights, travel, side)
@@ -307,25 +307,15 @@ class Slide(Control):
         """Yield chest, supply pipe and scale."""
         left, right, low, high = room.SLIDE_SCALE
         yield make_rectangle("casting", left - 12.0, room.CYLINDER_END, low, high)
-        if self._has_pipe:
-            yield from pipe_shapes(low)
-        else:
-            for x in (left - 12.0, room.CYLINDER_END - _POST_WIDTH):
-                yield make_rectangle("frame plate", x, x + _POST_WIDTH, room.FLOOR + 16.0, low)
-        role, end = ("live steam", room.CYLINDER_END - _PORT_LENGTH) if self._has_pipe else ("bore", room.CYLINDER_END - 3.0)
-        yield make_rectangle(role, left - 9.0, end, low + 2.5, high - 2.5)
-        top = self._scale_top
+        yield from pipe_shapes(low)
+        yield make_rectangle("live steam", left - 9.0, room.CYLINDER_END - _PORT_LENGTH, low + 2.5, high - 2.5)
+        top = _SCALE_TOP
         ticks = [(left + k * (right - left) / 10, 6.0 if k % 5 == 0 else 3.5) for k in range(11)]
         yield Lines("scale", (((left, top), (right, top)), *(((x, top), (x, top - length)) for x, length in ticks)))
         texts = (left, self._scale.labels[0]), (right, self._scale.labels[1]), (0.5 * (left + right), self._scale.name)
         for x, text in texts:
             width = _CHARACTER_WIDTH * len(text)
             yield TextShape("scale", x - 0.5 * width, top - 12.0, text, width)
-
-    @property
-    def _scale_top(self) -> float:
-        """Height of the scale: under the cylinder, or under the slide if there is none."""
-        return (room.CYLINDER_BASE if self._has_pipe else room.SLIDE_SCALE[2]) - 4.0
 
     def controlled_parts(self, value_at: Callable[[Any], float]) -> Iterator[Attached]:
         """Yield the slide with its pointer."""
@@ -337,8 +327,8 @@ class Slide(Control):
         _, _, low, high = room.SLIDE_SCALE
         yield make_rectangle("valve", -7.0, 7.0, low + 2.5, high - 2.5)
         yield make_rectangle("eccentric", -2.0, 2.0, high - 3.0, high + 5.0)
-        yield Lines("projection", (((0.0, low + 2.5), (0.0, self._scale_top)),))
-        yield Polygon("tracer", ((0.0, self._scale_top), (-3.0, self._scale_top + 6.0), (3.0, self._scale_top + 6.0)))
+        yield Lines("projection", (((0.0, low + 2.5), (0.0, _SCALE_TOP)),))
+        yield Polygon("tracer", ((0.0, _SCALE_TOP), (-3.0, _SCALE_TOP + 6.0), (3.0, _SCALE_TOP + 6.0)))
 
 
 def rises_with(values: FloatArray, heights: FloatArray) -> bool:

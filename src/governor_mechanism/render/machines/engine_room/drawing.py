@@ -1,11 +1,12 @@
 """Elevation of an engine room: engine, load, belt drive, governor, bell crank, and throttle or cut-off gear, as in a run."""
 
 import math
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
 from operator import attrgetter
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -55,22 +56,21 @@ def make_view(crank: float, rod: float) -> EngineView:
     return EngineView(crank=crank, rod=rod, left=room.ENGINE_LEFT, right=right, base=room.FLOOR, length=_LENGTH)
 
 
-class EngineElevation:
+class HorizontalEngine(ABC):
     """Horizontal engine with its cylinder in section; `scaled` is what of it is drawn to scale."""
 
-    scaled = "stroke"
+    scaled: ClassVar[str]
 
-    def __init__(self, drawing: FlywheelEngineDrawing) -> None:
-        self._drawing = drawing
-        self.view = make_view(0.5 * drawing.stroke, drawing.connecting_rod)
-        left, right, low, high = self.view.cylinder_box
-        wall = _WALL * self.view.scale
+    def __init__(self, view: EngineView) -> None:
+        self.view = view
+        left, right, low, high = view.cylinder_box
+        wall = _WALL * view.scale
         self._bore = left + wall, right - wall, low + wall, high - wall
 
     @property
+    @abstractmethod
     def pixels_per_metre(self) -> float:
-        """Scale of crank and stroke."""
-        return 2 * room.CRANK_RADIUS / self._drawing.stroke
+        """Scale of what is drawn to scale."""
 
     def background_shapes(self) -> Iterator[DrawnShape]:
         """Yield bed, guides and cylinder."""
@@ -93,62 +93,78 @@ class EngineElevation:
         half, (_, _, low, high) = _PISTON_HALF_LENGTH * self.view.scale, self._bore
 
         def piston_at(moment: Any) -> Vec2:
-            return self._piston_at(angle_at(moment)), 0.0
+            return self.piston_position(self._travel(angle_at(moment))), 0.0
 
-        yield Flexible(shapes_at=lambda moment: self._gas_shapes(angle_at(moment), time_at(moment)))
+        yield Flexible(shapes_at=lambda moment: [*self._gas_shapes(angle_at(moment), time_at(moment)), self._piston_rod(angle_at(moment))])
         yield Attached(frame=axes_shifted(piston_at), shapes=(make_rectangle("piston", -half, half, low, high),))
         yield from self.view.crank_parts(angle_at)
+
+    def piston_position(self, relative_travel: float) -> float:
+        """Return the drawn position (x) of the piston at a travel relative to the stroke."""
+        return self.view.cylinder_box[0] + (_FIRST_PISTON_POSITION + 2 * relative_travel) * self.view.scale
 
     def _travel(self, crank_angle: float) -> float:
         """Return the travel of the piston relative to its stroke."""
         return relative_travel(crank_angle, self.view.crank / self.view.rod)
 
-    def _piston_at(self, crank_angle: float) -> float:
-        return self.piston_position(self._travel(crank_angle))
+    def _piston_rod(self, crank_angle: float) -> DrawnShape:
+        """Return the piston rod at a drawn crank angle (rad)."""
+        axis, rod = self.view.shaft[1], _PISTON_ROD * self.view.scale
+        end = self.piston_position(self._travel(crank_angle))
+        return make_rectangle("piston rod", self.view.cylinder_box[0], end, axis - rod, axis + rod)
+
+    @abstractmethod
+    def _gas_shapes(self, crank_angle: float, time: float) -> Iterator[DrawnShape]:
+        """Yield the gas at a drawn crank angle (rad) and a time (s)."""
+
+
+class EngineElevation(HorizontalEngine):
+    """Engine of a scene with its gas."""
+
+    scaled = "stroke"
+
+    def __init__(self, drawing: FlywheelEngineDrawing) -> None:
+        super().__init__(make_view(0.5 * drawing.stroke, drawing.connecting_rod))
+        self._drawing = drawing
+
+    @property
+    def pixels_per_metre(self) -> float:
+        """Scale of crank and stroke."""
+        return 2 * room.CRANK_RADIUS / self._drawing.stroke
 
     def _gas_shapes(self, crank_angle: float, time: float) -> Iterator[DrawnShape]:
-        """Yield the gas at a drawn crank angle (rad) and a time (s), and the piston rod."""
-        (left, right, low, high), travel, u = self._bore, self._travel(crank_angle), self.view.scale
-        x, half = self.piston_position(travel), _PISTON_HALF_LENGTH * u
+        """Yield the gas on both sides of the piston, in the colours of its pressure."""
+        (left, right, low, high), travel = self._bore, self._travel(crank_angle)
+        x, half = self.piston_position(travel), _PISTON_HALF_LENGTH * self.view.scale
         is_return = bool(math.floor(crank_angle / math.pi) % 2)
         for cylinder in self._drawing.expansion_cylinders(time):
             pressures = cylinder.shaft_side_pressure(travel, is_return), cylinder.far_side_pressure(travel, is_return)
             for (start, end), pressure in zip(((left, x - half), (x + half, right)), pressures, strict=True):
                 outline = make_rectangle("bore", start, end, low, high).points
                 yield from (Polygon(role, outline if role == cylinder.gas_role(pressure) else ()) for role in GAS_ROLES)
-        axis, rod = self.view.shaft[1], _PISTON_ROD * u
-        yield make_rectangle("piston rod", self.view.cylinder_box[0], x, axis - rod, axis + rod)
-
-    def piston_position(self, relative_travel: float) -> float:
-        """Return the drawn position (x) of the piston at a travel relative to the stroke."""
-        return self.view.cylinder_box[0] + (_FIRST_PISTON_POSITION + 2 * relative_travel) * self.view.scale
 
 
-class WheelElevation:
-    """Flywheel of a scene that describes no more of its engine; the marked spoke is at the crank angle."""
+_DRAWN_ROD = 4.0
+"""Drawn length of a connecting rod of which the scene says nothing, in crank radii."""
+
+
+class WheelElevation(HorizontalEngine):
+    """Flywheel of a scene that describes no more of its engine than its torque: with a cylinder and rods that show what turns it."""
 
     scaled = "wheel"
 
     def __init__(self, radius: float) -> None:
+        super().__init__(make_view(1.0, _DRAWN_ROD))
         self._radius = radius
-        self.view = make_view(1.0, math.inf)
 
     @property
     def pixels_per_metre(self) -> float:
         """Scale of the wheel, if it is a rim."""
         return 0.5 * self.view.height / self._radius
 
-    def background_shapes(self) -> Iterator[DrawnShape]:
-        """Yield the bed."""
-        yield make_rectangle("frame plate", self.view.shaft[0] + 30.0, room.CYLINDER_END + 6.0, room.FLOOR, room.FLOOR + 16.0)
-
-    def wheel_parts(self, angle_at: Callable[[Any], float]) -> Iterator[DrawnPart]:
-        """Yield the wheel; `angle_at` is the drawn crank angle at a moment, rad."""
-        yield from self.view.wheel_parts(angle_at)
-
-    def crank_parts(self, angle_at: Callable[[Any], float], time_at: Callable[[Any], float]) -> Iterator[DrawnPart]:
-        """Yield nothing: the engine has no other parts."""
-        yield from ()
+    def _gas_shapes(self, crank_angle: float, time: float) -> Iterator[DrawnShape]:
+        """Yield the bore with nothing in it: the scene knows no pressure."""
+        yield make_rectangle("bore", *self._bore)
 
 
 _LEFT_OUT = ("scale", "leader", "pointer", "axis")
@@ -313,10 +329,11 @@ class EngineRoomDrawing:
         if self.governed.controlled == THROTTLE:
             return Throttle(fork_x, heights, values)
         if self.governed.controlled == CUT_OFF:
-            return Slide(fork_x, heights, values, ScaleRange(low=0.0, high=1.0, labels=("0", "1"), name="cut-off"), has_pipe=True)
-        high = max(float(values.max()), 1e-12)
-        scale = ScaleRange(low=0.0, high=high, labels=("0", f"{high:.4g}"), name="N m")
-        return Slide(fork_x, heights, values, scale, has_pipe=False)
+            return Slide(fork_x, heights, values, ScaleRange(low=0.0, high=1.0, labels=("0", "1"), name="cut-off"))
+        highest = max(float(values.max()), 1e-12)
+        step = 0.5 * 10 ** math.floor(math.log10(highest))
+        high = step * math.ceil(highest / step)
+        return Slide(fork_x, heights, values, ScaleRange(low=0.0, high=high, labels=("0", f"{high:.4g}"), name="torque N m"))
 
     def fixed_parts(self) -> Iterator[DrawnPart]:
         """Yield all that does not move."""
