@@ -25,6 +25,8 @@ __all__ = sorted({*_MODULES} - {"open"})  # it would hide the function of Python
 
 def __getattr__(name: str) -> object:
     """Import a public name when it is first asked for, so that the package itself is imported quickly."""
+    if name.startswith("_"):  # of Python's own protocols: tools ask a module for many
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     if name not in _MODULES:
         from governor_mechanism.errors import did_you_mean  # not before: it is slow to import
 

@@ -12,8 +12,6 @@ from governor_mechanism.scenes.parser import parse_scene_document
 from governor_mechanism.studies.sweep import workers
 from scene_documents import governor_document
 
-distributed = pytest.importorskip("distributed", reason="the extra `cluster` (dask.distributed) is not installed")
-
 DOCUMENT = governor_document(
     title="Porter",
     spindle={"speed": "120 rpm"},
@@ -30,7 +28,13 @@ def scene():
 
 
 @pytest.fixture
-def local_cluster():
+def distributed():
+    """The package, imported when a test needs it: it is slow to import."""
+    return pytest.importorskip("distributed", reason="the extra `cluster` (dask.distributed) is not installed")
+
+
+@pytest.fixture
+def local_cluster(distributed):
     """Two worker processes on this computer."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # of dask, about ports and forks
@@ -52,7 +56,7 @@ def listing(folder):
 
 
 @pytest.mark.long
-def test_the_table_is_the_same_though_a_worker_is_killed_and_whoever_connects(scene, local_cluster, alone, tmp_path):
+def test_the_table_is_the_same_though_a_worker_is_killed_and_whoever_connects(scene, distributed, local_cluster, alone, tmp_path):
     address = local_cluster.scheduler_address
     killed = []
 

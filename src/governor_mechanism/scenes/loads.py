@@ -91,8 +91,10 @@ class WrittenFunction:
                 raise mistake(ProblemCode.WRONG_TYPE, f"{path} needs two points or more; found {len(positions)}")
             has_unit = any(isinstance(point[0], str) for point in self.table)
             return TableFunction(positions=positions, values=values, quantity=kind if has_unit else "", **common)
+        # The kind whose SI unit is written comes first: pint, which tells the others that they do not fit, is slow to import.
+        unlike = {kind: not str(self.gain).endswith(f" {QUANTITY_KINDS[GAIN_KINDS[load_kind][kind]].si_unit}") for kind in READING_KINDS}
         kind, (gain, about) = quantities.parse_first_fitting(
-            READING_KINDS,
+            sorted(READING_KINDS, key=unlike.__getitem__),
             lambda kind: (
                 quantities.parse_si(self.gain, GAIN_KINDS[load_kind][kind], f"{KEY}.gain"),
                 quantities.parse_si(self.about, kind, f"{KEY}.about"),

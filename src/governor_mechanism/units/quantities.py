@@ -116,7 +116,9 @@ _OTHER_KINDS = (("a volume", "m^3"), ("a temperature", "K"))
 _THOUSANDTH, _DEGREE, _RPM = Decimal("0.001"), Decimal("0.01745329251994329576923690768"), Decimal("0.1047197551196597746154214461")
 USUAL_FACTORS = {
     **dict.fromkeys((("mm", "m"), ("g", "kg"), ("ms", "s"), ("mm/s", "m/s")), _THOUSANDTH),
-    **{("cm", "m"): Decimal("0.01"), ("deg", "rad"): _DEGREE, ("rpm", "rad/s"): _RPM, ("N/mm", "N/m"): Decimal(1000)},
+    **dict.fromkeys((("N/mm", "N/m"), ("kN", "N"), ("kN/m", "N/m"), ("kN s/m", "N s/m"), ("kW", "W")), Decimal(1000)),
+    **{("cm", "m"): Decimal("0.01"), ("cm^2", "m^2"): Decimal("0.0001"), ("bar", "Pa"): Decimal(100_000)},
+    **{("deg", "rad"): _DEGREE, ("rpm", "rad/s"): _RPM},
 }
 """SI values of the usual units by unit and SI unit, as pint computes them: most scenes need no others."""
 
