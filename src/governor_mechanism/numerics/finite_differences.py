@@ -25,6 +25,9 @@ STEP_RATIOS = tuple(0.16 / 2**k for k in range(8))
 The large ones suit functions that are nearly polynomials, the small ones functions with a singularity nearby.
 """
 
+MAX_ROUNDING_RATIO = 10.0
+"""Derivative relative to its rounding below which a function does not depend on a variable, where a tolerance is enough."""
+
 
 def directional_derivative(
     function: VectorFunction,
@@ -54,10 +57,11 @@ def directional_derivative(
         derivative = weights @ samples / ratio**order
         if previous is not None:
             difference = float(np.max(np.abs(derivative - previous), initial=0.0))
-            error = difference + np.finfo(np.float64).eps * float(np.max(np.abs(weights) @ np.abs(samples), initial=0.0)) / ratio**order
-            if error < best_error:
-                best, best_error = derivative, error
-            if difference <= tolerance * float(np.max(np.abs(derivative), initial=0.0)):
+            rounding = np.finfo(np.float64).eps * float(np.max(np.abs(weights) @ np.abs(samples), initial=0.0)) / ratio**order
+            size = float(np.max(np.abs(derivative), initial=0.0))
+            if difference + rounding < best_error:
+                best, best_error = derivative, difference + rounding
+            if difference <= tolerance * size or (tolerance and size + difference <= MAX_ROUNDING_RATIO * rounding):
                 break
         previous = derivative
     return best, best_error

@@ -87,8 +87,7 @@ class SceneDynamics:
         origin_poses, origin_velocities = from_mass_centres(self._system, poses, velocities)
         self._reference, bodies, axes = origin_poses, self._mechanism.bodies, ("x", "y", "angle")
         self._independent = self._choose_coordinates(origin_poses)
-        self._projection_inverse_mass = self._system.inverse_mass.copy()
-        self._projection_inverse_mass.ravel()[self._independent] = 0.0  # the projection does not change these
+        self._hold_independent()
         lags = initial_lags(scene, poses, velocities)
         names = [f"{bodies[k // 3].name}.{axes[k % 3]}" for k in self._independent]
         self.names = (*names, *(f"lag {k + 1}" for k in range(len(lags))))
@@ -106,6 +105,12 @@ class SceneDynamics:
         last = max([0.0, *(float(function.breakpoints[-1]) for function in functions if function.breakpoints.size)])
         self._inputs: FloatArray = stack_local_cubics(functions, np.array([last if self._time is None else self._time]))[0]
         self._workspace = make_system_workspace(self._system)
+
+    def _hold_independent(self) -> None:
+        """Make the system in which a projection does not change the independent coordinates."""
+        inverse_mass = self._system.inverse_mass.copy()
+        inverse_mass.ravel()[self._independent] = 0.0
+        self._projected = self._system._replace(inverse_mass=inverse_mass)
 
     def _require_steady_inputs(self) -> None:
         if np.any(self._system.planes["amplitude"]):
@@ -158,8 +163,12 @@ class SceneDynamics:
         taut = tuple(self._reading(one.reading, poses) > one.slack_below for one in one_sided_forces_of(self.scene))
         tables = reading_tables_of(self.scene)
         segments = tuple(int(np.searchsorted(table.positions, self._input_of_function(table, z, rates))) for table in tables)
-        self._set_mode(replace(previous_mode, taut=taut, segments=segments))
-        return self._mode != previous_mode
+        mode = replace(previous_mode, taut=taut, segments=segments)
+        if mode == previous_mode:
+            return False
+        self._set_mode(mode)
+        self._hold_independent()
+        return True
 
     def _input_of_function(self, function: ReadingFunction, z: FloatArray, rates: FloatArray) -> float:
         """Return the value of the reading, or the speed, that a load depends on."""
@@ -184,8 +193,7 @@ class SceneDynamics:
         poses, velocities = self._reference.copy(), np.zeros_like(self._reference)
         poses.ravel()[self._independent] = z[:n_free]
         velocities.ravel()[self._independent] = rates[:n_free]
-        projected = self._system._replace(inverse_mass=self._projection_inverse_mass)
-        gap = project_state(projected, self._workspace, self._inputs, 0.0, poses, velocities, CLOSURE_TOLERANCE * length_scale)
+        gap = project_state(self._projected, self._workspace, self._inputs, 0.0, poses, velocities, CLOSURE_TOLERANCE * length_scale)
         if not gap < MAX_GAP_RATIO * length_scale:
             poses[:] = np.nan
         return poses, velocities

@@ -22,6 +22,9 @@ PERTURBATION = 0.01
 TEST_DISPLACEMENT = 0.4
 """Displacement in scales along a cyclic coordinate that must not change the accelerations."""
 
+SLOPE_TOLERANCE = 1e-10
+"""Relative accuracy of the derivatives by which cyclic coordinates are recognised."""
+
 CYCLIC_TOLERANCE = 1e-9
 """Change of the accelerations, relative to the largest, below which they do not depend on a coordinate."""
 
@@ -86,7 +89,7 @@ class SteadyState:
     @property
     def is_steady(self) -> bool:
         """Whether no acceleration remains but rounding."""
-        sensitivity = _size(self.residual_jacobian())
+        sensitivity = _size(self.residual_jacobian)
         return bool(np.isfinite(sensitivity)) and _size(self.residual(self.z, self.rates)) <= RESIDUAL_TOLERANCE * max(1.0, sensitivity)
 
     def residual(self, z: FloatArray, rates: FloatArray) -> FloatArray:
@@ -94,6 +97,7 @@ class SteadyState:
         residual: FloatArray = np.linalg.solve(self.basis, self.accelerations(z, rates)) * self.time_scale**2 / self.unknown_scales
         return residual
 
+    @cached_property
     def residual_jacobian(self) -> FloatArray:
         """Return the Jacobian (n, n) of the residual in steady motions with respect to positions and cyclic speeds, dimensionless."""
         zeros, ones = np.zeros(len(self.z)), np.ones(len(self.z))
@@ -151,7 +155,7 @@ class SteadyState:
 
     def _count_conserved(self) -> int:
         """Return the number of speeds that no equation determines; each belongs to a momentum that stays constant."""
-        rows = self.residual_jacobian()
+        rows = self.residual_jacobian
         row_sizes = np.max(np.abs(rows), axis=1, initial=0.0)
         rows = rows[row_sizes > MIN_ROW_SIZE] / row_sizes[row_sizes > MIN_ROW_SIZE, np.newaxis]
         rank = int(np.sum(np.linalg.svd(rows, compute_uv=False) > RANK_TOLERANCE)) if len(rows) else 0
@@ -173,7 +177,7 @@ def find_cyclic_directions(
 
     n, patterns = len(z), np.cos(np.arange(1.0, 1.0 + 6 * len(z)) ** 1.5).reshape(3, 2, len(z))
     states = [(z + PERTURBATION * scales * p, rates + scales * r / time_scale) for p, r in patterns]
-    parts = [jacobian(partial(shifted_accelerations, p, v), np.zeros(n), np.ones(n)) for p, v in states]
+    parts = [jacobian(partial(shifted_accelerations, p, v), np.zeros(n), np.ones(n), tolerance=SLOPE_TOLERANCE) for p, v in states]
     matrix = np.concatenate([part / scales[:, np.newaxis] for part, _ in parts])
     noise = np.concatenate([np.broadcast_to(errors, (n, n)) / scales[:, np.newaxis] for _, errors in parts])
     if not (np.all(np.isfinite(matrix)) and np.all(np.isfinite(noise))):
@@ -213,7 +217,7 @@ def find_steady_state(
     unknown_weights = np.where(np.arange(len(z)) < m, 1.0, SPEED_WEIGHT)
     size = _size(state.residual(state.z, state.rates))
     for _ in range(MAX_ITERATIONS):
-        residual, matrix = state.residual(state.z, state.rates), state.residual_jacobian()
+        residual, matrix = state.residual(state.z, state.rates), state.residual_jacobian
         if not np.all(np.isfinite(matrix)):
             break
         # Rows are scaled, so that the rank does not depend on stiffness; the shortest step keeps speeds that nothing determines.

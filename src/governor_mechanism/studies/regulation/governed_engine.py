@@ -214,12 +214,19 @@ class GovernedEngine:
             sense = 1.0 if element.bodies[1] == self._shaft else -1.0
             if isinstance(element, CylinderGas):
                 opening, coefficients = self._settings(element, known)
-                torque += opening * float(gas_work(coefficients, element.stroke, math.pi)) / math.pi
+                work = self._works_per_stroke.get(element.name) if element.cut_off is None else None
+                torque += opening * (float(gas_work(coefficients, element.stroke, math.pi)) if work is None else work) / math.pi
             elif isinstance(element, Torque):
                 torque += sense * _evaluate_load(element.moment, known)
             elif isinstance(element, TorsionDamper):
                 torque -= element.damping * shaft_speed
         return torque
+
+    @cached_property
+    def _works_per_stroke(self) -> dict[str, float]:
+        """Work (J) of a stroke with an open throttle, by gas, where no governor moves the cut-off."""
+        gases = [one for one in self._engine_elements if isinstance(one, CylinderGas) and one.cut_off is None]
+        return {gas.name: float(gas_work(gas.coefficients, gas.stroke, math.pi)) for gas in gases}
 
     def _known_readings(self, readings: Mapping[str, float], shaft_speed: float) -> dict[str, float]:
         """Return what the position of the governor and the speed (rad/s) of the shaft determine, by the names in the scene."""

@@ -47,8 +47,11 @@ DIFFERENCE_STEP = 1e-5
 RETURN_TOLERANCE = 1e-9
 """Largest distance between the states before and after a turn of a periodic motion, relative to their scales: ten times `RUN_ACCURACY`."""
 
-MAX_ITERATIONS = 12
-"""Largest number of Newton steps; three or four reach the tolerance from the equilibrium by statics."""
+MAX_ITERATIONS = 20
+"""Largest number of Newton steps."""
+
+SUFFICIENT_DECREASE = 0.1
+"""Ratio of successive distances above which Newton's method computes its Jacobian again."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -60,6 +63,8 @@ class PeriodicMotion:
     state: FloatArray
     multipliers: ComplexArray  # floquet multipliers of a turn without that of a shift in time, the largest first
     return_error: float  # distance between the states before and after the turn, relative to their scales
+    turn_jacobian: FloatArray  # derivative of the state after the turn by that before, both relative to their scales; shape (4, 4)
+    point: OperatingPoint  # equilibrium with mean torque, of this motion or of the one at which the search began
 
     @property
     def growth_rate(self) -> float:
@@ -75,17 +80,18 @@ class PeriodicMotion:
 def find_periodic_motion(
     scene: Scene,  # scene of a governed engine without contacts on its governor
     torque: float,  # load, N m
+    near: PeriodicMotion | None = None,  # motion of a similar scene, at which the search begins
 ) -> PeriodicMotion:
     """Return the periodic motion of a governed engine under a constant load."""
     governed = GovernedEngine(GovernedEngine(scene).with_constant_load(torque))
-    return _TurnMap(governed, governed.operating_point(torque)).solve()
+    return _TurnMap(governed, near.point if near else governed.operating_point(torque)).solve(near)
 
 
 class _TurnMap:
     """The state of a governed engine after a time, as a function of that before."""
 
     def __init__(self, governed: GovernedEngine, point: OperatingPoint) -> None:
-        self._governed = governed
+        self._governed, self._point = governed, point
         self._started = governed.started_at(point)
         start = self._started.system.start
         angle = start.values.get(governed.shaft_angle, 0.0)
@@ -96,21 +102,25 @@ class _TurnMap:
         scale = governed.coordinate_scale
         self._scales = np.array([1.0, point.shaft_speed, scale, scale * point.shaft_speed])
 
-    def solve(self) -> PeriodicMotion:
-        """Return the periodic motion near the operating point."""
-        state, period = self._state, self._period
+    def solve(self, near: PeriodicMotion | None = None) -> PeriodicMotion:
+        """Return the periodic motion near the operating point, or near another motion.
+
+        A Jacobian costs eight runs, so that one is kept while the distance between the states shrinks well.
+        """
+        state, period = (near.state, near.period) if near else (self._state, self._period)
+        jacobian, matrix, previous = near.turn_jacobian if near else None, None, math.inf
         shift = np.array([math.tau, 0.0, 0.0, 0.0])
         for _ in range(MAX_ITERATIONS):
             end = self._advance(state, period)
             residual = (end - state - shift) / self._scales
-            jacobian = self._derivative_by_state(state, period, end)
-            if np.abs(residual).max() <= RETURN_TOLERANCE:
-                return self._motion(state, period, jacobian, float(np.abs(residual).max()))
-            # Unknowns: speed, coordinate and rate at a fixed angle, and the period.
-            step = DIFFERENCE_STEP * period
-            by_period = (self._advance(state, period + step) - end) / step * period / self._scales
-            matrix = np.column_stack([(jacobian - np.eye(4))[:, 1:], by_period])
-            correction = np.linalg.solve(matrix, -residual)
+            size = float(np.abs(residual).max())
+            if size <= RETURN_TOLERANCE:
+                return self._motion(state, period, self._derivative_by_state(state, period), size)
+            if matrix is None or size > SUFFICIENT_DECREASE * previous:
+                if jacobian is None or matrix is not None:
+                    jacobian = self._derivative_by_state(state, period)
+                matrix = self._newton_matrix(jacobian, state, period, end)
+            correction, previous = np.linalg.solve(matrix, -residual), size
             state = state + self._scales * np.append(0.0, correction[:3])
             period *= 1.0 + float(np.clip(correction[3], -0.5, 0.5))
         raise MechanismError(
@@ -118,14 +128,27 @@ class _TurnMap:
             f"after a turn differs by {np.abs(residual).max():.3g} of its scale; increase the inertia of the flywheel"
         )
 
+    def _newton_matrix(self, jacobian: FloatArray, state: FloatArray, period: float, end: FloatArray) -> FloatArray:
+        """Return the derivatives of the residual by speed, coordinate and rate at a fixed angle, and by the period."""
+        step = DIFFERENCE_STEP * period
+        by_period = (self._advance(state, period + step) - end) / step * period / self._scales
+        return np.column_stack([(jacobian - np.eye(4))[:, 1:], by_period])
+
     def _motion(self, state: FloatArray, period: float, jacobian: FloatArray, error: float) -> PeriodicMotion:
         """Return the periodic motion, without the multiplier nearest to 1, that of a shift in time."""
         multipliers = np.linalg.eigvals(jacobian)
         multipliers = np.delete(multipliers, np.argmin(np.abs(multipliers - 1.0)))
         order = np.argsort(-np.abs(multipliers), kind="stable")
-        return PeriodicMotion(period=period, state=state, multipliers=multipliers[order].astype(complex), return_error=error)
+        return PeriodicMotion(
+            period=period,
+            state=state,
+            multipliers=multipliers[order].astype(complex),
+            return_error=error,
+            turn_jacobian=jacobian,
+            point=self._point,
+        )
 
-    def _derivative_by_state(self, state: FloatArray, period: float, end: FloatArray) -> FloatArray:
+    def _derivative_by_state(self, state: FloatArray, period: float) -> FloatArray:
         """Return the derivative (4, 4) of the state after a period by that before, both relative to their scales."""
         columns = []
         for k in range(len(state)):
@@ -459,10 +482,14 @@ class _BorderColumns:
         """Return the border under the cyclic torque near that with mean torque; None if it is not within the range."""
         from scipy.optimize import brentq  # slow to import
 
+        near: PeriodicMotion | None = None
+
         def growth_rate(y: float) -> float:
+            nonlocal near
             scene = self.points.scene_at(x, y, self.cyclic_document)
             governed = GovernedEngine(scene)
-            return find_periodic_motion(scene, governed.load.fraction.values[-1] * governed.load.rated_torque).growth_rate
+            near = find_periodic_motion(scene, governed.load.fraction.values[-1] * governed.load.rated_torque, near)
+            return near.growth_rate
 
         width = FIRST_WIDTH * (ends[1] - ends[0])
         at_mean = growth_rate(mean)
