@@ -26,9 +26,9 @@ from governor_mechanism.render.geometry.primitives import BoundingBox, Vec2, enc
 from governor_mechanism.render.machines.generic.drawing import GenericDrawing
 from governor_mechanism.render.machines.governor_parts import GovernorDrawing
 from governor_mechanism.render.machines.machine_drawing import MachineDrawing
-from governor_mechanism.render.machines.registry import drawing_of
+from governor_mechanism.render.machines.registry import DRAWN_WITH_WHEEL, drawing_of
 from governor_mechanism.render.number_format import display_unit_of
-from governor_mechanism.render.part_run import magnify_motion
+from governor_mechanism.render.part_run import find_shaft_wheel, magnify_motion
 from governor_mechanism.render.shown_readings import (
     RATE_START,
     READING_NOISE_RATIO,
@@ -173,9 +173,14 @@ def is_changing(column: Sequence[FrameData], name: str) -> bool:
 
 
 def find_parts(run: Trajectory, name: str | None) -> tuple[Part, ...]:
-    """Return the part of that name, or all parts for None: last one that turns with a spindle, which has a plan view, if there is any."""
+    """Return the part of that name, or all parts for None: last one that turns with a spindle, which has a plan view, if there is any.
+
+    A wheel that the drawing of another part shows on its shaft is left out of all.
+    """
     parts = run.scene.parts
     if name is None:
+        on_shafts = [find_shaft_wheel(run.scene, part) for part in parts if part.machine in DRAWN_WITH_WHEEL]
+        parts = tuple(part for part in parts if part not in on_shafts)
         return tuple(sorted(parts, key=lambda part: part.turns))
     names = [part.name for part in parts]
     if name not in names:

@@ -17,6 +17,7 @@ from governor_mechanism.mechanics.kinematics.assembly import mobility_of
 from governor_mechanism.mechanics.kinematics.output_variables import READING_UNITS
 from governor_mechanism.mechanics.kinematics.range_of_motion import find_range_of_motion
 from governor_mechanism.mechanics.kinematics.time_functions import CubicTimeFunction
+from governor_mechanism.model.coupling.couplings import RatioCoupling
 from governor_mechanism.model.effect import Effect
 from governor_mechanism.model.events import Event, EventKind
 from governor_mechanism.model.part import FreeSpindle, Part
@@ -37,6 +38,18 @@ HOLD_EVENT_KINDS = {EventKind.STICK: True, EventKind.REST: True, EventKind.SLIP:
 """Events that begin (True) or end (False) the hold of a contact."""
 FLASH_DURATION = 0.25
 """Duration (s of film) for which an impact is shown."""
+
+
+def find_shaft_wheel(scene: Scene, part: Part) -> Part | None:
+    """Return the part of a scene that is a single wheel, if it turns with the crank of another part; None if there is no such part."""
+    for coupling in scene.couplings:
+        if isinstance(coupling, RatioCoupling) and abs(coupling.ratio) == 1.0:
+            ends = {coupling.first, coupling.second}
+            for other in scene.parts:
+                is_wheel = other is not part and not other.turns and len(other.mechanism.bodies) == 1
+                if is_wheel and any(one.startswith(f"{other.name}.") for one in ends) and f"{part.name}.crank_angle" in ends:
+                    return other
+    return None
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -327,6 +327,8 @@ class FramePainter(FrameCanvas):
         drawing = frame_data.drawing
         path = None if self._options.traces else drawing.traced_path(frame_data.poses_at(frame_data.sample_times))
         ends = drawing.traced_path(frame_data.poses)
+        if path is not None and _is_behind_ball(frame_data, path):
+            path = None
         parts = [*frame_data.moving_parts(), *overlay.parts()]
         if path is not None and ends is not None:
             parts.insert(0, Flexible(shapes_at=lambda k: [self._traced_path(frame_data, path, ends, k)]))
@@ -484,6 +486,17 @@ class FramePainter(FrameCanvas):
             self._add_line((x, y - 3), (x, y + 3), MUTED)
         text = self.add_text(words, (right + 6, y), SMALL_TEXT, color=MUTED)
         return right + 6.0 + self._width_of(text)
+
+
+_MIN_TRACE = 4.0
+"""Extent of a path, in radii of the ball that draws it, below which it looks like dirt beside the ball that hides most of it."""
+
+
+def _is_behind_ball(data: FrameData, path: FloatArray) -> bool:
+    """Return whether a ball hides most of the path (s, 2) m that it draws."""
+    shapes = data.drawing.moving_shapes(data.poses[0], float(data.times[0]))
+    radius = max((shape.radius for shape in shapes if isinstance(shape, Circle) and shape.role == "ball"), default=0.0)
+    return float(np.hypot(*np.ptp(path, axis=0))) < _MIN_TRACE * radius
 
 
 def _view_words(data: FrameData) -> list[str]:

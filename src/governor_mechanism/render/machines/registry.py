@@ -25,6 +25,10 @@ MACHINE_DRAWINGS: LaterClasses[type[MachineDrawing]] = LaterClasses(
 """Classes of drawings by the name of the machine, each with the module in this folder."""
 
 
+DRAWN_WITH_WHEEL = frozenset({"stephenson"})
+"""Machines whose drawings show the flywheel of another part on their shaft."""
+
+
 def find_drawing_class(part: Part) -> type[MachineDrawing]:
     """Return the class that draws a part; a run in which a valve gear does not move as one is drawn as any mechanism is."""
     return MACHINE_DRAWINGS.get(part.machine, ValveGearDrawing if may_be_valve_gear(part) else GenericDrawing)

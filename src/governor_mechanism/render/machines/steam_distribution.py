@@ -124,7 +124,7 @@ def key_shapes(corner: Vec2, unit: float) -> Iterator[DrawnShape]:
 def scale_note_shapes(corner: Vec2, unit: float, scales: Mapping[str, float]) -> Iterator[DrawnShape]:
     """Yield how much larger or smaller views are than the first one, to which the scale bar belongs, as large as a key."""
     base, *others = scales
-    lines = [f"bar: for the {base}"]
+    lines = [f"bar: {base}"]
     for name in others:
         ratio = scales[name] / scales[base]
         lines.append(f"{name}: {ratio:.2g} × larger" if ratio >= 1.0 else f"{name}: {1.0 / ratio:.2g} × smaller")

@@ -10,6 +10,7 @@ from governor_mechanism.machines.slider_crank import CRANK, CROSSHEAD, VALVE
 from governor_mechanism.machines.stephenson import HANGER, LINK, LINK_SLOT, ROD_NAMES
 from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output_value
 from governor_mechanism.model.joints import Joint, Point
+from governor_mechanism.model.part import Part
 from governor_mechanism.render.geometry.attached import (
     Attached,
     DrawnPart,
@@ -35,9 +36,11 @@ from governor_mechanism.render.geometry.primitives import (
     axes_to_plane,
 )
 from governor_mechanism.render.machines import steam_cylinder, steam_distribution
+from governor_mechanism.render.machines.generic.joints import spoked_wheel
 from governor_mechanism.render.machines.machine_drawing import Dimension
 from governor_mechanism.render.machines.slide_valve import ValveGearProportions
 from governor_mechanism.render.machines.steam_distribution import ValveGearPosition, key_shapes, scale_note_shapes, sense_of_rotation
+from governor_mechanism.render.part_run import find_shaft_wheel
 from governor_mechanism.types import FloatArray
 
 HALF_SWING = math.radians(34.0)
@@ -55,8 +58,8 @@ def quadrant_shapes(pivot: Vec2, length: float) -> Iterator[DrawnShape]:
     angles = [math.pi / 2 + HALF_SWING * (2 * k / _N_NOTCHES - 1) for k in range(_N_NOTCHES + 1)]
     notches = tuple(tuple((pivot[0] + r * math.cos(a), pivot[1] + r * math.sin(a)) for r in (radius, 1.07 * radius)) for a in angles)
     yield Lines("division", notches)
-    yield TextShape("scale", pivot[0] - 0.62 * length, pivot[1] + 0.06 * length, "ahead", 0.45 * length)
-    yield TextShape("scale", pivot[0] + 0.20 * length, pivot[1] + 0.06 * length, "back", 0.40 * length)
+    yield TextShape("scale", pivot[0] - 0.76 * length, pivot[1] + 0.06 * length, "ahead", 0.45 * length)
+    yield TextShape("scale", pivot[0] + 0.22 * length, pivot[1] + 0.06 * length, "back", 0.40 * length)
 
 
 def lever_parts(pivot: Vec2, length: float, reverser_at: Callable[[Moment], float]) -> Iterator[Attached]:
@@ -133,6 +136,8 @@ _ROD_WIDTH, _HANGER_WIDTH, _PIN_RADIUS, _SHAFT_RADIUS = 0.15, 0.13, 0.085, 0.18
 _SPINDLE_HALF_WIDTH, _GUIDE_LENGTH, _GUIDE_HALF_HEIGHT = 0.05, 0.5, 0.16
 _SPINDLE_LENGTH = 1.5
 """Length of the drawn valve spindle beyond the die's outermost position."""
+_WHEEL_RATIO = 1.25
+"""Radius of the drawn flywheel, relative to the crank."""
 _STRAP_RATIO = 1.7
 """Radius of an eccentric, relative to its eccentricity."""
 
@@ -203,6 +208,11 @@ class GearView:
         pins += [*((hanger, end) for end in hanger_ends), (crank_axes, pin)]
         yield from (gear.attach(axes, [Circle("pivot", *point, _PIN_RADIUS * unit)]) for axes, point in pins)
         yield fixed([Circle("hub", *shaft, _SHAFT_RADIUS * unit)])
+
+    def wheel_part(self) -> DrawnPart:
+        """Return a flywheel on the shaft, whose size is not to scale."""
+        radius = _WHEEL_RATIO * self._gear.crank * self.scale
+        return Attached(frame=self._body_axes(CRANK), shapes=tuple(spoked_wheel(radius, 0.84 * radius, 0.1 * radius)))
 
     def _body_axes(self, name: str) -> Frame:
         """Return the axes of a body in the picture."""
@@ -278,7 +288,7 @@ class _Arrangement:
 
 _WIDE = _Arrangement(
     gear=(-5.56, 0.44), gear_width=4.20, dial_centre=(0.42, 0.28), dial_radius=0.84, lever_pivot=(-4.95, -0.62), lever_length=1.05,
-    key=(-4.05, 0.42), key_size=1.38, scales=(-2.02, 0.42),
+    key=(-4.05, 0.42), key_size=1.38, scales=(-2.62, 0.42),
 )  # fmt: skip
 """Beside the cylinder the gear, and all else below them."""
 _UPRIGHT = _Arrangement(
@@ -291,7 +301,7 @@ _UPRIGHT = _Arrangement(
 class StephensonDrawing(LinkGearProportions):
     """Drawing of a link motion with the engine that it reverses."""
 
-    panel_readings = ("reverser", "valve_displacement", "die_slip", "crank_end_steam")
+    panel_readings = ("reverser", "crank_rate", "valve_displacement", "die_slip", "crank_end_steam")
 
     def fixed_parts(self) -> Iterator[Attached]:
         """Yield the lines of the gear, castings, the quadrant of the lever, and the divided circle."""
@@ -305,6 +315,8 @@ class StephensonDrawing(LinkGearProportions):
 
     def moving_parts(self) -> Iterator[DrawnPart]:
         """Yield all parts that crank and lever move."""
+        if self._wheel is not None:
+            yield self._gear_view.wheel_part()
         yield from self._gear_view.moving_parts()
         yield from steam_cylinder.cylinder_moving_parts(self, self.position_at)
         yield from lever_parts(self._scaled(self._places.lever_pivot), self._places.lever_length * self.crank, self._reverser_at)
@@ -327,7 +339,12 @@ class StephensonDrawing(LinkGearProportions):
 
     @property
     def _places(self) -> _Arrangement:
-        return _WIDE if len(self.run.scene.parts) == 1 else _UPRIGHT
+        return _WIDE if len(self.run.scene.parts) == 1 or self._wheel is not None else _UPRIGHT
+
+    @cached_property
+    def _wheel(self) -> Part | None:
+        """The part that is a flywheel on the shaft."""
+        return find_shaft_wheel(self.run.scene, self.part)
 
     @cached_property
     def _gear_view(self) -> GearView:

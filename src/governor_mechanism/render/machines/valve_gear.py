@@ -12,7 +12,16 @@ import numpy as np
 
 from governor_mechanism.render.geometry.attached import Attached, DrawnPart, Flexible, Moment, Placement, axes_shifted, fixed, shapes_of
 from governor_mechanism.render.geometry.outlines import find_free_corner, make_band, make_hatching, make_rectangle
-from governor_mechanism.render.geometry.primitives import BoundingBox, DrawnShape, Vec2, bounding_box, drawn_point_paths
+from governor_mechanism.render.geometry.primitives import (
+    BoundingBox,
+    Circle,
+    DrawnShape,
+    Polygon,
+    Vec2,
+    bounding_box,
+    convex_hull,
+    drawn_point_paths,
+)
 from governor_mechanism.render.machines import steam_cylinder, steam_distribution
 from governor_mechanism.render.machines.generic.drawing import GenericDrawing
 from governor_mechanism.render.machines.steam_cylinder import SteamChest
@@ -108,6 +117,7 @@ class EngineInPlace:
     def background_shapes(self) -> Iterator[DrawnShape]:
         """Yield the centre lines, pipes, castings of cylinder and chest, and the slide bars."""
         u, chest = self._gear.crank, self.chest
+        yield self._casting()
         yield from (make_band("casting", self._pipe(side), self._pipe_width + 2 * _PIPE_WALL * u) for side in (1.0, -1.0))
         top = (steam_cylinder.BORE_HALF_HEIGHT + steam_cylinder.WALL_THICKNESS) * u
         yield from self.bore_axes.place(steam_cylinder.bore_background_shapes(u, 0.0, top))
@@ -192,6 +202,15 @@ class EngineInPlace:
         ]
         return *start, *(self.bore_axes((end, y)) for y in (ceiling + 0.6 * width, ceiling - 0.5 * width))
 
+    def _casting(self) -> Polygon:
+        """Return the casting that joins the block of the ports to the cylinder; the steam pipes are cored in it."""
+        u, chest = self._gear.crank, self.chest
+        foot = chest.half_length + chest.side_wall, chest.face - 0.5 * BLOCK_DEPTH * chest.eccentric
+        wall = steam_cylinder.BORE_HALF_LENGTH + steam_cylinder.END_THICKNESS, steam_cylinder.BORE_HALF_HEIGHT
+        upper = [self.chest_axes((side * foot[0], foot[1])) for side in (1.0, -1.0)]
+        lower = [self.bore_axes((side * wall[0] * u, wall[1] * u)) for side in (1.0, -1.0)]
+        return Polygon("frame plate", tuple(convex_hull([*upper, *lower])))
+
     def _slide_bar_shapes(self) -> Iterator[DrawnShape]:
         """Yield the bars on both sides of the crosshead, from the cylinder to beyond its travel, in the axes of the bore."""
         u = self._gear.crank
@@ -216,6 +235,8 @@ _DIAL_RADII = (0.07, 0.11)
 """Radius of the valve diagram beyond the row, and the largest one in a corner beside the engine."""
 _DIAL_ROOM = 1.35
 """Half the side of the square that a diagram needs with its words, in radii."""
+_MAX_THROW, _STRAP_RATIO = 0.4, 1.7
+"""Largest eccentricity relative to the crank, and radius of a drawn eccentric relative to its eccentricity."""
 _ROD_END = 1.25
 """Length of the drawn valve rod from the middle of the section, in half lengths of the chest."""
 
@@ -245,7 +266,16 @@ class ValveGearDrawing(GenericDrawing, ValveGearExtents):
     @cached_property
     def _engine_parts(self) -> tuple[DrawnPart, ...]:
         """Steam, piston and valve, and the gear."""
-        return *self._engine.moving_parts(), *super().moving_parts()
+        return *self._engine.moving_parts(), *self._eccentric_parts(), *super().moving_parts()
+
+    def _eccentric_parts(self) -> Iterator[DrawnPart]:
+        """Yield the eccentrics: discs around the points of the crank that drive the gear from near the shaft."""
+        mechanism, crank = self.part.mechanism, self._driver.second
+        points = {end for joint in mechanism.joints for end in (joint.first, joint.second) if end.body == crank.body}
+        throws = {point: math.hypot(point.x - crank.x, point.y - crank.y) for point in points}
+        near = {point: throw for point, throw in throws.items() if 0.0 < throw < _MAX_THROW * self.crank}
+        for point in sorted(near, key=repr):
+            yield Attached(frame=self.body_axes(point.body), shapes=(Circle("eccentric", point.x, point.y, _STRAP_RATIO * near[point]),))
 
     def named_places(self, poses: FloatArray) -> dict[str, FloatArray]:
         """Return the places (n, 2) m of the bodies, and of valve and piston where the engine has them, at poses (n, bodies, 3)."""

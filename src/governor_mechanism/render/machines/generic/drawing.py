@@ -12,7 +12,7 @@ from governor_mechanism.model.joints import GROUND, Glyph, Joint, Point
 from governor_mechanism.model.output_variables import BodyAngle, PointCoordinate
 from governor_mechanism.numerics.once_per_object import once_per_object
 from governor_mechanism.render.geometry.attached import Attached, DrawnPart, Moment, axes_along, fixed, shapes_of
-from governor_mechanism.render.geometry.outlines import make_bar
+from governor_mechanism.render.geometry.outlines import make_bar, make_rectangle
 from governor_mechanism.render.geometry.primitives import (
     Circle,
     DrawnShape,
@@ -26,6 +26,7 @@ from governor_mechanism.render.geometry.primitives import (
 from governor_mechanism.render.machines.generic import bodies, force_elements, joints
 from governor_mechanism.render.machines.generic.bodies import RIM_ROLES, WEB_ROLE
 from governor_mechanism.render.machines.generic.placed_mechanism import MechanismExtents, PlacedMechanism
+from governor_mechanism.render.machines.governor_parts import hatched_pair_shapes
 from governor_mechanism.types import FloatArray
 
 Stroke = tuple[Vec2, ...]
@@ -184,6 +185,8 @@ def _direction_away(point: Vec2, centres: Iterable[Vec2], near: float) -> Vec2:
 
 _LINK_WIDTH, _PIN_RADIUS = 0.030, 0.016
 """Width of a massless link and radius of a pin, as fractions of the length scale."""
+_BEARING_GAP, _BEARING_HEIGHT = 0.12, 0.05
+"""Distance of the bearings of a spindle beyond what stands on it, and their height, as fractions of the length scale."""
 _SYMMETRY_RATIO = 0.04
 """Difference of the extents to both sides of the axis, relative to their sum, below which a part is round."""
 
@@ -204,12 +207,19 @@ class GenericDrawing(MechanismExtents):
         yield fixed(joints.drag_caption_shapes(self))
 
     def _axis_shapes(self) -> Iterator[DrawnShape]:
-        """Yield the axis of a plane that turns."""
+        """Yield the axis of a plane that turns, and the spindle in its bearings."""
         if self.part.turns:
             ground_points = [point for joint in self.part.mechanism.joints for point in (joint.first, joint.second) if point.body == GROUND]
-            heights = [float(self.poses[:, :, 1].min()), float(self.poses[:, :, 1].max()), *(point.y for point in ground_points)]
-            margin = 0.2 * self.length_scale
-            yield Lines("axis", (((0.0, min(heights) - margin), (0.0, max(heights) + margin)),))
+            on_axis = [self.part.mechanism.body_index(point.body) for point in joints.points_on_axis(self)]
+            heights = [*self.poses[:, on_axis, 1].ravel().tolist(), *(point.y for point in ground_points)]
+            u, bottom, top = self.length_scale, min(heights), max(heights)
+            margins = (_BEARING_GAP * u, (_BEARING_GAP + _BEARING_HEIGHT) * u, (_BEARING_GAP + 2 * _BEARING_HEIGHT) * u)
+            half = 0.5 * joints.SPINDLE_WIDTH * u
+            yield Lines("axis", (((0.0, bottom - 1.2 * margins[-1]), (0.0, top + 1.2 * margins[-1])),))
+            yield make_rectangle("spindle", -half, half, bottom - margins[-1], top + margins[-1])
+            for near, far in ((bottom - margins[0], bottom - margins[1]), (top + margins[0], top + margins[1])):
+                box = (half, 3.5 * half, min(near, far), max(near, far))
+                yield from hatched_pair_shapes("bearing", box[:2], box[2:], 0.02 * u)
 
     def moving_parts(self) -> Iterator[DrawnPart]:
         """Yield torques, wheels, bodies, links, blocks, force elements and pins.

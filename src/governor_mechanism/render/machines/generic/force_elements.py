@@ -58,6 +58,8 @@ def translational_element_parts(placed: PlacedMechanism) -> Iterator[DrawnPart]:
         lateral_offset = (2 * number - (count - 1)) * _LATERAL_SPACING * placed.unit
         if load.first != loads[pairs.index(pairs[k])].first:
             lateral_offset = -lateral_offset
+        if placed.extents.part.turns and placed.position(load.second)[0] < placed.position(load.first)[0]:
+            lateral_offset = -lateral_offset  # as in a mirror, on the other side of the spindle
         shapes_at, axes_at = partial(_element_shapes, load, lateral_offset), partial(_element_axes, load)
         yield placed.extents.flex(shapes_at, axes_at=axes_at, turns=True)
         yield from (eye_part(placed.extents, "eye", point, 0.011 * placed.unit) for point in (load.first, load.second))

@@ -12,7 +12,7 @@ from governor_mechanism.mechanics.kinematics.point_paths import point_path
 from governor_mechanism.mechanics.kinematics.points import rotate_vector
 from governor_mechanism.model import joints
 from governor_mechanism.model.curves import Curve, PolarCurve, PolynomialCurve, SplineCurve
-from governor_mechanism.model.force_elements import Damper
+from governor_mechanism.model.force_elements import Damper, ForceElement, Spring
 from governor_mechanism.model.joints import GROUND, Glyph, Point, Slider
 from governor_mechanism.model.mechanism import Mechanism
 from governor_mechanism.numerics.once_per_object import once_per_object
@@ -145,6 +145,8 @@ _BLOCK_SIDES, _SPRUNG_BLOCK_SIDES = (0.15, BLOCK_WIDTH), (0.16, 0.22)
 """Sides, along and across the guide, of a sliding block and of a mass held by springs in its guide, as fractions of the length scale."""
 _GUIDE_EXTENSION = 0.12
 """Length of a guide beyond the travel at each end, as a fraction of the length scale."""
+SPINDLE_WIDTH, _HUB_WIDTH = 0.024, 0.05
+"""Widths of a spindle and of the hub on it that carries pins, as fractions of the length scale."""
 _N_SLOT_SEGMENTS = 48
 """Number of straight segments of a drawn slot."""
 _RACK_THICKNESS = 0.09
@@ -221,7 +223,15 @@ def _block_sides(placed: PlacedMechanism, joint: joints.Joint) -> Vec2:
     has_no_other_joint = all(body not in (other.first.body, other.second.body) or other is joint for other in placed.mechanism.joints)
     is_sprung_mass = has_no_other_joint and placed.hangs_on_springs(body) and body != joints.GROUND
     along, across = _SPRUNG_BLOCK_SIDES if is_sprung_mass else _BLOCK_SIDES
+    if placed.extents.part.turns and joint.second in points_on_axis(placed.extents):
+        # A sleeve is as wide as the points at its sides are apart.
+        held = [point.x for load in placed.mechanism.force_elements for point in _ends_of(load) if point.body == body]
+        return _BLOCK_SIDES[0] * placed.unit, (2 * max(map(abs, held), default=0.01 * placed.unit) / placed.unit + 0.042) * placed.unit
     return along * placed.unit, across * placed.unit
+
+
+def _ends_of(load: ForceElement) -> tuple[Point, ...]:
+    return (load.first, load.second) if isinstance(load, Spring | Damper) else ()
 
 
 def _straight_guide_shapes(placed: PlacedMechanism, joint: joints.Joint, axes: PoseTuple, *, fixed: bool) -> list[DrawnShape]:
@@ -317,10 +327,29 @@ def foot_parts(placed: PlacedMechanism) -> Iterator[Attached]:
         elif Glyph.FOOT in joint.glyphs:
             feet.append(joint.second)
     positions = [(foot.x, foot.y) for foot in feet if foot.body == joints.GROUND]
+    if placed.extents.part.turns:
+        yield attached.fixed(_hub_shapes(positions, placed.unit), turns=True)
+        return
     for point in distinct_points(positions, 0.01 * placed.unit):
         foot, *ground = _foot_shape(point, placed.unit, above=point[1] > placed.extents.mean_height)
         yield attached.fixed([foot], turns=True)
         yield attached.fixed(ground)
+
+
+def _hub_shapes(positions: Sequence[Vec2], u: float) -> Iterator[DrawnShape]:
+    """Yield what on a spindle carries the pins of a plane that turns: at each height an arm across the axis, around a hub."""
+    half = 0.5 * _HUB_WIDTH * u
+    for y in sorted({round(y, 9) for _, y in positions}):
+        xs = [0.0, *(x for x, other in positions if abs(other - y) < 1e-8)]
+        if max(xs) > min(xs):
+            yield make_bar("frame", (min(xs), y), (max(xs), y), _HUB_WIDTH * u)
+        yield make_rectangle("frame", -SPINDLE_WIDTH * u, SPINDLE_WIDTH * u, y - 1.3 * half, y + 1.3 * half)
+
+
+def points_on_axis(extents: MechanismExtents) -> list[Point]:
+    """Return the points that slide along the spindle of a plane that turns."""
+    guides = (joint for joint in extents.part.mechanism.joints if Glyph.GUIDE in joint.glyphs and joint.first.body == GROUND)
+    return [joint.second for joint in guides if abs(joint.first.x) < 1e-9 * extents.length_scale]
 
 
 def _foot_shape(position: Vec2, u: float, *, above: bool) -> tuple[DrawnShape, ...]:
