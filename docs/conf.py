@@ -11,7 +11,7 @@ import sys
 from pathlib import Path
 
 HERE = Path(__file__).parent
-sys.path[:0] = [str(HERE / "extensions"), str(HERE / "pictures")]
+sys.path[:0] = [str(HERE / folder) for folder in ("extensions", "pictures", "questions")]
 
 import governor_mechanism  # noqa: E402
 

@@ -115,10 +115,29 @@ def _make_page(name: str, folder: Path) -> None:
         frames.convert("RGB").save(film.with_suffix(".webp"), quality=POSTER_QUALITY)
 
 
+def make_question_pages(folder: Path) -> None:
+    """Make the interactive pages of the questions that are missing, whose scenes are variants of shipped ones.
+
+    Parameters
+    ----------
+    folder
+        Folder of the pages.
+    """
+    from question_scenes import SCENES  # of docs/questions
+
+    import governor_mechanism as gm
+
+    for name, make_scene in SCENES.items():
+        path = folder / f"{name}.html"
+        if not path.is_file():
+            gm.film(gm.run(make_scene()), path)
+
+
 def _generate(app: Sphinx) -> None:
     folder = Path(app.srcdir) / "_generated"
     write_texts(folder)
     make_interactive_pages(folder / "site" / "pages")
+    make_question_pages(folder / "site" / "pages")
 
 
 def setup(app: Sphinx) -> dict[str, Any]:
