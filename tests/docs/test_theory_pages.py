@@ -7,8 +7,8 @@ import pytest
 from documentation_pages import ROOT
 from governor_mechanism.effects.registry import EFFECTS
 from governor_mechanism.engines.certificate import JOINTS_OF_FIXED_WORK
-from governor_mechanism.engines.multibody.settings import MultibodySettings
-from governor_mechanism.engines.reduced.settings import ReducedSettings
+from governor_mechanism.engines.multibody.integration import MultibodySettings
+from governor_mechanism.engines.reduced.integration import ReducedSettings
 from governor_mechanism.engines.selection import ENGINES
 from governor_mechanism.mechanics.contact import tolerances
 from governor_mechanism.model.events import EventKind

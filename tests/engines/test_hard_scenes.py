@@ -8,10 +8,10 @@ import governor_mechanism as gm
 from governor_mechanism.engines import MultibodyEngine, ReducedEngine
 from governor_mechanism.engines.certificate import StepPlan, describe_stall
 from governor_mechanism.engines.initial_state import initial_state
+from governor_mechanism.engines.multibody.integration import MultibodySettings
 from governor_mechanism.engines.multibody.run import MIN_IMPLICIT_STEPS, ConstrainedIntegrator
-from governor_mechanism.engines.multibody.settings import MultibodySettings
 from governor_mechanism.integrators.stages import StepCounter
-from governor_mechanism.integrators.status import IntegrationStatus
+from governor_mechanism.integrators.step_record import IntegrationStatus
 from governor_mechanism.observables.evaluation import ReadingEvaluator
 from governor_mechanism.scenes.parser import parse_scene_document
 from governor_mechanism.studies.hard_cases.study import HARD_CASES

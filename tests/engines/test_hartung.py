@@ -15,7 +15,6 @@ from governor_mechanism.effects.bell_crank_masses import BellCrankMasses
 from governor_mechanism.effects.dashpot import Dashpot
 from governor_mechanism.effects.stops import Stops
 from governor_mechanism.engines import ENGINES, ImpulseEngine
-from governor_mechanism.engines.impulse.relaxation import relax_to_equilibrium
 from governor_mechanism.machines.hartung import SLEEVE
 from governor_mechanism.model.joints import GROUND, Point, TranslationalDriver
 from governor_mechanism.model.part import FreeSpindle, Spindle, Start
@@ -23,7 +22,7 @@ from governor_mechanism.model.results.outcome import Outcome
 from governor_mechanism.model.time_functions import PrescribedMotion
 from governor_mechanism.observables.derived_readings import evaluate_static_forces
 from governor_mechanism.statics.speed_curve import equilibrium_speed_at
-from governor_mechanism.verification.machines.comparisons import measure_period
+from governor_mechanism.verification.machines.comparisons import measure_period, relax_to_equilibrium
 from hartung_scenes import (
     PAPER_DIMENSIONS,
     build_closed_form_governor,

@@ -7,12 +7,12 @@ import pytest
 
 from governor_mechanism.engines import ImpulseEngine
 from governor_mechanism.engines.impulse.pymunk.model import PymunkModel
-from governor_mechanism.engines.impulse.relaxation import relax_to_equilibrium
 from governor_mechanism.engines.impulse.time_inputs import TimeInputs
 from governor_mechanism.mechanics.kinematics.assembly import PositionSolver
 from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output
 from governor_mechanism.statics.equilibria import find_equilibria
 from governor_mechanism.statics.speed_curve import equilibrium_speed_at
+from governor_mechanism.verification.machines.comparisons import relax_to_equilibrium
 from governor_scenes import governor_scene
 from reference.zehnder import (
     CROSSED,

@@ -9,7 +9,6 @@ import pytest
 from governor_mechanism.effects.gravity import Gravity
 from governor_mechanism.engines import ImpulseEngine, select_engine
 from governor_mechanism.engines.base import make_reported_times
-from governor_mechanism.engines.impulse.relaxation import RelaxationSettings, relax_to_equilibrium
 from governor_mechanism.errors import MechanismError, RunFailed, UnsupportedEffect
 from governor_mechanism.model.effect import Effect
 from governor_mechanism.model.force_elements import Damper
@@ -20,6 +19,7 @@ from governor_mechanism.model.results.outcome import Outcome
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.scenes.parser import parse_scene_document
 from governor_mechanism.studies.hard_cases.case import slider_document
+from governor_mechanism.verification.machines.comparisons import RelaxationSettings, relax_to_equilibrium
 from governor_scenes import CROSSED, EXTENDED, PORTER, WATT, governor_scene
 from one_coordinate_reference import integrate_one_coordinate
 

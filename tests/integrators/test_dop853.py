@@ -8,7 +8,8 @@ import pytest
 
 from governor_mechanism.integrators.dop853 import StepLimits, make_dop853
 from governor_mechanism.integrators.equation import EquationFunctions, EventStep, StepBuffers, make_step_buffers
-from governor_mechanism.integrators.stage_quality import (
+from governor_mechanism.integrators.stages import END_STAGE, Stages, StepCounter, make_take_step
+from governor_mechanism.integrators.step_record import (
     ABOVE_DOMAIN,
     BELOW_DOMAIN,
     FAR_OUTSIDE_DOMAIN,
@@ -17,12 +18,12 @@ from governor_mechanism.integrators.stage_quality import (
     OUT_OF_RANGE,
     STAGE_GAP_FRACTION,
     TURNED_BACK,
+    IntegrationStatus,
     domain_status,
+    make_step_record,
+    record_step,
     steer_step_over_singularity,
 )
-from governor_mechanism.integrators.stages import END_STAGE, Stages, StepCounter, make_take_step
-from governor_mechanism.integrators.status import IntegrationStatus
-from governor_mechanism.integrators.step_record import make_step_record, record_step
 from governor_mechanism.integrators.tableau import NODES
 from governor_mechanism.numerics.hermite import quintic_hermite_jit
 from governor_mechanism.numerics.jit import jit_in_place

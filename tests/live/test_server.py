@@ -21,7 +21,7 @@ from websockets.exceptions import ConnectionClosed, InvalidStatus
 from websockets.sync.client import connect
 
 import governor_mechanism as gm
-from governor_mechanism.live.messages import MAX_MESSAGE_SIZE, parse_message
+from governor_mechanism.live.conversation import MAX_MESSAGE_SIZE, parse_message
 from governor_mechanism.live.server import HOST, MAX_WAITING, Workbench, serve
 from governor_mechanism.live.session import Session
 

@@ -8,8 +8,8 @@ from governor_mechanism.effects.dry_friction import DryFriction
 from governor_mechanism.effects.spring import OutputSpring
 from governor_mechanism.effects.stops import Stops
 from governor_mechanism.mechanics.contact.scene_contacts import InputModes, SceneContacts
+from governor_mechanism.mechanics.dynamics.equations.constrained_solution import project_state
 from governor_mechanism.mechanics.dynamics.equations.equations_of_motion import evaluate_state_derivative
-from governor_mechanism.mechanics.dynamics.equations.projection import project_state
 from governor_mechanism.mechanics.dynamics.forces.contact_modes import ContactMode
 from governor_mechanism.mechanics.dynamics.system.arrays import N_ENERGY_STATES, make_system_workspace
 from governor_mechanism.mechanics.dynamics.system.event_functions import EventFunctionKind, evaluate_event_functions

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from governor_mechanism.closed_form import pendulum as closed
 from governor_mechanism.effects.centrifugal import Centrifugal
 from governor_mechanism.effects.gravity import Gravity
-from governor_mechanism.mechanics.dynamics.forces.force_elements import element_potential_energy
+from governor_mechanism.mechanics.dynamics.forces.output_forces import element_potential_energy
 from governor_mechanism.mechanics.kinematics.assembly import PositionSolver
 from governor_mechanism.mechanics.kinematics.constraint_equations import ConstraintEquations
 from governor_mechanism.mechanics.reduction.lagrangian import SingleDofReduction

@@ -3,13 +3,7 @@
 import numpy as np
 import pytest
 
-from governor_mechanism.mechanics.kinematics.path_interpolant import (
-    MIN_PATH_INTERVALS,
-    PATH_BISECTIONS,
-    PathInterpolant,
-    PathPoint,
-    build_path,
-)
+from governor_mechanism.mechanics.kinematics.continuation import MIN_PATH_INTERVALS, PATH_BISECTIONS, PathInterpolant, PathPoint, build_path
 from governor_mechanism.model.joints import Slider
 from scene_parts import body_point, ground_point, make_mechanism, point_mass, x_reading
 

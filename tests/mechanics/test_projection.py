@@ -8,7 +8,7 @@ import pytest
 import governor_mechanism as gm
 from coupled_scenes import coupled_scene, discs_part
 from governor_mechanism.engines.initial_state import initial_state
-from governor_mechanism.mechanics.dynamics.equations.projection import StateProjector, project_state
+from governor_mechanism.mechanics.dynamics.equations.constrained_solution import StateProjector, project_state
 from governor_mechanism.mechanics.dynamics.system.arrays import make_system_workspace
 from governor_mechanism.mechanics.dynamics.system.lowering import make_system
 from governor_mechanism.mechanics.kinematics.constraint_equations import ConstraintEquations

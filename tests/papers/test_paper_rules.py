@@ -10,17 +10,14 @@ import pytest
 
 import governor_mechanism as gm
 from governor_mechanism.closed_form.hartung import HartungGovernor, static_sleeve_force
-from governor_mechanism.papers.rules import dashpot, dead_band, droop, dry_friction
+from governor_mechanism.papers.rules import damping, dead_band, droop
 from governor_mechanism.papers.rules import study as paper_rules
-from governor_mechanism.papers.rules.dashpot import DashpotCheck
+from governor_mechanism.papers.rules.damping import DashpotCheck, DryFrictionCheck
 from governor_mechanism.papers.rules.dead_band import DeadBandCheck, RegulatingForceCheck, measure_dead_band
 from governor_mechanism.papers.rules.droop import DroopCheck
-from governor_mechanism.papers.rules.dry_friction import DryFrictionCheck
-from governor_mechanism.papers.rules.engines import SteadyEngine, build_cyclic_engine, find_steady_engine
 from governor_mechanism.papers.rules.figure import paper_rules_figure
-from governor_mechanism.papers.rules.joint_clearance import ClearanceCheck
-from governor_mechanism.papers.rules.rule import Verdict
-from governor_mechanism.papers.rules.shaking import OilBrakeCheck, ShakingCheck
+from governor_mechanism.papers.rules.rule import SteadyEngine, Verdict, build_cyclic_engine, find_steady_engine
+from governor_mechanism.papers.rules.shaking import ClearanceCheck, OilBrakeCheck, ShakingCheck
 from governor_mechanism.papers.rules.study import PaperRules, study_paper_rules
 
 ARM, BALL, SLEEVE_MASS, GRAVITY, FLYWHEEL = 0.3, 5.0, 21.0, 9.81, 800.0
@@ -97,7 +94,7 @@ def test_the_dead_band_of_a_strong_governor_is_that_of_its_force(steady):
 
 
 def test_the_engine_hunts_below_the_dashpot_of_vyshnegradskii(steady, loop):
-    limit = dashpot.find_damping_limit(steady)
+    limit = damping.find_damping_limit(steady)
     # The slope of the torque is a difference over 2 % of the load, which is linear in the throttle, and that in the lift.
     assert limit.value == pytest.approx(loop.damping_limit, rel=1e-4)
     assert limit.frequency == pytest.approx(loop.frequency, rel=1e-6)
@@ -106,9 +103,9 @@ def test_the_engine_hunts_below_the_dashpot_of_vyshnegradskii(steady, loop):
 
 def test_dry_friction_stops_hunting_up_to_the_displacement_of_harmonic_balance(steady, loop):
     # 4 W A per period against pi w (c0 - c) A^2; higher harmonics of the friction and the curved governor are worth 1 % here.
-    limit = 4 * dry_friction.FRICTION / (math.pi * loop.frequency * loop.damping_limit)
+    limit = 4 * damping.FRICTION / (math.pi * loop.frequency * loop.damping_limit)
     for ratio, grows in ((0.9, False), (1.1, True)):
-        assert dry_friction.does_hunting_grow(dry_friction.run_displaced(steady, 0.0, ratio * limit)[1]) is grows
+        assert damping.does_hunting_grow(damping.run_displaced(steady, 0.0, ratio * limit)[1]) is grows
 
 
 def test_an_astatic_governor_hunts_until_its_reaction_on_the_shaft_damps_it(steady):
@@ -135,9 +132,9 @@ def test_droop_is_the_change_of_the_equilibrium_speed_over_the_travel(steady):
 
 def test_settling_is_counted_to_the_last_time_outside_the_band():
     times = np.linspace(0.0, 20.0, 20001)
-    lifts = 1.0 + np.exp(-np.maximum(times - dashpot.STEP_TIME, 0.0))
-    assert dashpot._find_settling_time(times, lifts, 1.0) == pytest.approx(math.log(50.0), abs=2e-3)  # two samples
-    assert dashpot._find_settling_time(times, 1.0 + np.cos(times), 1.0) == math.inf
+    lifts = 1.0 + np.exp(-np.maximum(times - damping.STEP_TIME, 0.0))
+    assert damping._find_settling_time(times, lifts, 1.0) == pytest.approx(math.log(50.0), abs=2e-3)  # two samples
+    assert damping._find_settling_time(times, 1.0 + np.cos(times), 1.0) == math.inf
 
 
 def test_growth_is_fitted_to_the_extremes():

@@ -16,7 +16,7 @@ from governor_mechanism.render.film.painters import EngineRoomPainter, write_sti
 from governor_mechanism.render.frame_data import FrameData
 from governor_mechanism.render.geometry.attached import shapes_of as placed_shapes
 from governor_mechanism.render.geometry.primitives import Circle, Lines, bounding_box
-from governor_mechanism.render.machines.engine_room import proportions as room
+from governor_mechanism.render.machines.engine_room import arrangement as room
 from governor_mechanism.render.machines.engine_room.arrangement import (
     engine_torque,
     find_governed_engine,

@@ -12,7 +12,7 @@ from governor_mechanism.errors import MechanismError
 from governor_mechanism.model.events import Event, EventKind
 from governor_mechanism.model.results.outcome import Outcome
 from governor_mechanism.render.figures.time_series import diagnostics_figure, readings_figure
-from governor_mechanism.render.number_format import format_numbers, format_rounded_up
+from governor_mechanism.render.shown_readings import format_numbers, format_rounded_up
 from stub_effects import ListedEvents
 from stub_run import GOVERNOR_DIMENSIONS, fake_run
 

@@ -19,7 +19,7 @@ from governor_mechanism.render.film.gif_encoder import Palette, pack_pixels
 from governor_mechanism.render.film.writer import schedule_frames
 from governor_mechanism.render.frame_data import FrameData
 from governor_mechanism.render.geometry.primitives import ELEVATION_RECT
-from governor_mechanism.render.number_format import format_closing_lines
+from governor_mechanism.render.shown_readings import format_closing_lines
 from governor_mechanism.render.style import FILM_COLOURS, PAPER, ROLE_STYLES, parse_rgb
 from stub_run import GOVERNOR_DIMENSIONS, fake_run
 

@@ -9,7 +9,7 @@ import pytest
 import governor_mechanism as gm
 from crank_scenes import air_engine_document, air_engine_scene
 from governor_mechanism.closed_form import flywheel_engine as closed
-from governor_mechanism.render.figures.plates.flywheel import draw_engine_plate, engine_plate_refusal
+from governor_mechanism.render.figures.plates.engines import draw_engine_plate, engine_plate_refusal
 from governor_mechanism.render.geometry.primitives import Circle, Lines
 from governor_mechanism.render.machines.registry import drawing_of
 from governor_mechanism.scenes.parser import parse_scene_document

@@ -10,7 +10,7 @@ import pytest
 import governor_mechanism as gm
 from decoding import decode_film
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.mechanics.kinematics.point_paths import point_path
+from governor_mechanism.mechanics.kinematics.points import point_path
 from governor_mechanism.model.force_elements import Damper, Spring
 from governor_mechanism.model.joints import Distance, Pin, RotationalDriver, TranslationalDriver, Weld
 from governor_mechanism.render.film.frame_painter import FramePainter
@@ -20,7 +20,7 @@ from governor_mechanism.render.frame_data import FrameData
 from governor_mechanism.render.geometry.outlines import make_arrow, make_band, make_plate_outline
 from governor_mechanism.render.geometry.primitives import Circle, Lines, Polygon, bounding_box, convex_hull, wheel_radii
 from governor_mechanism.render.machines.registry import drawing_of
-from governor_mechanism.render.number_format import format_film_speed
+from governor_mechanism.render.shown_readings import format_film_speed
 from stub_machines import MACHINES, fake_machine_run
 
 

@@ -23,8 +23,7 @@ from governor_mechanism.render.geometry.primitives import Circle, Lines, Polygon
 from governor_mechanism.render.geometry.recording import move_points, record_parts
 from governor_mechanism.render.page.page_data import ANGLE_QUANTUM, RELATIVE_QUANTUM, collect_data, pack_numbers
 from governor_mechanism.render.page.part_names import MACHINE_NAMES, PART_NAMES, SAME_AS
-from governor_mechanism.render.page.tracks import TOLERANCE, TrackTable
-from governor_mechanism.render.page.views import Picture, show_run
+from governor_mechanism.render.page.views import TOLERANCE, Picture, TrackTable, show_run
 from governor_mechanism.render.page.writer import MAX_ROTATION, SAMPLE_RATE, SCRIPTS, choose_sample_times, make_page
 from governor_mechanism.render.style import (
     FILM_COLOURS,

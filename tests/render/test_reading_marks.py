@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 import governor_mechanism as gm
-from governor_mechanism.mechanics.kinematics.point_paths import point_path
+from governor_mechanism.mechanics.kinematics.points import point_path
 from governor_mechanism.render.geometry.primitives import Circle, Polygon, TextShape, bounding_box
 from governor_mechanism.render.machines.generic.drawing import make_letters
 from governor_mechanism.render.machines.registry import drawing_of
-from governor_mechanism.render.number_format import format_label, format_name
+from governor_mechanism.render.shown_readings import format_label, format_name
 
 
 def drawing_of_scene(name, **changes):

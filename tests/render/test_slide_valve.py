@@ -17,7 +17,7 @@ from governor_mechanism.engines import MultibodyEngine
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.observables.valve_motion import find_event_angles
 from governor_mechanism.render.figure_files import FigureFiles
-from governor_mechanism.render.figures.plates import bearing_loads as bearings
+from governor_mechanism.render.figures.plates import engines as bearings
 from governor_mechanism.render.figures.plates import marks as marks_construction
 from governor_mechanism.render.figures.plates import zeuner
 from governor_mechanism.render.figures.plates.marks import EccentricDiagram

@@ -12,7 +12,7 @@ import governor_mechanism as gm
 from governor_mechanism.cli.equilibria import report_linearisation
 from governor_mechanism.closed_form import pendulum
 from governor_mechanism.files.writing import format_json
-from governor_mechanism.numerics.finite_differences import directional_derivative, jacobian
+from governor_mechanism.numerics.roots import directional_derivative, jacobian
 from governor_mechanism.scenes.parser import parse_scene_document
 from governor_mechanism.statics.first_order_system import FirstOrderSystem, Onset, Stability
 from governor_mechanism.statics.linearisation import find_stability_limit

@@ -15,7 +15,7 @@ from governor_mechanism.model.joints import JOINTS, Joint
 from governor_mechanism.model.part import TURNING_PLANE
 from governor_mechanism.scenes.custom import contacts, field_types, parts
 from governor_mechanism.scenes.custom.assembly import ASSEMBLY
-from governor_mechanism.scenes.custom.law import EQUATION, LAW
+from governor_mechanism.scenes.custom.dimensions import EQUATION, LAW
 from governor_mechanism.scenes.custom.parser import CUSTOM_TOP_LEVEL
 from governor_mechanism.scenes.custom.parts import READING_TABLES, REVERSER, VALVE
 from governor_mechanism.scenes.effect_tables import CROSSING

@@ -13,8 +13,7 @@ import numpy as np
 
 from governor_mechanism.engines.base import Engine, ExpectedWork, Runner, RunRequest
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.integrators.status import IntegrationStatus
-from governor_mechanism.integrators.step_record import NO_STEPS, StepRecord, make_step_record
+from governor_mechanism.integrators.step_record import NO_STEPS, IntegrationStatus, StepRecord, make_step_record
 from governor_mechanism.mechanics.contact.event_log import compare_event_logs
 from governor_mechanism.mechanics.dynamics.forces.contact_modes import has_contacts
 from governor_mechanism.mechanics.dynamics.forces.contacts import output_forces_of

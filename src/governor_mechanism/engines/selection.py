@@ -15,7 +15,7 @@ from governor_mechanism.engines.certificate import (
     initial_tolerance,
 )
 from governor_mechanism.engines.impulse.engine import ImpulseEngine
-from governor_mechanism.engines.impulse.first_grid import choose_steps
+from governor_mechanism.engines.impulse.settings import choose_steps
 from governor_mechanism.engines.multibody.engine import MultibodyEngine
 from governor_mechanism.engines.reduced.engine import ReducedEngine
 from governor_mechanism.errors import MechanismError, did_you_mean

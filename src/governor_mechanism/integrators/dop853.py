@@ -6,20 +6,24 @@ from typing import NamedTuple
 
 from governor_mechanism.integrators import stages as runge_kutta
 from governor_mechanism.integrators.equation import LAST_SAMPLE, EquationFunctions, StepBuffers
-from governor_mechanism.integrators.stage_quality import (
+from governor_mechanism.integrators.stages import END_STAGE, N_STAGES, Equation, StepCounter
+from governor_mechanism.integrators.step_ends import KINK_TIME_ROUNDING, StepEnds, make_step_ends
+from governor_mechanism.integrators.step_record import (
     CROSSING_QUALITY_RATIO,
     FAR_OUTSIDE_DOMAIN,
     MAX_SINGULAR_RETRIES,
     MIN_STAGE_QUALITY,
     NEAR_SINGULAR_QUALITY,
+    NO_STEPS,
     STEERING_QUALITY,
+    IntegrationStatus,
+    StepRecord,
     domain_status,
+    find_step,
+    limit_to_half_steps,
+    record_step,
     steer_step_over_singularity,
 )
-from governor_mechanism.integrators.stages import END_STAGE, N_STAGES, Equation, StepCounter
-from governor_mechanism.integrators.status import IntegrationStatus
-from governor_mechanism.integrators.step_ends import KINK_TIME_ROUNDING, StepEnds, make_step_ends
-from governor_mechanism.integrators.step_record import NO_STEPS, StepRecord, find_step, limit_to_half_steps, record_step
 from governor_mechanism.integrators.tableau import NODES
 from governor_mechanism.numerics.array_copy import copy_array
 from governor_mechanism.numerics.jit import jit_in_place

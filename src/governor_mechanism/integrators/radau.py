@@ -9,10 +9,10 @@ from governor_mechanism.integrators import radau_stages
 from governor_mechanism.integrators.radau_stages import EPSILON
 from governor_mechanism.integrators.radau_systems import RadauBuffers, factorise_matrices
 from governor_mechanism.integrators.stages import Equation, StepCounter
-from governor_mechanism.integrators.status import IntegrationStatus
 from governor_mechanism.integrators.step_record import (
     INSIDE_STEP_TOLERANCE,
     NO_STEPS,
+    IntegrationStatus,
     StepRecord,
     find_step,
     limit_to_half_steps,

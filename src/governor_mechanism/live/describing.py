@@ -18,9 +18,9 @@ from governor_mechanism.observables.run_result import DeferredMotionAnalysis
 from governor_mechanism.observables.valve_motion import has_valve_events
 from governor_mechanism.render.film.timing import select_slow_down
 from governor_mechanism.render.geometry.primitives import BoundingBox, Vec2
-from governor_mechanism.render.number_format import format_closing_lines, format_name
 from governor_mechanism.render.page.views import ShownRun, show_run
 from governor_mechanism.render.page.writer import MAX_TRUE_TIME_DURATION, choose_sample_times
+from governor_mechanism.render.shown_readings import format_closing_lines, format_name
 from governor_mechanism.studies.kinematics import list_scene_assemblies
 from governor_mechanism.studies.valve_gears import tabulate_valve_timing
 from governor_mechanism.types import FloatArray

@@ -25,8 +25,7 @@ from starlette.websockets import WebSocket, WebSocketDisconnect
 
 import governor_mechanism as gm
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.live.conversation import Answer, Later, attempt, respond
-from governor_mechanism.live.messages import MAX_MESSAGE_SIZE
+from governor_mechanism.live.conversation import MAX_MESSAGE_SIZE, Answer, Later, attempt, respond
 from governor_mechanism.live.page import make_beside_page, make_list_page, make_live_page
 from governor_mechanism.live.session import Session
 from governor_mechanism.model.scene import Scene

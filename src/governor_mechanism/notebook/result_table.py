@@ -13,8 +13,7 @@ from governor_mechanism.model.results.pictures import Film
 from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.render.film.writer import write_film
-from governor_mechanism.render.number_format import display_unit_of, format_rounded_up
-from governor_mechanism.render.shown_readings import READING_NOISE_RATIO
+from governor_mechanism.render.shown_readings import READING_NOISE_RATIO, display_unit_of, format_rounded_up
 from governor_mechanism.scenes.described_scene import DescribedPart
 from governor_mechanism.scenes.description import describe_scene
 from governor_mechanism.statics.speed_curve import SpeedCurve

@@ -1,4 +1,4 @@
-"""Roots of functions in brackets."""
+"""Roots of functions in brackets, and derivatives by nine-point central differences with an estimate of their error."""
 
 from collections.abc import Callable
 
@@ -53,3 +53,85 @@ def find_roots(
         is_accepted = (candidates > low) & (candidates < high) | (np.abs(steps) < tolerance)
         roots = np.where(is_accepted, candidates, 0.5 * (low + high))
     return roots
+
+
+VectorFunction = Callable[[FloatArray], FloatArray]
+"""Function of a vector that returns a vector; NaN where it is not defined."""
+
+_POSITIVE_WEIGHTS = {
+    1: (0.0, 4 / 5, -1 / 5, 4 / 105, -1 / 280),
+    2: (-205 / 72, 8 / 5, -1 / 5, 8 / 315, -1 / 560),
+    3: (0.0, -61 / 30, 169 / 120, -3 / 10, 7 / 240),
+}
+"""Weights at the centre and at 1 to 4 steps; odd derivatives have the opposite sign on the other side.
+
+Orders of accuracy 8, 8 and 6. B. Fornberg, Mathematics of Computation 51 (1988), pp. 699-706.
+"""
+
+STEP_RATIOS = tuple(0.16 / 2**k for k in range(8))
+"""Steps that are tried, relative to the given direction.
+
+The large ones suit functions that are nearly polynomials, the small ones functions with a singularity nearby.
+"""
+
+MAX_ROUNDING_RATIO = 10.0
+"""Derivative relative to its rounding below which a function does not depend on a variable, where a tolerance is enough."""
+
+
+def directional_derivative(
+    function: VectorFunction,
+    point: FloatArray,  # where to differentiate; shape (n,)
+    # direction, as long as the function can be expected to change considerably; shape (n,)
+    direction: FloatArray,
+    order: int = 1,
+    *,
+    tolerance: float = 0.0,  # error relative to the largest component at which no further step is tried
+) -> tuple[FloatArray, float]:
+    """Return a derivative of a function along a direction.
+
+    Of two successive steps the pair whose results agree best is taken.
+
+    Results: derivative, derivative with respect to the multiple of the direction; NaN if the function is not
+    defined around the point; error, largest difference to the derivative with the other step of the pair, and
+    rounding; infinite if there is none.
+    """
+    positive = np.array(_POSITIVE_WEIGHTS[order])
+    weights = np.concatenate([(-1) ** order * positive[:0:-1], positive])
+    values = {0.0: function(point)}  # by the offset: half the points of a step are also points of the next one, which is half as long
+    best, best_error, previous = np.full_like(values[0.0], np.nan), np.inf, None
+    for ratio in STEP_RATIOS:
+        offsets = [k * ratio for k in range(-4, 5)]
+        values |= {offset: function(point + offset * direction) for offset in offsets if offset not in values}
+        samples = np.array([values[offset] for offset in offsets])
+        derivative = weights @ samples / ratio**order
+        if previous is not None:
+            difference = float(np.max(np.abs(derivative - previous), initial=0.0))
+            rounding = np.finfo(np.float64).eps * float(np.max(np.abs(weights) @ np.abs(samples), initial=0.0)) / ratio**order
+            size = float(np.max(np.abs(derivative), initial=0.0))
+            if difference + rounding < best_error:
+                best, best_error = derivative, difference + rounding
+            if difference <= tolerance * size or (tolerance and size + difference <= MAX_ROUNDING_RATIO * rounding):
+                break
+        previous = derivative
+    return best, best_error
+
+
+def jacobian(
+    function: VectorFunction,
+    point: FloatArray,  # where to differentiate; shape (n,)
+    # change of each variable that can be expected to change the function considerably; shape (n,)
+    scales: FloatArray,
+    *,
+    tolerance: float = 0.0,  # error of a column relative to its largest component that is good enough
+) -> tuple[FloatArray, FloatArray]:
+    """Return the Jacobian of a function.
+
+    Results: jacobian, derivatives; shape (m, n); errors, estimated error of each column; shape (n,).
+    """
+    columns = [directional_derivative(function, point, direction, tolerance=tolerance) for direction in np.diag(scales)]
+    if not columns:
+        return np.zeros((len(function(point)), 0)), np.zeros(0)
+    return (
+        np.stack([column / scale for (column, _), scale in zip(columns, scales, strict=True)], axis=-1),
+        np.array([error for _, error in columns]) / scales,
+    )

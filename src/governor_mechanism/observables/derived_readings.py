@@ -11,15 +11,18 @@ import numpy as np
 
 from governor_mechanism.effects.gas_pressure import SWITCH_COEFFICIENT, gas_pressure, work_per_stroke
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.mechanics.dynamics.forces.force_elements import element_law
 from governor_mechanism.mechanics.dynamics.forces.inputs import NOT_HELD, evaluate_reading_function_along
 from governor_mechanism.mechanics.dynamics.forces.loads import lagged_functions_of
-from governor_mechanism.mechanics.dynamics.forces.output_forces import pad_coefficients
+from governor_mechanism.mechanics.dynamics.forces.output_forces import element_law, pad_coefficients
 from governor_mechanism.mechanics.kinematics.coordinate_assembly import CoordinateSolver
 from governor_mechanism.mechanics.kinematics.kinematic_analysis import TIME_VARIABLE, Kinematics, solve_kinematics
-from governor_mechanism.mechanics.kinematics.output_rows import rows_of_readings
-from governor_mechanism.mechanics.kinematics.output_variables import OutputDerivatives, evaluate_output, evaluate_output_value
-from governor_mechanism.mechanics.kinematics.point_paths import point_path
+from governor_mechanism.mechanics.kinematics.output_variables import (
+    OutputDerivatives,
+    evaluate_output,
+    evaluate_output_value,
+    rows_of_readings,
+)
+from governor_mechanism.mechanics.kinematics.points import point_path
 from governor_mechanism.mechanics.kinematics.time_functions import CubicTimeFunction
 from governor_mechanism.mechanics.reduction.lagrangian import SingleDofReduction
 from governor_mechanism.model.force_elements import CylinderGas, ForceElement, MeanGasTorque, Spring

@@ -12,11 +12,11 @@ import numpy as np
 
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.mechanics.dynamics.characteristic_scales import time_scale
-from governor_mechanism.mechanics.dynamics.equations.inverse_dynamics import InverseDynamics, compute_inverse_dynamics
+from governor_mechanism.mechanics.dynamics.equations.equations_of_motion import InverseDynamics, compute_inverse_dynamics
 from governor_mechanism.mechanics.dynamics.forces.contact_modes import ContactMode, forced_output_names
 from governor_mechanism.mechanics.dynamics.forces.contacts import contacts_of, output_forces_of
-from governor_mechanism.mechanics.dynamics.forces.force_elements import CONSERVATIVE_TYPES, element_potential_energy
 from governor_mechanism.mechanics.dynamics.forces.force_laws import gravitational_energy, spindle_inertia, spindle_inertia_rate
+from governor_mechanism.mechanics.dynamics.forces.output_forces import CONSERVATIVE_TYPES, element_potential_energy
 from governor_mechanism.mechanics.kinematics.assembly import PositionSolver, assembly_notes, mobility_of
 from governor_mechanism.mechanics.kinematics.constraint_equations import constraint_equations_of
 from governor_mechanism.mechanics.kinematics.output_variables import (

@@ -8,9 +8,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from governor_mechanism.mechanics.dynamics.equations.inverse_dynamics import compute_inverse_dynamics
+from governor_mechanism.mechanics.dynamics.equations.equations_of_motion import compute_inverse_dynamics
 from governor_mechanism.mechanics.dynamics.forces.contact_modes import ContactMode
-from governor_mechanism.mechanics.kinematics.point_paths import point_path
+from governor_mechanism.mechanics.kinematics.points import point_path
 from governor_mechanism.model.joints import GROUND, Point
 from governor_mechanism.model.mechanism import Mechanism
 from governor_mechanism.model.motion_readings import (

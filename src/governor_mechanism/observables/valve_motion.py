@@ -14,10 +14,10 @@ import numpy as np
 
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.mechanics.kinematics.assembly import PositionSolver
+from governor_mechanism.mechanics.kinematics.continuation import PathInterpolant, build_path
 from governor_mechanism.mechanics.kinematics.coordinate_assembly import CoordinateSolver
 from governor_mechanism.mechanics.kinematics.kinematic_analysis import hold_driver
 from governor_mechanism.mechanics.kinematics.output_variables import evaluate_reading_motions
-from governor_mechanism.mechanics.kinematics.path_interpolant import PathInterpolant, build_path
 from governor_mechanism.mechanics.kinematics.time_functions import CubicTimeFunction
 from governor_mechanism.model.joints import RotationalDriver
 from governor_mechanism.model.mechanism import Mechanism

@@ -8,10 +8,9 @@ from typing import Final
 import numpy as np
 
 from governor_mechanism.errors import MechanismError, did_you_mean
-from governor_mechanism.mechanics.dynamics.forces.force_elements import element_law
 from governor_mechanism.mechanics.dynamics.forces.force_laws import centrifugal_force, weight
-from governor_mechanism.mechanics.dynamics.forces.output_forces import pad_coefficients
-from governor_mechanism.mechanics.kinematics.point_paths import point_path
+from governor_mechanism.mechanics.dynamics.forces.output_forces import element_law, pad_coefficients
+from governor_mechanism.mechanics.kinematics.points import point_path
 from governor_mechanism.model.effect import OutputForce
 from governor_mechanism.model.force_elements import Damper, Spring
 from governor_mechanism.model.joints import GROUND, Point
@@ -27,7 +26,6 @@ from governor_mechanism.render.machines.generic.drawing import GenericDrawing
 from governor_mechanism.render.machines.governor_parts import GovernorDrawing
 from governor_mechanism.render.machines.machine_drawing import MachineDrawing
 from governor_mechanism.render.machines.registry import DRAWN_WITH_WHEEL, drawing_of
-from governor_mechanism.render.number_format import display_unit_of
 from governor_mechanism.render.part_run import find_shaft_wheel, magnify_motion
 from governor_mechanism.render.shown_readings import (
     RATE_START,
@@ -35,6 +33,7 @@ from governor_mechanism.render.shown_readings import (
     ShownReading,
     axis_limits_for,
     chosen_readings,
+    display_unit_of,
     shown_readings,
 )
 from governor_mechanism.types import FloatArray

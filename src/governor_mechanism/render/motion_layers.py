@@ -8,7 +8,7 @@ from typing import Final
 
 import numpy as np
 
-from governor_mechanism.mechanics.kinematics.point_paths import point_path
+from governor_mechanism.mechanics.kinematics.points import point_path
 from governor_mechanism.model.joints import GROUND, Point
 from governor_mechanism.model.links import GROUND_LINK, Link, LinkGraph
 from governor_mechanism.model.mechanism import Mechanism

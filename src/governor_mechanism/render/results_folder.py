@@ -46,15 +46,15 @@ def write_machine_figures(run: Trajectory, figure_files: FigureFiles, stem: str)
         if machine == "stephenson" and run.scene.document:
             plates["die_paths"] = _die_path_plate(run)
     elif machine == "slider_crank":
-        from governor_mechanism.render.figures.plates import bearing_loads
+        from governor_mechanism.render.figures.plates import engines
 
-        if not bearing_loads.bearing_loads_refusal(run):
-            plates["bearings"] = bearing_loads.bearing_loads_figure(run)
+        if not engines.bearing_loads_refusal(run):
+            plates["bearings"] = engines.bearing_loads_figure(run)
     elif machine == "flywheel_engine":
-        from governor_mechanism.render.figures.plates import flywheel
+        from governor_mechanism.render.figures.plates import engines
 
-        if not flywheel.engine_plate_refusal(run):
-            plates["engine"] = flywheel.draw_engine_plate(run)
+        if not engines.engine_plate_refusal(run):
+            plates["engine"] = engines.draw_engine_plate(run)
     joints = joints_of_reactions(run.scene.mechanism)
     if joints and len(run.times):
         from governor_mechanism.render.figures.time_series import joint_force_figure

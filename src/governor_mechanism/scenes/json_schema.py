@@ -12,7 +12,7 @@ from governor_mechanism.machines.custom import CUSTOM_MACHINE
 from governor_mechanism.machines.registry import MACHINES
 from governor_mechanism.model.effect import Effect, OutputEffect
 from governor_mechanism.scenes.custom.contacts import CONTACT
-from governor_mechanism.scenes.custom.law import LAW
+from governor_mechanism.scenes.custom.dimensions import LAW
 from governor_mechanism.scenes.custom.parser import CUSTOM_TOP_LEVEL
 from governor_mechanism.scenes.custom.parts import BODY, FORCE_TABLES, JOINT_TABLES, LINK, READING_TABLES, VALVE
 from governor_mechanism.scenes.effect_tables import CROSSING

@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from governor_mechanism.numerics.finite_differences import VectorFunction, directional_derivative, jacobian
+from governor_mechanism.numerics.roots import VectorFunction, directional_derivative, jacobian
 from governor_mechanism.types import BoolArray, FloatArray
 from governor_mechanism.units.quantities import format_reading_name
 from governor_mechanism.units.text_table import format_table, short_repr

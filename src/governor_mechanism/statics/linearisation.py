@@ -12,7 +12,7 @@ from governor_mechanism.mechanics.kinematics.output_variables import READING_UNI
 from governor_mechanism.model.part import FreeSpindle, Spindle
 from governor_mechanism.model.results.result import Column, Result
 from governor_mechanism.model.scene import Scene
-from governor_mechanism.numerics.finite_differences import directional_derivative, jacobian
+from governor_mechanism.numerics.roots import directional_derivative, jacobian
 from governor_mechanism.statics.equilibria import Equilibrium, find_equilibria
 from governor_mechanism.statics.equilibrium_speed import has_spindle_dependent_loads
 from governor_mechanism.statics.first_order_system import ComplexArray, FirstOrderSystem, Mode, Onset, Stability, format_modes, format_rate

@@ -11,14 +11,13 @@ import numpy as np
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.mechanics.dynamics.characteristic_scales import time_scale
 from governor_mechanism.mechanics.dynamics.equations.body_forces import inertia_of_plane
+from governor_mechanism.mechanics.dynamics.equations.constrained_solution import project_state
 from governor_mechanism.mechanics.dynamics.equations.equations_of_motion import evaluate_state_derivative
-from governor_mechanism.mechanics.dynamics.equations.projection import project_state
 from governor_mechanism.mechanics.dynamics.forces.contact_modes import ContactMode, active_forces_of, initial_mode
 from governor_mechanism.mechanics.dynamics.forces.contacts import contacts_of, one_sided_forces_of
 from governor_mechanism.mechanics.dynamics.forces.loads import initial_lags, reading_tables_of
-from governor_mechanism.mechanics.dynamics.system.arrays import N_ENERGY_STATES, make_system_workspace
+from governor_mechanism.mechanics.dynamics.system.arrays import N_ENERGY_STATES, from_mass_centres, make_system_workspace, to_mass_centres
 from governor_mechanism.mechanics.dynamics.system.lowering import make_system
-from governor_mechanism.mechanics.dynamics.system.reference_points import from_mass_centres, to_mass_centres
 from governor_mechanism.mechanics.kinematics.constraint_equations import make_constraint_table
 from governor_mechanism.mechanics.kinematics.constraint_kernels import RowEvaluation
 from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output, evaluate_output_value

@@ -8,7 +8,7 @@ import numpy as np
 
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.model.scene import Scene
-from governor_mechanism.numerics.finite_differences import jacobian
+from governor_mechanism.numerics.roots import jacobian
 from governor_mechanism.statics.first_order_system import FirstOrderSystem
 from governor_mechanism.statics.scene_dynamics import SceneDynamics
 from governor_mechanism.types import FloatArray, IntArray

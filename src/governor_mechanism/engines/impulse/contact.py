@@ -14,9 +14,8 @@ from governor_mechanism.mechanics.contact.tolerances import STICTION_RATE_TOLERA
 from governor_mechanism.mechanics.dynamics.forces.contact_modes import initial_mode
 from governor_mechanism.mechanics.dynamics.forces.contacts import contacts_of
 from governor_mechanism.mechanics.dynamics.forces.output_forces import SLIDING_FRICTION
-from governor_mechanism.mechanics.dynamics.system.arrays import N_ENERGY_STATES
+from governor_mechanism.mechanics.dynamics.system.arrays import N_ENERGY_STATES, from_mass_centres, to_mass_centres
 from governor_mechanism.mechanics.dynamics.system.event_functions import GAS_KINKS, EventFunctionKind
-from governor_mechanism.mechanics.dynamics.system.reference_points import from_mass_centres, to_mass_centres
 from governor_mechanism.mechanics.kinematics.time_functions import stack_local_cubics
 from governor_mechanism.model.events import EventKind
 from governor_mechanism.types import NO_INDEX

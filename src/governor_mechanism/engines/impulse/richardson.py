@@ -11,16 +11,14 @@ import numpy as np
 from governor_mechanism.engines.base import Runner, RunRequest
 from governor_mechanism.engines.certificate import USELESS_ERROR
 from governor_mechanism.engines.exit_location import count_before, find_first_exit
-from governor_mechanism.engines.impulse.first_grid import make_first_grid
 from governor_mechanism.engines.impulse.level_runs import MAX_EXIT_DISAGREEMENT, MAX_OPEN_JOINT_HALVINGS, LevelRuns, Termination
 from governor_mechanism.engines.impulse.records import FixedStepProblem, FixedStepSolution
-from governor_mechanism.engines.impulse.settings import ImpulseSettings
+from governor_mechanism.engines.impulse.settings import ImpulseSettings, WorkBudget, make_first_grid
 from governor_mechanism.engines.impulse.time_inputs import TimeInputs
-from governor_mechanism.engines.impulse.work_budget import WorkBudget
 from governor_mechanism.engines.initial_state import part_initial_state
 from governor_mechanism.machines.custom import CUSTOM_MACHINE
 from governor_mechanism.mechanics.contact.event_log import compare_event_logs
-from governor_mechanism.mechanics.dynamics.equations.inverse_dynamics import compute_inverse_dynamics
+from governor_mechanism.mechanics.dynamics.equations.equations_of_motion import compute_inverse_dynamics
 from governor_mechanism.mechanics.dynamics.forces.contact_modes import ContactMode, has_contacts
 from governor_mechanism.mechanics.dynamics.forces.loads import has_kinks
 from governor_mechanism.model.events import Event, EventKind

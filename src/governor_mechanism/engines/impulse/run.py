@@ -1,17 +1,207 @@
-"""Fixed-step integration of a pymunk model over a time grid."""
+"""Fixed-step integration of a pymunk model over a time grid; a step with an event is split there.
 
+Sliding friction is a force. Sticking friction is a pymunk joint that bears no more than the friction limit, so the joint solver itself
+decides when it slips, and in which direction. A stop reflects an impact and holds a resting contact by a joint that only pushes. The
+staggered scheme restarts at each event from poses and velocities of one time.
+"""
+
+import math
 from dataclasses import replace
 
 import numpy as np
 
-from governor_mechanism.engines.impulse.event_stepper import EventDrivenStepper
+from governor_mechanism.engines.impulse.contact import ContactModeTracker
 from governor_mechanism.engines.impulse.pymunk.model import PymunkModel
-from governor_mechanism.engines.impulse.records import FixedStepProblem, FixedStepSolution, StepExit
+from governor_mechanism.engines.impulse.records import DetectedEvent, FixedStepProblem, FixedStepSolution, StepExit
+from governor_mechanism.engines.impulse.settings import StepLimitError
 from governor_mechanism.engines.impulse.staggered_stepper import StaggeredStepper
-from governor_mechanism.engines.impulse.work_budget import StepLimitError
 from governor_mechanism.mechanics.dynamics.forces.contact_modes import has_contacts
+from governor_mechanism.model.events import EventKind
 from governor_mechanism.observables.run_result import StateHistory
 from governor_mechanism.types import FloatArray
+
+MIN_REMAINDER_RATIO = 1e-4
+"""Remainder before a monitor time, relative to a step, that is extrapolated instead of stepped: a step would divide by rounding."""
+
+BOUNCE_DURATION_FACTOR = 1.2
+"""Multiple of the predicted duration of a short bounce after which it is over."""
+
+MIN_SUBSTEP_RATIO, TIME_ROUNDING_RATIO = 1e-9, 4e-15
+"""Shortest substep relative to a step, and relative to the elapsed time (rounding)."""
+
+RELEASE_SEARCH_START, RELEASE_FRACTION_TOLERANCE, RELEASE_DELAY_FRACTION = 0.05, 1e-9, 1e-4
+"""Step fractions of a release: where the search begins, its tolerance, and the delay of the release after the root.
+
+The contact starts to move with zero force; a release slightly too early would be held again at once.
+"""
+
+SLIP_SEARCH_START = 0.5
+"""Step fraction from which the holding force is computed directly; earlier it is extrapolated, since shorter steps lose it to rounding."""
+
+STEP_LENGTH_TOLERANCE = 1e-9
+"""Relative difference up to which two step lengths count as equal."""
+
+EVENT_FRACTION_TOLERANCE = 1e-13
+"""Tolerance of an event location, as a fraction of the step."""
+
+
+class EventDrivenStepper(StaggeredStepper):
+    """Integrates a pymunk model over successive intervals, splitting steps at events.
+
+    `level` is how often the steps are halved; `h` (s) is the first step.
+    """
+
+    def __init__(self, problem: FixedStepProblem, model: PymunkModel, level: int, h: float) -> None:
+        super().__init__(problem, model, level, h)
+        self._contact_tracker = ContactModeTracker(problem, self)
+        self._steps_per_bounce = problem.settings.min_steps_per_bounce << level
+        self._bounce_step, self._bounce_end = 0.0, -math.inf
+        self._restart_after_event(h)
+
+    def integrate(self, start: float, end: float, n_steps: int, next_h: float) -> bool:
+        """Integrate from start to end (s) in `n_steps` steps, followed by one of `next_h`; return False if chatter does not end."""
+        full_step, time, n_events, target, steps = (end - start) / n_steps, start, 0, end, n_steps
+        is_hold_step_changed = self.is_holding and abs(full_step - self.last_h) > STEP_LENGTH_TOLERANCE * full_step
+        if is_hold_step_changed or start < self._bounce_end:
+            self.close_joints()
+            target, steps = self._plan_substeps(start, end, full_step)
+        while time < end:
+            h = (target - time) / steps
+            detected = self._step_until_event(time, target, steps, next_h if target == end else h)
+            if not detected and target == end:
+                break
+            if detected:
+                n_events += 1
+                self._locate_first_event(detected, h)
+            else:
+                self.close_joints()
+            if n_events > self._problem.settings.max_events_per_step * n_steps:
+                return False
+            time = self.state.time
+            if end - time < MIN_REMAINDER_RATIO * full_step:
+                self.extrapolate_to(end, full_step)
+                self._end_at_restart(next_h)
+                return True
+            target, steps = self._plan_substeps(time, end, full_step)
+        if self.time_inputs.has_jump:
+            self.close_joints()
+            self._end_at_restart(next_h)
+        return True
+
+    def _end_at_restart(self, next_h: float) -> None:
+        """Restart at the end of an interval, before a step of `next_h` seconds; where an input jumps, in another mode."""
+        if self.time_inputs.has_jump:
+            self._contact_tracker.change_mode()
+        self._restart_after_event(next_h)
+
+    def _plan_substeps(self, time: float, end: float, full_step: float) -> tuple[float, int]:
+        """Restart toward `end` (s) with steps of at most `full_step`; return the target time (s) and the number of steps.
+
+        A bounce takes a number of steps such that the steps of all runs shorten by the same factor from level to level.
+        """
+        steps = math.ceil((end - time) / full_step * (1 - MIN_REMAINDER_RATIO))
+        bounce_duration = self._restart_after_event((end - time) / steps)
+        if bounce_duration < self._steps_per_bounce * full_step:
+            self._bounce_step = bounce_duration / self._steps_per_bounce
+            self._bounce_end = time + BOUNCE_DURATION_FACTOR * bounce_duration
+        if self._bounce_end <= time + self._bounce_step:
+            return end, steps
+        target = min(end, self._bounce_end)
+        if end - target < MIN_REMAINDER_RATIO * full_step:
+            target = end
+        steps = math.ceil((target - time) / min(self._bounce_step, full_step))
+        self._restart_after_event((target - time) / steps)
+        return target, steps
+
+    def _step_until_event(self, start: float, end: float, n_steps: int, next_h: float) -> list[DetectedEvent]:
+        """Step until an event is detected and return the detected events."""
+        time_inputs, h = self.time_inputs, (end - start) / n_steps
+        self.last_h = h
+        self._budget.count_interval()
+        time_inputs.prepare_interval(start, end, n_steps, next_h)
+        if time_inputs.has_jump:  # the run restarts there with the right limits
+            time_inputs.prepare_interval(start, end, n_steps, h)
+        for index in range(n_steps):
+            state = self.step(time_inputs.step_inputs(index), end if index == n_steps - 1 else start + (index + 1) * h)
+            detected = self._contact_tracker.detect_events(state)
+            if detected:
+                return detected
+            self.state = state
+            if self.path is not None:
+                self.path.append((state.time, state.poses))
+        return []
+
+    def _locate_first_event(self, detected: list[DetectedEvent], h: float) -> None:
+        """Move to the first of the detected events within the next `h` seconds and apply its transitions."""
+        self.close_joints()
+        fractions = {index: self._event_fraction(event, h) for index, event in enumerate(detected)}
+        first = min(1.0, *fractions.values())
+        self.state = self.take_trial_step(max(first, self._min_fraction(h)) * h)
+        self.n_split_steps += 1
+        first_events = [event for index, event in enumerate(detected) if fractions[index] - first <= 10 * EVENT_FRACTION_TOLERANCE]
+        self._contact_tracker.change_mode(first_events)
+
+    def _event_fraction(self, event: DetectedEvent, h: float) -> float:
+        """Return the fraction of the next `h` seconds at which an event occurs; infinite if it does not occur."""
+        from scipy.optimize import brentq  # slow to import
+
+        constraint = self._contact_tracker.constraints[event.index] if event.kind == EventKind.SLIP else None
+        min_fraction = self._min_fraction(h)
+
+        # Those of forces are negative at the start: they have no value before a step.
+        initial_value = -1.0 if event.kind in (EventKind.SLIP, EventKind.SEPARATION) else event.event_function(self.state)
+
+        def event_value(fraction: float) -> float:
+            if fraction <= min_fraction:
+                return initial_value
+            return event.event_function(self.take_trial_step(fraction * h, steps=1 if constraint is None else 2))
+
+        held_value = None if constraint is None else constraint.held_value
+        if constraint is not None:
+            # A short step would remove the position error left by long steps with a force that does not exist: hold the present value.
+            constraint.is_force_limited = False
+            constraint.held_value = float(self.state.values[self._contact_tracker.contact_outputs[event.index]])
+        try:
+            end_value, low = event_value(1.0), 0.0
+            if end_value <= 0.0:
+                return math.inf  # the joint solver had not converged in the full step
+            if event.kind in (EventKind.SLIP, EventKind.SEPARATION):
+                low = RELEASE_SEARCH_START if event.kind == EventKind.SEPARATION else SLIP_SEARCH_START
+                low_value = event_value(low)
+                if low_value >= 0.0:
+                    extrapolated_root = low - low_value * (1.0 - low) / (end_value - low_value) if end_value > low_value else 0.0
+                    return min(max(extrapolated_root, min_fraction) + RELEASE_DELAY_FRACTION, low)
+                return min(1.0, float(brentq(event_value, low, 1.0, xtol=RELEASE_FRACTION_TOLERANCE, rtol=1e-15)) + RELEASE_DELAY_FRACTION)
+            if initial_value > -RELEASE_SEARCH_START * end_value:
+                # The step starts at the last event: find a time at which the event function is negative again.
+                low = next((fraction for fraction in 0.5 ** np.arange(1, 30) if event_value(fraction) < 0.0), -1.0)
+                if low < 0.0:
+                    # A contact that has just slipped starts without speed; any other contact without speed was at rest before.
+                    has_just_slipped = self._contact_tracker.last_release_time == self.state.time
+                    return 1.0 if event.kind == EventKind.STICK and has_just_slipped else 0.0
+            return float(brentq(event_value, low, 1.0, xtol=EVENT_FRACTION_TOLERANCE, rtol=1e-15))
+        finally:
+            if constraint is not None:
+                constraint.is_force_limited, constraint.held_value = True, held_value
+
+    def _min_fraction(self, h: float) -> float:
+        """Return the smallest fraction of `h` seconds that is well above the rounding of the present time."""
+        return max(MIN_SUBSTEP_RATIO, TIME_ROUNDING_RATIO * self.state.time / h)
+
+    def _restart_after_event(self, h: float) -> float:
+        """Restart before a step of `h` seconds; return the duration (s) of the shortest bounce that has just begun, or infinity."""
+        self.restart(h)
+        rates_after_kick = self.forces.output_rates(self.model.state()[1])
+        accelerations = (rates_after_kick - self.state.rates) / (0.5 * h)
+        durations = [math.inf]
+        for k, side in self._contact_tracker.rebound_sides.items():
+            output = self._contact_tracker.contact_outputs[k]
+            deceleration = side * float(accelerations[output])
+            if deceleration > 0.0:
+                durations.append(-2 * side * float(self.state.rates[output]) / deceleration)
+        self._contact_tracker.rebound_sides = {}
+        return min(durations)
+
 
 MIN_PATH_STEPS = 4
 """Steps in an interval from which the limits are checked at each of them: the motion is fast against the monitor times."""

@@ -12,8 +12,8 @@ from governor_mechanism.engines.base import RunRequest
 from governor_mechanism.engines.certificate import CertifiedRunner, ErrorControlledEngine, StepPlan, describe_end
 from governor_mechanism.engines.exit_location import count_before, find_first_exit
 from governor_mechanism.engines.initial_state import initial_state
-from governor_mechanism.engines.multibody.settings import MultibodySettings
-from governor_mechanism.integrators.status import IntegrationStatus
+from governor_mechanism.engines.multibody.integration import MultibodySettings
+from governor_mechanism.integrators.step_record import IntegrationStatus
 from governor_mechanism.mechanics.dynamics.forces.contacts import FRICTION_LAW_NAME, contacts_of
 from governor_mechanism.model.effect import Effect
 from governor_mechanism.model.joints import JOINT_TYPES, Joint

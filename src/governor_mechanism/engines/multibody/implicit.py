@@ -4,13 +4,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from governor_mechanism.engines.multibody.limit_rows import LimitRows, evaluate_limit_rows
+from governor_mechanism.engines.multibody.integration import LimitRows, evaluate_limit_rows
 from governor_mechanism.integrators.radau import RadauLimits, StiffEquationFunctions, make_radau
 from governor_mechanism.integrators.radau_systems import RadauBuffers, make_radau_buffers
 from governor_mechanism.integrators.stages import StepCounter
-from governor_mechanism.integrators.status import IntegrationStatus
+from governor_mechanism.integrators.step_record import IntegrationStatus
+from governor_mechanism.mechanics.dynamics.equations.constrained_solution import project_state
 from governor_mechanism.mechanics.dynamics.equations.equations_of_motion import evaluate_state_derivative
-from governor_mechanism.mechanics.dynamics.equations.projection import project_state
 from governor_mechanism.mechanics.dynamics.system.arrays import N_ENERGY_STATES, System, SystemWorkspace
 from governor_mechanism.mechanics.kinematics.constraint_kernels import RowEvaluation
 from governor_mechanism.numerics.array_copy import copy_array

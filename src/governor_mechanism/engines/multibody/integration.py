@@ -1,29 +1,119 @@
-"""Integration of the state of a mechanism, projected onto its constraints after every accepted step: DOP853 with events; compiled."""
+"""Integration of the state of a mechanism, projected onto its constraints after every accepted step: DOP853 with events; compiled.
+
+The steps check the values and rates of the readings with limits. Settings of the engine.
+"""
 
 import math
+from dataclasses import dataclass
 from typing import NamedTuple
 
-from governor_mechanism.engines.multibody.limit_rows import LimitRows, evaluate_limit_rows
+import numpy as np
+
+from governor_mechanism.engines.certificate import ErrorControlSettings
 from governor_mechanism.integrators.dop853 import StepLimits, make_dop853
 from governor_mechanism.integrators.equation import LAST_SAMPLE, EquationFunctions, EventStep, StepBuffers, count_located
 from governor_mechanism.integrators.event_location import is_any_positive
-from governor_mechanism.integrators.stage_quality import LEFT_LIMITS, NEAR_SINGULAR_QUALITY, OUT_OF_RANGE, TURNED_BACK
 from governor_mechanism.integrators.stages import N_STAGES, Stages, StepCounter, make_take_step
-from governor_mechanism.integrators.status import IntegrationStatus
-from governor_mechanism.mechanics.dynamics.equations.constrained_solution import apply_jacobian, subtract_minv_jt
+from governor_mechanism.integrators.step_record import LEFT_LIMITS, NEAR_SINGULAR_QUALITY, OUT_OF_RANGE, TURNED_BACK, IntegrationStatus
+from governor_mechanism.mechanics.dynamics.equations.constrained_solution import apply_jacobian, project_state, subtract_minv_jt
 from governor_mechanism.mechanics.dynamics.equations.equations_of_motion import evaluate_inputs_at, evaluate_state_derivative
-from governor_mechanism.mechanics.dynamics.equations.projection import project_state
-from governor_mechanism.mechanics.dynamics.forces.inputs import HOLD_KINDS, NOT_HELD
+from governor_mechanism.mechanics.dynamics.forces.inputs import HOLD_KINDS, NOT_HELD, output_rate
 from governor_mechanism.mechanics.dynamics.forces.output_forces import IN_NO_PHASE, evaluate_gas_phase, evaluate_travel_in_stroke
-from governor_mechanism.mechanics.dynamics.system.arrays import StateLayout, System, SystemWorkspace
+from governor_mechanism.mechanics.dynamics.system.arrays import StateLayout, System, SystemWorkspace, body_reference_point
 from governor_mechanism.mechanics.dynamics.system.event_functions import GAS_KINKS, EventFunctionKind, evaluate_event_functions
-from governor_mechanism.mechanics.kinematics.constraint_kernels import RowColumn
+from governor_mechanism.mechanics.kinematics.constraint_kernels import N_ROW_COLUMNS, ConstraintRows, RowColumn, evaluate_rows
+from governor_mechanism.mechanics.kinematics.output_variables import make_output_rows
+from governor_mechanism.model.mechanism import Mechanism
 from governor_mechanism.model.time_functions import StrokeHold
 from governor_mechanism.numerics.array_copy import copy_array
 from governor_mechanism.numerics.banded_cholesky import solve_band_system
 from governor_mechanism.numerics.hermite import cubic_hermite_jit, quintic_hermite_jit
 from governor_mechanism.numerics.jit import jit_in_place
 from governor_mechanism.types import NO_INDEX, FloatArray, IntArray
+
+
+@dataclass(frozen=True, kw_only=True)
+class MultibodySettings(ErrorControlSettings):
+    """Numerical settings of the multibody engine; the defaults serve all shipped scenes.
+
+    Attributes
+    ----------
+    constraint_tolerance_ratio
+        Constraint tolerance of the projection as a fraction of the length scale: rounding.
+    max_distance_ratio
+        Distance from the origin, in length scales, beyond which a body has flown away: rounding exceeds the accuracy there.
+    implicit_step_cost
+        Number of explicit steps that take as long as an implicit one in a small mechanism; measured from 1 to 30 bodies: 2 to 5.
+    implicit_step_cost_per_state
+        Additional ones per component of the state: the linear equations of an implicit step are dense.
+    restart_step_ratio
+        Largest step size after an event, as a fraction of the largest step.
+    event_time_tolerance
+        Events closer than this, in units of the time scale, are simultaneous.
+    max_simultaneous_events
+        Largest number of successive events at one time; more are endless chattering.
+    """
+
+    constraint_tolerance_ratio: float = 1e-14
+    max_distance_ratio: float = 1e6
+    implicit_step_cost: float = 4.0
+    implicit_step_cost_per_state: float = 0.02
+    restart_step_ratio: float = 0.04
+    event_time_tolerance: float = 1e-13
+    max_simultaneous_events: int = 30
+
+
+class LimitRows(NamedTuple):
+    """Readings with limits.
+
+    Attributes
+    ----------
+    rows
+        Output rows of the readings.
+    bounds
+        Low and high limit of each, SI; shape (readings, 2).
+    row_values
+        Buffer; shape (readings, 5).
+    jacobian
+        Buffer; shape (readings, 2, 3).
+    start_values, end_values, sample_values
+        Buffers: value and rate of each reading at the start, the end and inside of a step, SI; shape (readings, 2).
+    """
+
+    rows: ConstraintRows
+    bounds: FloatArray
+    row_values: FloatArray
+    jacobian: FloatArray
+    start_values: FloatArray
+    end_values: FloatArray
+    sample_values: FloatArray
+
+
+def make_limit_rows(mechanism: Mechanism, is_empty: bool = False) -> LimitRows:
+    """Return the limits of a mechanism for poses of its body origins."""
+    limits = () if is_empty else mechanism.limits
+    origins = {body.name: body_reference_point(mechanism, body) for body in mechanism.bodies}
+    n = len(limits)
+    return LimitRows(
+        rows=make_output_rows(mechanism, [limit.reading for limit in limits], origins),
+        bounds=np.array([(limit.low, limit.high) for limit in limits], dtype=np.float64).reshape(n, 2),
+        row_values=np.zeros((n, N_ROW_COLUMNS)),
+        jacobian=np.zeros((n, 2, 3)),
+        start_values=np.zeros((n, 2)),
+        end_values=np.zeros((n, 2)),
+        sample_values=np.zeros((n, 2)),
+    )
+
+
+@jit_in_place
+def evaluate_limit_rows(limits: LimitRows, layout: StateLayout, state: FloatArray, values: FloatArray) -> None:
+    """Fill the value and the rate (readings, 2) of each reading in a state."""
+    poses, velocities = state[: layout.velocities].reshape(-1, 3), state[layout.velocities : layout.work].reshape(-1, 3)
+    evaluate_rows(limits.rows, poses, velocities, limits.row_values, limits.jacobian)
+    for i in range(values.shape[0]):
+        values[i, 0] = limits.row_values[i, RowColumn.RESIDUAL]
+        values[i, 1] = output_rate(limits.rows, limits.jacobian, i, velocities)
+
 
 DEAD_CENTRE_TOLERANCE = 1e-8
 """Sine of the crank angle at which an event is one of a dead centre: above the error of its location, and below all that a step covers."""

@@ -7,23 +7,21 @@ from itertools import pairwise
 import numpy as np
 
 from governor_mechanism.engines.certificate import StepPlan, speed_jump_work
-from governor_mechanism.engines.exit_location import LastStep
+from governor_mechanism.engines.exit_location import LastStep, find_first_excursion
 from governor_mechanism.engines.initial_state import Motion
 from governor_mechanism.engines.multibody.implicit import ImplicitIntegrator
-from governor_mechanism.engines.multibody.integration import MultibodyEquation, integrate_multibody
-from governor_mechanism.engines.multibody.limit_rows import make_limit_rows
-from governor_mechanism.engines.multibody.settings import MultibodySettings
+from governor_mechanism.engines.multibody.integration import MultibodyEquation, MultibodySettings, integrate_multibody, make_limit_rows
 from governor_mechanism.integrators.dop853 import STABILITY_LIMIT, StepLimits
 from governor_mechanism.integrators.equation import make_step_buffers
 from governor_mechanism.integrators.radau import RadauLimits
 from governor_mechanism.integrators.stages import StepCounter
-from governor_mechanism.integrators.status import IntegrationStatus
+from governor_mechanism.integrators.step_record import IntegrationStatus
 from governor_mechanism.integrators.time_grid import make_time_grid, sort_distinct
 from governor_mechanism.mechanics.contact.event_log import drop_cancelled_events
 from governor_mechanism.mechanics.contact.scene_contacts import SceneContacts
 from governor_mechanism.mechanics.contact.tolerances import SIMULTANEITY_TOLERANCE
 from governor_mechanism.mechanics.dynamics.characteristic_scales import loading_rate, max_step_scale
-from governor_mechanism.mechanics.dynamics.equations.projection import project_state
+from governor_mechanism.mechanics.dynamics.equations.constrained_solution import project_state
 from governor_mechanism.mechanics.dynamics.forces.contact_modes import ContactMode, has_contacts
 from governor_mechanism.mechanics.dynamics.forces.contacts import output_forces_of
 from governor_mechanism.mechanics.dynamics.forces.loads import has_kinks, initial_lags
@@ -33,16 +31,16 @@ from governor_mechanism.mechanics.dynamics.system.arrays import (
     System,
     SystemWorkspace,
     count_output_forces,
+    from_mass_centres,
     make_system_workspace,
+    to_mass_centres,
 )
 from governor_mechanism.mechanics.dynamics.system.event_functions import GAS_KINKS
 from governor_mechanism.mechanics.dynamics.system.lowering import make_system
-from governor_mechanism.mechanics.dynamics.system.reference_points import from_mass_centres, to_mass_centres
 from governor_mechanism.mechanics.kinematics.time_functions import stack_local_cubics
 from governor_mechanism.model.events import Event
 from governor_mechanism.model.force_elements import Damper, TorsionDamper
 from governor_mechanism.observables.evaluation import ReadingEvaluator
-from governor_mechanism.observables.limit_excursions import find_first_excursion
 from governor_mechanism.observables.run_result import StateHistory
 from governor_mechanism.types import FloatArray
 

@@ -14,9 +14,9 @@ from governor_mechanism.engines.base import RunRequest
 from governor_mechanism.engines.certificate import CertifiedRunner, ErrorControlledEngine, StepPlan
 from governor_mechanism.engines.exit_location import Exit, find_first_exit
 from governor_mechanism.engines.initial_state import initial_state
+from governor_mechanism.engines.reduced.integration import ReducedSettings
 from governor_mechanism.engines.reduced.passage import describe_passage_end
 from governor_mechanism.engines.reduced.run import ReducedRun, ReducedSolution
-from governor_mechanism.engines.reduced.settings import ReducedSettings
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.integrators.time_grid import divide_intervals, make_time_grid
 from governor_mechanism.mechanics.dynamics.forces.contact_modes import ContactMode

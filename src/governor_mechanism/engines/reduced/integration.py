@@ -1,11 +1,12 @@
-"""Integration of the reduced model over an interval: DOP853 steps, events and contact transitions; compiled."""
+"""Integration of the reduced model over an interval: DOP853 steps, events and contact transitions; compiled. Settings of the engine."""
 
 import math
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 
-from governor_mechanism.engines.certificate import FIRST_TOLERANCE_RATIO
+from governor_mechanism.engines.certificate import FIRST_TOLERANCE_RATIO, ErrorControlSettings
 from governor_mechanism.engines.reduced.contact import (
     apply_transition,
     begin_phases,
@@ -15,11 +16,11 @@ from governor_mechanism.engines.reduced.contact import (
     make_event_tolerances,
     set_table_terms,
 )
-from governor_mechanism.integrators import dop853, stage_quality
+from governor_mechanism.integrators import dop853, step_record
 from governor_mechanism.integrators.equation import LAST_SAMPLE, EquationFunctions, EventStep, StepBuffers, make_step_buffers
 from governor_mechanism.integrators.event_location import is_any_positive
 from governor_mechanism.integrators.stages import END_STAGE, Stages, StepCounter, make_take_step
-from governor_mechanism.integrators.status import IntegrationStatus
+from governor_mechanism.integrators.step_record import IntegrationStatus
 from governor_mechanism.integrators.tableau import FIRST_NONZERO_STAGE, STAGES
 from governor_mechanism.mechanics.contact.tolerances import SIMULTANEITY_TOLERANCE
 from governor_mechanism.mechanics.contact.transition import EventLog
@@ -32,6 +33,37 @@ from governor_mechanism.numerics.chebyshev import evaluate_piece
 from governor_mechanism.numerics.hermite import cubic_hermite_jit, quintic_hermite_jit
 from governor_mechanism.numerics.jit import jit_in_place
 from governor_mechanism.types import FloatArray, IntArray
+
+
+@dataclass(frozen=True, kw_only=True)
+class ReducedSettings(ErrorControlSettings):
+    """Numerical settings of the reduced engine; the defaults serve all shipped scenes.
+
+    Attributes
+    ----------
+    comparison_width_ratio
+        Factor on the piece width of the comparison run, so that the certificate includes the interpolation error of the tables.
+    max_monitor_travel
+        Travel between two of these states, in coordinate scales, above which more are inserted.
+    table_end_approach
+        Step towards the end of the table relative to the time in which the motion would reach it at its present rate.
+    table_end_step_ratio
+        Factor by which such a step is shortened that leads beyond the end.
+    min_end_step_ratio
+        Step at which the end of the table is reached, relative to the remaining time and to the time scale: rounding.
+    min_remaining_travel
+        Distance from the end of the table at which it is reached, relative to the coordinate and to its scale: rounding.
+    """
+
+    max_step_work: float = 5e6
+    monitor_interval_ratio: float = 0.1
+    comparison_width_ratio: float = 0.7
+    max_monitor_travel: float = 0.2
+    table_end_approach: float = 0.99
+    table_end_step_ratio: float = 0.25
+    min_end_step_ratio: float = 1e-12
+    min_remaining_travel: float = 1e-14
+
 
 MAX_SIMULTANEOUS_REDUCED_EVENTS = 40
 """Number of events at one time at which an integration stops as stalled."""
@@ -98,7 +130,7 @@ def _evaluate(equation: ReducedEquation, local_time: float, state: FloatArray, d
     model = equation.model
     piece, t, side = find_piece(model.intervals, model.neighbours, model.periodicity, state[0], equation.piece[0])
     if side != ON_TABLE:
-        return stage_quality.BELOW_DOMAIN - side
+        return step_record.BELOW_DOMAIN - side
     equation.piece[0] = piece
     equation.counts[StepCounter.EVALUATIONS] += 1
     angle, speed = state[StateIndex.SHAFT_ANGLE], state[StateIndex.SHAFT_SPEED]
@@ -119,9 +151,9 @@ def _take_step(equation: ReducedEquation, local_time: float, h: float, state: Fl
         quality = _take_general_step(equation, local_time, h, state, stages)
     is_far = abs(stages.end[0] - state[0]) > MAX_STEP_OUTSIDE_TABLE * parameters.coordinate_scale
     if quality < 0.0:
-        return stage_quality.FAR_OUTSIDE_DOMAIN if is_far else quality
+        return step_record.FAR_OUTSIDE_DOMAIN if is_far else quality
     side = _find_excursion(equation, h, state, stages) if state[1] * stages.end[1] < 0.0 else ON_TABLE
-    return quality if side == ON_TABLE else stage_quality.BELOW_DOMAIN - side
+    return quality if side == ON_TABLE else step_record.BELOW_DOMAIN - side
 
 
 @jit_in_place
@@ -169,7 +201,7 @@ def _take_conservative_step(equation: ReducedEquation, h: float, state: FloatArr
     stages.end[0], stages.end[1] = q_end, v_end
     equation.piece[0] = piece
     equation.counts[StepCounter.EVALUATIONS] += END_STAGE
-    return 1.0 if side == ON_TABLE else stage_quality.BELOW_DOMAIN - side
+    return 1.0 if side == ON_TABLE else step_record.BELOW_DOMAIN - side
 
 
 @jit_in_place
@@ -188,7 +220,7 @@ def _check_step(equation: ReducedEquation, local_time: float, h: float, state: F
         return quality
     copy_array(equation.step_start[: state.size], state)
     equation.step_start[state.size] = local_time
-    return stage_quality.TURNED_BACK
+    return step_record.TURNED_BACK
 
 
 @jit_in_place

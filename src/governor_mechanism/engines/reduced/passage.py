@@ -7,11 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from governor_mechanism.engines.certificate import describe_end
-from governor_mechanism.engines.reduced.integration import ReducedEquation, integrate_reduced
-from governor_mechanism.engines.reduced.settings import ReducedSettings
+from governor_mechanism.engines.reduced.integration import ReducedEquation, ReducedSettings, integrate_reduced
 from governor_mechanism.integrators.dop853 import StepLimits
 from governor_mechanism.integrators.equation import StepBuffers
-from governor_mechanism.integrators.status import IntegrationStatus
+from governor_mechanism.integrators.step_record import IntegrationStatus
 from governor_mechanism.mechanics.contact.transition import EventLog
 from governor_mechanism.mechanics.reduction.motion_table import MotionTable
 from governor_mechanism.mechanics.reduction.reduced_model import StateIndex

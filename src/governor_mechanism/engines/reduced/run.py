@@ -10,11 +10,11 @@ from governor_mechanism.engines.certificate import StepPlan, speed_jump_work
 from governor_mechanism.engines.exit_location import LastStep
 from governor_mechanism.engines.initial_state import Motion
 from governor_mechanism.engines.reduced import integration
+from governor_mechanism.engines.reduced.integration import ReducedSettings
 from governor_mechanism.engines.reduced.passage import Tail, integrate_passage
-from governor_mechanism.engines.reduced.settings import ReducedSettings
 from governor_mechanism.integrators.dop853 import StepLimits
 from governor_mechanism.integrators.stages import StepCounter
-from governor_mechanism.integrators.status import IntegrationStatus
+from governor_mechanism.integrators.step_record import IntegrationStatus
 from governor_mechanism.integrators.time_grid import sort_distinct
 from governor_mechanism.mechanics.contact.event_log import drop_cancelled_events, select_start_events
 from governor_mechanism.mechanics.contact.rules import HELD

@@ -12,9 +12,8 @@ from governor_mechanism.mechanics.contact.impacts import dissipated_by_impulses
 from governor_mechanism.mechanics.contact.rules import HELD, ContactDynamics, find_active_stop, is_locked, is_resting, solve_forces
 from governor_mechanism.mechanics.contact.tolerances import CONTACT_TOLERANCE, SIMULTANEITY_TOLERANCE
 from governor_mechanism.mechanics.contact.transition import make_event_log, make_events, make_transition
-from governor_mechanism.mechanics.dynamics.equations.constrained_solution import solve_constrained_system
+from governor_mechanism.mechanics.dynamics.equations.constrained_solution import project_state, solve_constrained_system
 from governor_mechanism.mechanics.dynamics.equations.equations_of_motion import evaluate_state_derivative
-from governor_mechanism.mechanics.dynamics.equations.projection import project_state
 from governor_mechanism.mechanics.dynamics.forces.contact_modes import ContactMode, forced_output_names, initial_mode
 from governor_mechanism.mechanics.dynamics.forces.contacts import contacts_of, make_contact_table, one_sided_forces_of
 from governor_mechanism.mechanics.dynamics.forces.inputs import output_rate

@@ -13,10 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.mechanics.kinematics.continuation import MAX_PATH_LENGTH, PathContinuation, PathEnd
+from governor_mechanism.mechanics.kinematics.continuation import MAX_PATH_LENGTH, PathContinuation, PathEnd, PathInterpolant, build_path
 from governor_mechanism.mechanics.kinematics.coordinate_assembly import CoordinateSolver
 from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output_value
-from governor_mechanism.mechanics.kinematics.path_interpolant import PathInterpolant, build_path
 from governor_mechanism.model.mechanism import Mechanism
 from governor_mechanism.model.output_variables import Limit, LineAngle
 from governor_mechanism.types import FloatArray

@@ -16,9 +16,8 @@ from numpy.typing import NDArray
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.mechanics.dynamics.characteristic_scales import time_scale
 from governor_mechanism.mechanics.dynamics.forces.contacts import output_forces_of
-from governor_mechanism.mechanics.dynamics.forces.force_elements import lower_outputs
-from governor_mechanism.mechanics.dynamics.forces.output_forces import OUTPUT_FORCE_DTYPE, output_force_record
-from governor_mechanism.mechanics.dynamics.system.body_records import BODY_DTYPE, make_body_record
+from governor_mechanism.mechanics.dynamics.forces.output_forces import OUTPUT_FORCE_DTYPE, lower_outputs, output_force_record
+from governor_mechanism.mechanics.dynamics.system.lowering import BODY_DTYPE, make_body_record
 from governor_mechanism.mechanics.kinematics.constraint_equations import bodies_of_rows
 from governor_mechanism.mechanics.kinematics.coordinate_assembly import CoordinateSolver, lower_assembly
 from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output

@@ -8,7 +8,7 @@ import numpy as np
 
 from governor_mechanism.mechanics.dynamics.forces.inputs import output_rate
 from governor_mechanism.mechanics.kinematics.constraint_kernels import N_ROW_COLUMNS, ConstraintRows, evaluate_rows
-from governor_mechanism.mechanics.kinematics.output_rows import make_output_rows, rows_of_readings
+from governor_mechanism.mechanics.kinematics.output_variables import make_output_rows, rows_of_readings
 from governor_mechanism.model.joints import GROUND, Gear, Pin
 from governor_mechanism.model.part import FIXED_PLANE, Part
 from governor_mechanism.model.scene import Scene

@@ -10,8 +10,7 @@ import numpy as np
 
 from governor_mechanism.model.results.result import Column, Result, format_columns
 from governor_mechanism.papers.errata.dubois import list_dubois_errata
-from governor_mechanism.papers.errata.erratum import PAPER_REFERENCES, Erratum, Paper, check_cause, check_paper
-from governor_mechanism.papers.errata.marks import list_marks_errata
+from governor_mechanism.papers.errata.erratum import PAPER_REFERENCES, Erratum, Paper, check_cause, check_paper, list_marks_errata
 from governor_mechanism.papers.errata.redtenbacher import list_redtenbacher_errata
 from governor_mechanism.papers.errata.zehnder import LONGER, PROBE_ANGLE_DEG, SHORTER, list_zehnder_errata
 from governor_mechanism.scenes.library import load_scene

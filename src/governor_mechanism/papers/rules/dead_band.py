@@ -8,19 +8,20 @@ import numpy as np
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.model.events import EventKind
 from governor_mechanism.model.scene import Scene
-from governor_mechanism.papers.rules.engines import (
+from governor_mechanism.papers.rules.rule import (
     DURATION,
     ENGINE_SPEED,
     GOVERNOR_SPEED,
     HALF_LOAD,
     SLEEVE,
+    RuleCheck,
     SteadyEngine,
+    Verdict,
     find_steady_engine,
     friction_on_sleeve,
     load_step,
     with_values,
 )
-from governor_mechanism.papers.rules.rule import RuleCheck, Verdict
 from governor_mechanism.scenes.parser import parse_scene_document
 from governor_mechanism.studies.plain_runs import run_uncertified
 from governor_mechanism.types import FloatArray

@@ -9,12 +9,14 @@ import numpy as np
 from governor_mechanism.model.coupling.couplings import ControlCoupling
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.model.time_functions import TableFunction
-from governor_mechanism.papers.rules.engines import (
+from governor_mechanism.papers.rules.rule import (
     DURATION,
     ENGINE_SPEED,
     HALF_LOAD,
     LOAD,
+    RuleCheck,
     SteadyEngine,
+    Verdict,
     dashpot_on_sleeve,
     find_steady_engine,
     gear_to_speed,
@@ -22,7 +24,6 @@ from governor_mechanism.papers.rules.engines import (
     load_step,
     with_values,
 )
-from governor_mechanism.papers.rules.rule import RuleCheck, Verdict
 from governor_mechanism.studies.plain_runs import run_uncertified
 from governor_mechanism.types import FloatArray
 

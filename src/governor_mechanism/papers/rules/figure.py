@@ -5,13 +5,11 @@ from typing import Any
 
 import numpy as np
 
-from governor_mechanism.papers.rules.dashpot import DashpotCheck
+from governor_mechanism.papers.rules.damping import DashpotCheck, DryFrictionCheck
 from governor_mechanism.papers.rules.dead_band import DeadBandCheck, RegulatingForceCheck
 from governor_mechanism.papers.rules.droop import DroopCheck
-from governor_mechanism.papers.rules.dry_friction import DryFrictionCheck
-from governor_mechanism.papers.rules.joint_clearance import ClearanceCheck
 from governor_mechanism.papers.rules.rule import RuleCheck, Verdict
-from governor_mechanism.papers.rules.shaking import OilBrakeCheck, ShakingCheck
+from governor_mechanism.papers.rules.shaking import ClearanceCheck, OilBrakeCheck, ShakingCheck
 from governor_mechanism.papers.rules.study import PaperRules
 from governor_mechanism.render.figures.page import (
     DASHED,

@@ -16,14 +16,18 @@ from functools import partial
 from typing import Any
 
 from governor_mechanism.model.results.result import Column, Result, format_columns
-from governor_mechanism.papers.rules.dashpot import DashpotCheck, check_dashpot
+from governor_mechanism.papers.rules.damping import DashpotCheck, DryFrictionCheck, check_dashpot, check_dry_friction
 from governor_mechanism.papers.rules.dead_band import DeadBandCheck, RegulatingForceCheck, check_dead_band, check_regulating_force
 from governor_mechanism.papers.rules.droop import DroopCheck, check_droop
-from governor_mechanism.papers.rules.dry_friction import DryFrictionCheck, check_dry_friction
-from governor_mechanism.papers.rules.engines import build_cyclic_engine, find_steady_engine
-from governor_mechanism.papers.rules.joint_clearance import ClearanceCheck, check_clearance
-from governor_mechanism.papers.rules.rule import RuleCheck
-from governor_mechanism.papers.rules.shaking import OilBrakeCheck, ShakingCheck, check_oil_brake, check_shaking
+from governor_mechanism.papers.rules.rule import RuleCheck, build_cyclic_engine, find_steady_engine
+from governor_mechanism.papers.rules.shaking import (
+    ClearanceCheck,
+    OilBrakeCheck,
+    ShakingCheck,
+    check_clearance,
+    check_oil_brake,
+    check_shaking,
+)
 from governor_mechanism.scenes.library import load_scene
 from governor_mechanism.units.text_table import short_repr
 

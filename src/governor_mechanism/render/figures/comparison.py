@@ -19,8 +19,8 @@ from governor_mechanism.render.figures.page import (
     add_legend,
     draw_range_band,
 )
-from governor_mechanism.render.number_format import display_unit_of, format_label
 from governor_mechanism.render.range_bands import PlotSize, count_turns, find_range_band, name_cycles
+from governor_mechanism.render.shown_readings import display_unit_of, format_label
 from governor_mechanism.render.style import BLUE, GREEN, INK, MUTED, PAPER, SERIES_COLOURS, SKY, VERMILLION
 from governor_mechanism.studies.compared_quantities import GovernorStatics, leading_reading
 from governor_mechanism.studies.comparison import Comparison

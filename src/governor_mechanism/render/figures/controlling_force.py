@@ -12,7 +12,7 @@ from governor_mechanism.model.results.pictures import Figure
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.render.figures.page import DASHED, DOTTED, MM_PER_M, Page, Panel, add_legend
 from governor_mechanism.render.figures.plates.isochronous import has_isochronous_parabolas, isochronous_figure
-from governor_mechanism.render.number_format import display_unit_of, format_label, format_name
+from governor_mechanism.render.shown_readings import display_unit_of, format_label, format_name
 from governor_mechanism.render.style import BLUE, GREEN, INK, MUTED, PAPER, SERIF_FONT, SKY, VERMILLION
 from governor_mechanism.statics.controlling_force import ControllingForce
 from governor_mechanism.statics.equilibria import Equilibrium

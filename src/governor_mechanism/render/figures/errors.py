@@ -11,7 +11,7 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import LogLocator, NullFormatter
 
 from governor_mechanism.render.figures.page import DASHED, DOTTED, Page, Panel, PanelRect, add_legend, use_plain_decades
-from governor_mechanism.render.number_format import format_label
+from governor_mechanism.render.shown_readings import format_label
 from governor_mechanism.render.style import BLUE, GREEN, INK, MUTED, RULE, VERMILLION
 from governor_mechanism.studies.hard_cases.case import HardCase
 from governor_mechanism.studies.hard_cases.study import ROUNDING_ERROR, HardCaseRow, HardCasesReport, Verdict

@@ -1,7 +1,7 @@
 """Figure of a fit: measured values with the fitted run, and the residuals below, for each reading."""
 
 from governor_mechanism.render.figures.page import Page
-from governor_mechanism.render.number_format import display_unit_of, format_name
+from governor_mechanism.render.shown_readings import display_unit_of, format_name
 from governor_mechanism.render.style import BLUE, INK, MUTED, VERMILLION
 from governor_mechanism.studies.fitting.results import Fit
 

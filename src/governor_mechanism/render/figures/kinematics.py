@@ -14,9 +14,8 @@ from governor_mechanism.render.artists import Brush
 from governor_mechanism.render.figures.page import SERIES_LINE_STYLES, Page, Panel, add_legend
 from governor_mechanism.render.geometry.primitives import enclose_boxes
 from governor_mechanism.render.machines.generic.drawing import GenericDrawing
-from governor_mechanism.render.number_format import display_unit_of, format_label, format_name
 from governor_mechanism.render.part_run import motion_at_rest
-from governor_mechanism.render.shown_readings import axis_limits_for
+from governor_mechanism.render.shown_readings import axis_limits_for, display_unit_of, format_label, format_name
 from governor_mechanism.render.style import INK, MUTED, PAPER, SERIES_COLOURS, VERMILLION
 from governor_mechanism.studies.kinematics import Assemblies
 from governor_mechanism.types import FloatArray

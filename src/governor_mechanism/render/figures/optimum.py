@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from governor_mechanism.render.figures.page import MM_PER_M, Page, Panel, add_legend
-from governor_mechanism.render.number_format import display_unit_of, format_label
+from governor_mechanism.render.shown_readings import display_unit_of, format_label
 from governor_mechanism.render.style import BLUE, INK, MUTED, VERMILLION
 from governor_mechanism.units.quantities import format_quantity
 

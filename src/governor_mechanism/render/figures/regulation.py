@@ -22,8 +22,8 @@ from governor_mechanism.render.figures.page import (
     use_plain_decades,
 )
 from governor_mechanism.render.machines.engine_room.arrangement import engine_torque, find_governed_engine
-from governor_mechanism.render.number_format import format_label
 from governor_mechanism.render.range_bands import COLUMN_WIDTH, make_range_band
+from governor_mechanism.render.shown_readings import format_label
 from governor_mechanism.render.style import BLUE, GREEN, INK, MUTED, PAPER, RULE, SERIES_COLOURS, SERIF_FONT, SKY, VERMILLION
 from governor_mechanism.studies.regulation.cyclic_irregularity import ClearanceStudy, CyclicMotionStudy
 from governor_mechanism.studies.regulation.governed_engine import GovernedEngine

@@ -29,8 +29,7 @@ from governor_mechanism.render.figures.sweep_axis import (
     scene_handle,
     wrap_handles,
 )
-from governor_mechanism.render.number_format import format_name
-from governor_mechanism.render.shown_readings import axis_limits_for
+from governor_mechanism.render.shown_readings import axis_limits_for, format_name
 from governor_mechanism.render.style import BLUE, INK, MUTED, PAPER, SANS_FONT, SERIES_COLOURS, SKY
 from governor_mechanism.studies.sweep.quantities import RunQuantity
 from governor_mechanism.studies.sweep.results import Sweep

@@ -12,7 +12,7 @@ from matplotlib.path import Path
 from matplotlib.ticker import MaxNLocator
 
 from governor_mechanism.render.figures.page import Page, Panel, add_legend, format_plain_ticks
-from governor_mechanism.render.number_format import format_label
+from governor_mechanism.render.shown_readings import format_label
 from governor_mechanism.render.style import INK, MUTED, PAPER, RULE, SANS_FONT, STEEL
 from governor_mechanism.studies.sweep.parameters import SweepAxis
 from governor_mechanism.studies.sweep.results import Sweep

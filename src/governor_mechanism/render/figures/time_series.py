@@ -30,13 +30,17 @@ from governor_mechanism.render.figures.page import (
 )
 from governor_mechanism.render.machines.engine_room.arrangement import find_governed_engine
 from governor_mechanism.render.machines.registry import find_drawing_class
-from governor_mechanism.render.number_format import display_unit_of, format_closing_lines, format_label, format_name, format_rounded_up
 from governor_mechanism.render.range_bands import PlotSize, RangeBand, count_turns, find_range_band, refine_curve
 from governor_mechanism.render.shown_readings import (
     READING_NOISE_RATIO,
     ShownReading,
     axis_limits_for,
     chosen_readings,
+    display_unit_of,
+    format_closing_lines,
+    format_label,
+    format_name,
+    format_rounded_up,
     name_to_plot,
     shown_readings,
 )

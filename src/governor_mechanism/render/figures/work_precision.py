@@ -11,7 +11,7 @@ from matplotlib.ticker import LogLocator, NullFormatter
 from matplotlib.transforms import Bbox
 
 from governor_mechanism.render.figures.page import DASHED, FIGURE_DPI, Page, Panel, use_plain_decades
-from governor_mechanism.render.number_format import format_name
+from governor_mechanism.render.shown_readings import format_name
 from governor_mechanism.render.style import BLUE, GREEN, INK, MUTED, PAPER, PURPLE, RULE, VERMILLION
 from governor_mechanism.studies.effect_ablation import EffectsStudy
 from governor_mechanism.studies.work_precision_results import AccuracyStudy, EngineVariant, WorkPrecisionPoint, format_wall_time

@@ -25,7 +25,7 @@ from governor_mechanism.render.film.moving_parts import CachedNumber, MovingArti
 from governor_mechanism.render.frame_data import FrameData
 from governor_mechanism.render.geometry.attached import DrawnPart, Flexible, shapes_of
 from governor_mechanism.render.geometry.primitives import SMALL_TEXT, DrawnShape, PixelRect, PixelView, Vec2
-from governor_mechanism.render.number_format import format_closing_lines
+from governor_mechanism.render.shown_readings import format_closing_lines
 from governor_mechanism.render.style import INK, MUTED, RULE, SANS_FONT, SERIF_FONT, VERMILLION
 from governor_mechanism.types import BoolArray, FloatArray
 

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from governor_mechanism.mechanics.kinematics.point_paths import point_path
+from governor_mechanism.mechanics.kinematics.points import point_path
 from governor_mechanism.model.part import TURNING_PLANE
 from governor_mechanism.model.results.film_options import DEFAULT_OPTIONS, FilmOptions, FilmView
 from governor_mechanism.model.results.trajectory import Trajectory
@@ -50,7 +50,7 @@ from governor_mechanism.render.geometry.primitives import (
     share_scale,
 )
 from governor_mechanism.render.motion_layers import MotionLayers, PointPaths, last_second
-from governor_mechanism.render.number_format import display_unit_of, format_film_speed, format_name, format_numbers
+from governor_mechanism.render.shown_readings import display_unit_of, format_film_speed, format_name, format_numbers
 from governor_mechanism.render.style import GREEN, INK, MUTED, ROLE_STYLES, SERIES_COLOURS, SERIF_FONT, VERMILLION
 from governor_mechanism.types import FloatArray
 

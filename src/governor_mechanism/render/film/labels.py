@@ -10,7 +10,7 @@ from itertools import chain
 
 import numpy as np
 
-from governor_mechanism.mechanics.kinematics.point_paths import point_path
+from governor_mechanism.mechanics.kinematics.points import point_path
 from governor_mechanism.model.output_variables import LineAngle
 from governor_mechanism.render.frame_data import FrameData
 from governor_mechanism.render.geometry.primitives import (
@@ -27,8 +27,8 @@ from governor_mechanism.render.geometry.primitives import (
     bounding_box,
 )
 from governor_mechanism.render.machines.generic.drawing import GenericDrawing
-from governor_mechanism.render.number_format import format_name
 from governor_mechanism.render.page.part_names import name_part
+from governor_mechanism.render.shown_readings import format_name
 from governor_mechanism.types import FloatArray, IntArray
 
 MAX_LABELS = 10

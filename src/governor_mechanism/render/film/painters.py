@@ -25,13 +25,20 @@ from governor_mechanism.render.film.options import find_engine_room
 from governor_mechanism.render.frame_data import FrameData, ShownParts, find_parts
 from governor_mechanism.render.geometry.attached import at_own_moments
 from governor_mechanism.render.geometry.primitives import ELEVATION_RECT, SMALL_TEXT, PixelRect, PixelView, Vec2, round_step
-from governor_mechanism.render.machines.engine_room import proportions as room
+from governor_mechanism.render.machines.engine_room import arrangement as room
 from governor_mechanism.render.machines.engine_room.arrangement import CUT_OFF, EngineRoomParts, engine_torque, load_steps, mean_speed
 from governor_mechanism.render.machines.engine_room.drawing import EngineRoomDrawing
 from governor_mechanism.render.machines.flywheel_engine import BAR
-from governor_mechanism.render.number_format import display_unit_of, format_film_speed, format_name, format_numbers
 from governor_mechanism.render.range_bands import RangeBand, name_cycles
-from governor_mechanism.render.shown_readings import READING_NOISE_RATIO, axis_limits_for, chosen_readings
+from governor_mechanism.render.shown_readings import (
+    READING_NOISE_RATIO,
+    axis_limits_for,
+    chosen_readings,
+    display_unit_of,
+    format_film_speed,
+    format_name,
+    format_numbers,
+)
 from governor_mechanism.render.style import BLUE, GREEN, INK, MUTED, RULE, SERIES_COLOURS, SERIF_FONT, VERMILLION
 from governor_mechanism.types import FloatArray
 from governor_mechanism.units.constants import RPM

@@ -10,8 +10,7 @@ import numpy as np
 from governor_mechanism.mechanics.curves.curve_kernels import evaluate_polar_curve
 from governor_mechanism.mechanics.curves.outlines import outline_points
 from governor_mechanism.mechanics.curves.segments import make_curve_segments
-from governor_mechanism.mechanics.kinematics.point_paths import point_path
-from governor_mechanism.mechanics.kinematics.points import rotate_vector
+from governor_mechanism.mechanics.kinematics.points import point_path, rotate_vector
 from governor_mechanism.model.curves import PolarCurve
 from governor_mechanism.model.force_elements import Damper, Force, Spring
 from governor_mechanism.model.joints import CurveSlot, Gear, Pin, Point, RackAndPinion

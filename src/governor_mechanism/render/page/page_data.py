@@ -20,11 +20,9 @@ from governor_mechanism.render.geometry.primitives import Vec2, round_step
 from governor_mechanism.render.geometry.recording import SEEN_AS, RecordedShape, find_half_thickness, record_parts
 from governor_mechanism.render.machines.engine_room.arrangement import CUT_OFF, EngineRoomParts, engine_torque, mean_speed
 from governor_mechanism.render.machines.engine_room.drawing import EngineRoomDrawing
-from governor_mechanism.render.number_format import choose_decimals, display_unit_of, format_name
 from governor_mechanism.render.page.part_names import name_part
-from governor_mechanism.render.page.tracks import Track, TrackTable
-from governor_mechanism.render.page.views import PICTURE_SIZE, PageView, Picture, ShownRun, Trail
-from governor_mechanism.render.shown_readings import READING_NOISE_RATIO, axis_limits_for
+from governor_mechanism.render.page.views import PICTURE_SIZE, PageView, Picture, ShownRun, Track, TrackTable, Trail
+from governor_mechanism.render.shown_readings import READING_NOISE_RATIO, axis_limits_for, choose_decimals, display_unit_of, format_name
 from governor_mechanism.types import FloatArray
 
 MAX_FIRST_PLOTS = 4

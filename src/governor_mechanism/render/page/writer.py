@@ -16,9 +16,9 @@ from governor_mechanism.model.results.film_options import FilmLayer
 from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.render.geometry.primitives import Vec2
-from governor_mechanism.render.number_format import format_closing_lines, format_name
 from governor_mechanism.render.page.page_data import collect_data, roles_of
 from governor_mechanism.render.page.views import PICTURE_SIZE, show_run
+from governor_mechanism.render.shown_readings import format_closing_lines, format_name
 from governor_mechanism.render.style import colour_rules, role_rules, series_rules
 from governor_mechanism.scenes.description import describe_scene
 from governor_mechanism.types import FloatArray

@@ -14,9 +14,8 @@ from governor_mechanism.model.part import FIXED_PLANE, TURNING_PLANE, Law, Part,
 from governor_mechanism.model.valve import Valve
 from governor_mechanism.scenes.custom.assembly import ASSEMBLY_TYPE, take_assembly, written_angles
 from governor_mechanism.scenes.custom.contacts import CONTACT, find_name_conflicts
-from governor_mechanism.scenes.custom.dimensions import Dimension, DimensionTable
+from governor_mechanism.scenes.custom.dimensions import Dimension, DimensionTable, parse_law
 from governor_mechanism.scenes.custom.field_types import PointRegistry, is_moving, parse_moving_point, parse_named_points
-from governor_mechanism.scenes.custom.law import parse_law
 from governor_mechanism.scenes.custom.parts import (
     BODY,
     FORCE_TABLES,

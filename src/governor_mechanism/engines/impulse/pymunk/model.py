@@ -7,12 +7,10 @@ import numpy as np
 import pymunk
 from pymunk.batch import BodyFields, Buffer, get_space_bodies, set_space_bodies
 
-from governor_mechanism.engines.impulse.pymunk.applied_forces import AppliedForces, StepInputs
-from governor_mechanism.engines.impulse.pymunk.bodies import AttachedPoint, make_body_proxy
-from governor_mechanism.engines.impulse.pymunk.friction_stop_constraint import FrictionStopConstraint
-from governor_mechanism.engines.impulse.pymunk.joints import PreStepUpdate, make_joint_constraints
+from governor_mechanism.engines.impulse.pymunk.applied_forces import AppliedForces, AttachedPoint, StepInputs, make_body_proxy
+from governor_mechanism.engines.impulse.pymunk.constraints import FrictionStopConstraint, PreStepUpdate, make_joint_constraints
 from governor_mechanism.mechanics.dynamics.forces.contacts import Contact, output_forces_of
-from governor_mechanism.mechanics.dynamics.system.reference_points import to_mass_centres
+from governor_mechanism.mechanics.dynamics.system.arrays import to_mass_centres
 from governor_mechanism.model.force_elements import Damper, TorsionDamper
 from governor_mechanism.model.joints import GROUND, Joint, Pin, Point, RotationalDriver, TranslationalDriver
 from governor_mechanism.model.scene import Scene

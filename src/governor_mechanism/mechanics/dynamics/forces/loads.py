@@ -7,8 +7,7 @@ import numpy as np
 from governor_mechanism.effects.gas_pressure import travel_in_stroke
 from governor_mechanism.mechanics.dynamics.forces.contacts import contacts_of
 from governor_mechanism.mechanics.dynamics.forces.inputs import NOT_HELD, evaluate_reading_function
-from governor_mechanism.mechanics.kinematics.output_rows import rows_of_readings
-from governor_mechanism.mechanics.kinematics.output_variables import OutputDerivatives, evaluate_output
+from governor_mechanism.mechanics.kinematics.output_variables import OutputDerivatives, evaluate_output, rows_of_readings
 from governor_mechanism.mechanics.kinematics.time_functions import CubicTimeFunction
 from governor_mechanism.model.force_elements import CylinderGas
 from governor_mechanism.model.scene import Scene

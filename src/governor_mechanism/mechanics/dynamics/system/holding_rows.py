@@ -10,7 +10,7 @@ from governor_mechanism.mechanics.dynamics.system.arrays import System
 from governor_mechanism.mechanics.dynamics.system.event_functions import EventFunctionKind
 from governor_mechanism.mechanics.kinematics.constraint_equations import ConstraintTable, bodies_of_rows, make_constraint_table
 from governor_mechanism.mechanics.kinematics.constraint_kernels import ConstraintRows
-from governor_mechanism.mechanics.kinematics.output_rows import make_output_rows
+from governor_mechanism.mechanics.kinematics.output_variables import make_output_rows
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.numerics.once_per_object import once_per_object
 from governor_mechanism.types import GROUND_INDEX, IntArray, RecordArray

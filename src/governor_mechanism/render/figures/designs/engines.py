@@ -10,7 +10,7 @@ from governor_mechanism.closed_form import flywheel_engine as closed
 from governor_mechanism.closed_form import pendulum, pendulum_sizing
 from governor_mechanism.closed_form.flywheel_engine import AirEngine
 from governor_mechanism.render.figures.page import CHAIN_DOTTED, DASHED, MM_PER_M, Page, Panel, Plate, add_legend
-from governor_mechanism.render.figures.plates.flywheel import FOURTH_RECT, N_PER_KN, PA_PER_BAR, SPEED_RECT, EnginePlate, mark_extreme
+from governor_mechanism.render.figures.plates.engines import FOURTH_RECT, N_PER_KN, PA_PER_BAR, SPEED_RECT, EnginePlate, mark_extreme
 from governor_mechanism.render.style import BLUE, GREEN, INK, MUTED, PAPER, SERIES_COLOURS, SKY, VERMILLION
 from governor_mechanism.studies.design.flywheel import FlywheelDesign
 from governor_mechanism.studies.design.flywheel_paper import PaperComparison

@@ -23,7 +23,7 @@ from governor_mechanism.render.geometry.attached import (
 )
 from governor_mechanism.render.geometry.outlines import make_bar, make_rectangle, make_wall
 from governor_mechanism.render.geometry.primitives import Circle, DrawnShape, Lines, Polygon, TextShape, Vec2
-from governor_mechanism.render.machines.engine_room import proportions as room
+from governor_mechanism.render.machines.engine_room import arrangement as room
 from governor_mechanism.types import FloatArray
 
 

@@ -25,7 +25,7 @@ from governor_mechanism.render.geometry.attached import (
 from governor_mechanism.render.geometry.outlines import make_rectangle, make_wall, select_extreme_rows
 from governor_mechanism.render.geometry.primitives import BoundingBox, DrawnShape, Polygon, TextShape, Vec2, bounding_box, enclose_boxes
 from governor_mechanism.render.geometry.recording import enclose_recorded, record_parts
-from governor_mechanism.render.machines.engine_room import proportions as room
+from governor_mechanism.render.machines.engine_room import arrangement as room
 from governor_mechanism.render.machines.engine_room.arrangement import CUT_OFF, THROTTLE, EngineRoomParts, engine_torque, load_torque
 from governor_mechanism.render.machines.engine_room.controls import (
     Brake,

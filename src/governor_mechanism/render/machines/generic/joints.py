@@ -8,8 +8,7 @@ from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
-from governor_mechanism.mechanics.kinematics.point_paths import point_path
-from governor_mechanism.mechanics.kinematics.points import rotate_vector
+from governor_mechanism.mechanics.kinematics.points import point_path, rotate_vector
 from governor_mechanism.model import joints
 from governor_mechanism.model.curves import Curve, PolarCurve, PolynomialCurve, SplineCurve
 from governor_mechanism.model.force_elements import Damper, ForceElement, Spring
@@ -45,7 +44,7 @@ from governor_mechanism.render.geometry.primitives import (
     wheel_radii,
 )
 from governor_mechanism.render.machines.generic.placed_mechanism import LoadFunction, MechanismExtents, PlacedMechanism
-from governor_mechanism.render.number_format import format_name
+from governor_mechanism.render.shown_readings import format_name
 from governor_mechanism.types import FloatArray
 
 RAM_LENGTH, BLOCK_WIDTH = 0.30, 0.08

@@ -9,8 +9,7 @@ from functools import cached_property
 
 import numpy as np
 
-from governor_mechanism.mechanics.kinematics.point_paths import point_path
-from governor_mechanism.mechanics.kinematics.points import rotate_vector
+from governor_mechanism.mechanics.kinematics.points import point_path, rotate_vector
 from governor_mechanism.mechanics.kinematics.time_functions import CubicTimeFunction
 from governor_mechanism.model.force_elements import Damper, Force, Spring, Torque
 from governor_mechanism.model.joints import GROUND, ArcSlot, Glyph, Joint, Pin, Point, RackAndPinion
