@@ -118,3 +118,21 @@ def test_an_effect_others_need_cannot_be_switched_and_says_why():
     rows = {row.effect: row for row in run_effects_study(parse_scene_document(fluctuating)).rows}
     assert "speed_fluctuation has no effect" in rows["centrifugal"].note
     assert rows["spindle.speed_fluctuation"].relative_change > 1e-6
+
+
+def test_a_contact_is_switched_off_like_an_effect():
+    scene = gm.load("disc_cam").replace({"run.duration": "0.05 s", "start": {"roller_gap": 0.0}})
+    study = run_effects_study(scene)
+    (row,) = (row for row in study.rows if row.effect == "contact roller")
+    assert row.listed
+    assert not row.note
+    document = {key: value for key, value in dict(scene.document).items() if key not in ("contact", "start")}
+    free = gm.run(gm.Scene.from_dict(document), times=gm.run(scene).times)
+    assert row.changes["lift"] == pytest.approx(np.abs(free.readings["lift"] - gm.run(scene).readings["lift"]).max(), rel=1e-9)
+    assert "contact roller" in str(study)
+
+
+def test_a_contact_of_a_scene_made_in_python_is_switched_off_too():
+    scene = replace(gm.load("disc_cam").replace({"run.duration": "0.02 s"}), document={})
+    (row,) = (row for row in run_effects_study(scene).rows if row.effect == "contact roller")
+    assert row.changes["lift"] > 1e-4

@@ -1,7 +1,7 @@
 """What each effect of a scene changes in its readings, what it costs, and which effects can be left out.
 
 The scene is run as it is, and once per effect with that effect switched: off if the scene lists it, on if it does not and needs no
-parameters. The cost of an effect is the run with it against the run without it.
+parameters. A contact of outlines is switched off like an effect. The cost of an effect is the run with it against the run without it.
 """
 
 import copy
@@ -20,6 +20,7 @@ from governor_mechanism.engines import select_engine
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.machines.registry import MACHINES
 from governor_mechanism.model.effect import Effect
+from governor_mechanism.model.output_variables import OutlineGap
 from governor_mechanism.model.part import Part, Spindle
 from governor_mechanism.model.results.outcome import Outcome
 from governor_mechanism.model.results.result import Column, Result, format_columns
@@ -259,9 +260,28 @@ def _effect_switches(scene: Scene, part: Part) -> Iterator[tuple[str, EffectSwit
     for name, default_effect in PARAMETERLESS_EFFECTS.items():
         if type(default_effect) not in {type(effect) for effect in part.effects} and (part.turns or name == "gravity"):
             yield name, (False, partial(_replace_part, scene, part, effects=(*part.effects, default_effect)))
+    for k, name in enumerate(_contacts_of(part)):
+        yield f"contact {name}", (True, partial(_without_contact, scene, part, k, name))
     if isinstance(part.spindle, Spindle) and part.spindle.speed_fluctuation:
         steady = replace(part.spindle, speed_fluctuation=0.0)
         yield SPEED_FLUCTUATION_KEY, (True, partial(_replace_part, scene, part, spindle=steady))
+
+
+def _contacts_of(part: Part) -> list[str]:
+    """Return the names of the contacts of outlines, in the order in which a scene file has them."""
+    return list(dict.fromkeys(reading.contact for reading in part.mechanism.readings if isinstance(reading, OutlineGap)))
+
+
+def _without_contact(scene: Scene, part: Part, k: int, name: str) -> Scene:
+    """Return the scene without a contact, the k-th one, and without the start values of its gaps."""
+    if not scene.document:
+        readings = tuple(one for one in part.mechanism.readings if not isinstance(one, OutlineGap) or one.contact != name)
+        return _replace_part(scene, part, mechanism=replace(part.mechanism, readings=readings))
+    document = copy.deepcopy(dict(scene.document))
+    table = _part_table(document, part)
+    table["contact"] = [*table["contact"][:k], *table["contact"][k + 1 :]]
+    table["start"] = {key: value for key, value in table.get("start", {}).items() if not key.startswith((f"{name}_gap", f"{name}_rate"))}
+    return replace(parse_scene_document(document, scene.source), run=scene.run)
 
 
 def _part_table(document: Mapping[str, Any], part: Part) -> Any:

@@ -211,6 +211,13 @@ def _distance_from_bend(curve: ConvexCurve, pieces: FloatArray, i: int) -> Profi
 
 
 @jit_in_place
+def _is_behind(curve: ConvexCurve, pieces: FloatArray, i: int) -> bool:
+    """Return whether the origin of a curve is behind a straight piece: unless both parts overlap widely, another piece is nearer."""
+    c = pieces.shape[1] - N_PIECE_VALUES
+    return bool((curve.x - pieces[i, c]) * pieces[i, c + 3] <= (curve.y - pieces[i, c + 1]) * pieces[i, c + 2])
+
+
+@jit_in_place
 def distance_of_profiles(
     # lines and arcs, see `make_profile_pieces`, and behind them the segments and points of the curve, see `make_curve_pieces`
     pieces: FloatArray,
@@ -220,9 +227,14 @@ def distance_of_profiles(
 ) -> ProfileDistance:
     """Return the distance of a convex curve from the nearest of some lines and arcs; negative where they overlap."""
     nearest = ProfileDistance(0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, math.inf)
-    for i in range(first_piece, first_piece + n_pieces):
-        is_straight = pieces[i, pieces.shape[1] - 1] == 0.0
-        distance = _distance_from_straight(curve, pieces, i) if is_straight else _distance_from_bend(curve, pieces, i)
-        if distance.rank < nearest.rank:
-            nearest = distance
+    for is_overlapping in (False, True):
+        for i in range(first_piece, first_piece + n_pieces):
+            is_straight = pieces[i, pieces.shape[1] - 1] == 0.0
+            if is_straight and not is_overlapping and _is_behind(curve, pieces, i):
+                continue
+            distance = _distance_from_straight(curve, pieces, i) if is_straight else _distance_from_bend(curve, pieces, i)
+            if distance.rank < nearest.rank:
+                nearest = distance
+        if nearest.rank < math.inf:
+            break
     return nearest

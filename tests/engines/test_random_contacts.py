@@ -1,0 +1,49 @@
+"""Random scenes of parts that touch: error estimates against true errors, energies, gaps that stay open, repeatability."""
+
+import numpy as np
+import pytest
+
+from certificate_checks import CertificateCheck, check_certificate
+from governor_mechanism.engines import MultibodyEngine
+from governor_mechanism.model.events import EventKind
+from governor_mechanism.model.results.outcome import Outcome
+from random_contacts import KINDS, ContactReferences, draw_contact_scene
+
+SEED = 20261127
+ACCURACIES = 10.0 ** -np.arange(3, 9)
+
+
+def check_scene(number: int) -> CertificateCheck:
+    """Check the estimate of a run; each kind of scene comes with each accuracy."""
+    drawn = draw_contact_scene(number, SEED)
+    accuracy = float(ACCURACIES[number // len(KINDS) % len(ACCURACIES)])
+    return check_certificate(drawn, "multibody", accuracy, ContactReferences(drawn.scene))
+
+
+@pytest.mark.parametrize("numbers", [range(15)], ids=["few"])
+def test_errors_are_within_their_estimates(numbers):
+    checks = [check_scene(number) for number in numbers]
+    judged = [check for check in checks if check.is_judged]
+    assert len(judged) >= 0.9 * len(checks)  # the references disagree near rounding, and where an event comes and goes
+    wrong = [check for check in judged if not check.is_within_estimate or check.claims_too_much]
+    assert len(wrong) <= 0.01 * len(judged), wrong
+    assert sum(check.outcome == Outcome.DONE.name for check in checks) >= 0.95 * len(checks)
+
+
+@pytest.mark.parametrize("number", range(10))
+def test_parts_stay_apart_and_gain_no_energy(number):
+    scene = draw_contact_scene(number, SEED).scene
+    run, again = (MultibodyEngine().run(scene, accuracy=1e-7) for _ in range(2))
+    gaps, repeated = ([values for name, values in one.readings.items() if name.startswith("c_gap")] for one in (run, again))
+    assert min(values.min() for values in gaps) > -1e-11
+    assert run.energy.drift < 1e-6
+    assert np.all(np.diff(run.energy.dissipated_energy) >= -1e-12)
+    np.testing.assert_array_equal(gaps, repeated)
+    assert run.events == again.events
+
+
+def test_the_scenes_have_every_kind_of_contact_event():
+    kinds = {
+        event.kind for number in range(15) for event in MultibodyEngine().run(draw_contact_scene(number, SEED).scene, certify=False).events
+    }
+    assert {EventKind.IMPACT, EventKind.REST, EventKind.SEPARATION} <= kinds
