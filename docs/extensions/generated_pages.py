@@ -10,6 +10,7 @@ from __future__ import annotations
 import os
 from collections.abc import Sequence
 from concurrent.futures import ProcessPoolExecutor
+from itertools import chain
 from pathlib import Path
 from typing import Any
 
@@ -37,22 +38,22 @@ def generated_texts() -> dict[str, str]:
     """
     from generators.api import api_files, api_page
     from generators.catalogue import catalogue_page
-    from generators.commands import commands_page
+    from generators.commands import commands_index, commands_pages
     from generators.effects_and_engines import effects_and_engines_page
     from generators.gallery import gallery_page, scene_pages
     from generators.readings import readings_page
-    from generators.scene_file import scene_file_page
+    from generators.scene_file import scene_file_index, scene_file_pages
 
     pages = {
-        "scene_file.md": scene_file_page(),
+        "scene_file.md": scene_file_index(),
         "effects_and_engines.md": effects_and_engines_page(),
-        "commands.md": commands_page(),
+        "commands.md": commands_index(),
         "readings.md": readings_page(),
         "api.md": api_page(),
         "gallery.md": gallery_page(),
         "catalogue.md": catalogue_page(),
     }
-    return pages | api_files() | scene_pages()
+    return pages | api_files() | scene_pages() | scene_file_pages() | commands_pages()
 
 
 def write_texts(folder: Path) -> None:
@@ -69,7 +70,8 @@ def write_texts(folder: Path) -> None:
         if not path.is_file() or path.read_text(encoding="utf-8") != text:
             path.parent.mkdir(parents=True, exist_ok=True)
             path.write_text(text, encoding="utf-8")
-    for path in (*folder.glob("api/*/*.rst"), *folder.glob("scenes/*.md")):
+    patterns = ("api/*/*.rst", "scenes/*.md", "scene_file/*.md", "commands/*.md")
+    for path in chain.from_iterable(map(folder.glob, patterns)):
         if path.relative_to(folder).as_posix() not in texts:
             path.unlink()
 

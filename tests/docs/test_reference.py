@@ -13,12 +13,13 @@ from documentation_pages import PAGES, ROOT
 from generators import gallery
 from generators.api import api_files, api_page
 from generators.catalogue import catalogue_page
-from generators.commands import commands_page, list_commands
+from generators.commands import commands_index, commands_pages, commands_text, list_commands
 from generators.effects_and_engines import effects_and_engines_page
 from generators.gallery import gallery_page, scenes_without_description
 from generators.markdown import anchor, escape, table
 from generators.readings import SPINDLE_READINGS, find_reading_units, readings_page
-from generators.scene_file import scene_file_page
+from generators.scene_file import scene_file_index, scene_file_pages, scene_file_text
+from generators.splitting import index_of, split_sections, write_pages
 from governor_mechanism.effects.registry import EFFECTS
 from governor_mechanism.engines.selection import ENGINES
 from governor_mechanism.machines.registry import MACHINES
@@ -28,9 +29,9 @@ from governor_mechanism.units.quantities import QUANTITY_KINDS
 from navigation import list_entries
 
 INCLUDED = {
-    "scene_file": scene_file_page,
+    "scene_file": scene_file_text,
     "effects_and_engines": effects_and_engines_page,
-    "commands": commands_page,
+    "commands": commands_text,
     "readings": readings_page,
     "api": api_page,
     "gallery": gallery_page,
@@ -81,7 +82,7 @@ def keys_by_heading():
     return found
 
 
-def test_the_scene_file_page_has_every_key_of_the_schema_in_its_section():
+def test_the_scene_file_text_has_every_key_of_the_schema_in_its_section():
     text, found = text_of("scene_file"), keys_by_heading()
     for heading, keys in found.items():
         part = section(text, heading)
@@ -180,10 +181,26 @@ def test_a_page_shows_the_best_film_there_is(tmp_path, monkeypatch):
     assert shown["proell"] == '<img src="../../pages/proell.gif" alt="Film of the scene proell: A &amp; B">'
 
 
-def headings(path):
-    """Anchors of a page, with those of the text that it includes."""
+INDEXES = {"scene_file": scene_file_index, "commands": commands_index}
+"""What a page includes instead of a whole text, whose sections have pages of their own."""
+
+
+@cache
+def generated_pages():
+    """Text of the generated pages by their path in docs/_generated."""
+    return {**api_files(), **gallery.scene_pages(), **scene_file_pages(), **commands_pages()}
+
+
+def whole_text(path):
+    """Text of a page with what it includes."""
     text = path.read_text(encoding="utf-8")
-    text += text_of(path.stem) if "```{include}" in text else ""
+    if "```{include}" not in text:
+        return text
+    return text + (INDEXES[path.stem]() if path.stem in INDEXES else text_of(path.stem))
+
+
+def headings(text):
+    """Anchors of a text."""
     plain = re.sub(r"^```.*?^```", "", text, flags=re.DOTALL | re.MULTILINE)
     return {anchor(heading) for heading in re.findall(r"^#+ (.+)$", plain, flags=re.MULTILINE)}
 
@@ -196,21 +213,47 @@ def links(page, text):
 
 @pytest.mark.parametrize("page", [*PAGES, ROOT / "CONTRIBUTING.md"], ids=lambda page: page.relative_to(ROOT).as_posix())
 def test_links_lead_somewhere(page):
-    text = page.read_text(encoding="utf-8")
-    text += text_of(page.stem) if "```{include}" in text else ""
-    for target in links(page, text):
+    for target in links(page, whole_text(page)):
         name, _, part = target.partition("#")
         path = (page.parent / name).resolve() if name else page
-        if "_generated/api" in name:
-            assert name.partition("_generated/")[2] in api_files(), target
+        made = name.partition("_generated/")[2]
+        if made.startswith("examples"):  # sphinx-gallery makes a page of each script and of each folder
+            script = ROOT / "docs" / made
+            assert script.with_suffix(".py").is_file() or (script.name == "index.rst" and script.parent.is_dir()), target
             continue
-        if "_generated/examples" in name:  # sphinx-gallery makes a page of each script and of each folder
-            made = ROOT / "docs" / name.partition("_generated/")[2]
-            assert made.with_suffix(".py").is_file() or (made.name == "index.rst" and made.parent.is_dir()), target
+        if made:
+            assert made in generated_pages(), target
+            assert not part or part in headings(generated_pages()[made]), target
             continue
         assert path.is_file() or (path.is_dir() and page.parent == ROOT), target  # a site has no page of a folder
         assert path.is_relative_to(ROOT), target
-        assert not part or part in headings(path), target
+        assert not part or part in headings(whole_text(path)), target
+
+
+def test_links_of_generated_pages_lead_somewhere():
+    texts = generated_pages()
+    for place, text in texts.items():
+        for target in links(place, text) if place.endswith(".md") else ():
+            name, _, part = target.partition("#")
+            goal = (ROOT / "docs" / "_generated" / place).parent / name if name else ROOT / "docs" / "_generated" / place
+            goal = goal.resolve()
+            made = goal.relative_to(ROOT / "docs" / "_generated").as_posix() if "_generated" in goal.parts else ""
+            assert made in texts or (not made and goal.is_file()), f"{place}: {target}"
+            assert not part or part in headings(texts[made] if made else whole_text(goal)), f"{place}: {target}"
+
+
+def test_a_text_becomes_pages():
+    text = (
+        "## `[a]`\n\nFirst one. See [b](#deep) and [c](other.md).\n\n## B\n\n| x |\n\n### Deep\n\nWords, [a](#a).\n\n## C\n\n### D\n\nd\n"
+    )
+    sections = [*split_sections(text, deeper=("C",))]
+    assert [(one.name, one.summary) for one in sections] == [("a", "First one."), ("b", ""), ("c", ""), ("d", "d")]
+    pages = write_pages(sections, "parts", "reference/home.md")
+    assert "See [b](b.md#deep) and [c](../../reference/other.md)." in pages["parts/a.md"]
+    assert pages["parts/b.md"].startswith("# B\n")
+    assert "\n## Deep\n\nWords, [a](a.md#a)." in pages["parts/b.md"]
+    assert pages["parts/d.md"] == "# D\n\n\nd\n\n"
+    assert "[`[a]`](../_generated/parts/a.md) | First one. |" in index_of(sections, "parts", "part")
 
 
 def test_navigation_follows_the_links_of_an_index(tmp_path):

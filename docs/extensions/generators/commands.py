@@ -9,6 +9,7 @@ from typing import Any
 import typer
 
 from generators.markdown import code, escape, table
+from generators.splitting import navigation_of, split_sections, write_pages
 from governor_mechanism.cli.main import app
 
 PROGRAM = "governor-mechanism"
@@ -19,8 +20,25 @@ TYPES = {"str": "TEXT", "float": "NUMBER", "int": "INTEGER", "path": "PATH"}
 """What an option takes, by the name that typer shows."""
 
 
-def commands_page() -> str:
-    """Return the sections of the page."""
+FOLDER, HOME = "commands", "reference/commands.md"
+"""Folder of the pages of the commands, and the page that leads to them."""
+
+
+def commands_index() -> str:
+    """Return the list of the pages, from the folder docs/reference."""
+    first, *others = split_sections(commands_text())
+    listed = re.sub(r"\]\(#([\w-]+)\)", rf"](../_generated/{FOLDER}/\1.md)", first.text)
+    return f"{listed}\n{navigation_of(others, FOLDER)}"
+
+
+def commands_pages() -> dict[str, str]:
+    """Return the page of each command by its path, from the folder of generated pages."""
+    _, *others = split_sections(commands_text())
+    return write_pages(others, FOLDER, HOME)
+
+
+def commands_text() -> str:
+    """Return all sections: the list of the commands, and each of them."""
     commands = [*list_commands()]
     rows = ([f"[{code(name)}](#{name.replace(' ', '-')})", _sentence(command.get_short_help_str(limit=300))] for name, command in commands)
     exits = (

@@ -22,7 +22,7 @@ def _effects_section() -> str:
     heading = ("effect", "what it is", "acts on", *map(code, ENGINES))
     rows = (
         [
-            f"[{code(effect.key)}](scene_file.md#{effect.key})",
+            f"[{code(effect.key)}](../_generated/scene_file/effects.md#{effect.key})",
             escape(_first_sentence(effect)),
             "one reading" if issubclass(effect, OutputEffect) else effect.changes_bodies_of or "all bodies",
             *(YES if effect in engine.effects else NO for engine in ENGINES.values()),

@@ -31,8 +31,8 @@ def readings_page() -> str:
     sections = [text, "", *(_section(name, units[name]) for name in MACHINES)]
     spindle = table(HEADING, ([code(name), unit, meaning] for name, (unit, meaning) in SPINDLE_READINGS.items()))
     custom = (
-        "The readings of a `custom` machine are those of its table [`[readings]`](scene_file.md#readings). Without that table they are "
-        "the angle of each body that rotates, `NAME_angle`, and the position of each other one, `NAME_x` and `NAME_y`."
+        "The readings of a `custom` machine are those of its table [`[readings]`](../_generated/scene_file/readings.md). Without that "
+        "table they are the angle of each body that rotates, `NAME_angle`, and the position of each other one, `NAME_x` and `NAME_y`."
     )
     sections += ["## Planes that turn with a spindle", "", spindle, "## `custom`", "", custom, ""]
     return "\n".join(sections)

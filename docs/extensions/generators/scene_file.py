@@ -6,6 +6,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from itertools import chain
 
 from generators.markdown import code, escape, sentence, table
+from generators.splitting import Section, index_of, split_sections, write_pages
 from generators.values import describe_schema, describe_table, format_default, name_kind
 from governor_mechanism.effects.registry import EFFECTS
 from governor_mechanism.machines.base import Machine
@@ -30,12 +31,31 @@ from governor_mechanism.units.quantities import ACCEPTED_UNITS, QUANTITY_KINDS
 HEADING = ("key", "values", "default", "meaning")
 
 
-def scene_file_page() -> str:
-    """Return the sections of the page."""
+FOLDER, HOME = "scene_file", "reference/scene_file.md"
+"""Folder of the pages of the tables, and the page that leads to them."""
+OWN_MECHANISM = "A mechanism of one's own"
+
+
+def scene_file_text() -> str:
+    """Return all sections, of which each table's becomes a page."""
     sections = chain(
         _common_sections(), _dimension_sections(), _effect_sections(), _custom_sections(), _coupled_sections(), _kind_section()
     )
     return "\n".join(sections)
+
+
+def scene_file_index() -> str:
+    """Return the list of the pages, from the folder docs/reference."""
+    return index_of(_sections(), FOLDER, "table")
+
+
+def scene_file_pages() -> dict[str, str]:
+    """Return the page of each table by its path, from the folder of generated pages."""
+    return write_pages(_sections(), FOLDER, HOME)
+
+
+def _sections() -> list[Section]:
+    return [*split_sections(scene_file_text(), deeper=(OWN_MECHANISM,))]
 
 
 def keys_table(own: Table, *, leave_out: tuple[str, ...] = ()) -> str:
@@ -51,7 +71,7 @@ def _common_sections() -> Iterator[str]:
     """Yield the top level and the tables that all scenes have."""
     machines = "The machine of `machine` decides which keys `[dimensions]` has; `custom` is a mechanism of bodies and joints of one's own."
     yield _section("Top level", machines, keys_table(TOP_LEVEL))
-    yield _section("`[run]`", keys_table(RUN))
+    yield _section("`[run]`", "How long and how accurately a scene runs, and what is recorded.", keys_table(RUN))
     given = "With a given speed, which may change with time and fluctuate within a turn:"
     free = "A free spindle, whose speed follows from its torque:"
     yield _section(
@@ -76,7 +96,7 @@ def _common_sections() -> Iterator[str]:
 
 def _dimension_sections() -> Iterator[str]:
     """Yield the dimensions of every machine."""
-    yield _section("`[dimensions]`", "A bare number is in SI; text has a unit. See the kinds of quantities at the end of this page.")
+    yield _section("`[dimensions]`", "A bare number is in SI; text has a unit. See the [kinds of quantities](#kinds-of-quantities).")
     for name, machine in MACHINES.items():
         plane = "The plane turns with the spindle." if machine.plane == TURNING_PLANE else "The plane is fixed."
         summary = (machine.__doc__ or "").split("\n\n")[0].replace("\n", " ")
@@ -157,8 +177,8 @@ def _custom_sections() -> Iterator[str]:
         '`["crank", "10 mm", 0]`, in the axes of its body. `ground` is the fixed body.'
     )
     common = tuple(TOP_LEVEL.fields)
-    yield _section("A mechanism of one's own", text, keys_table(CUSTOM_TOP_LEVEL, leave_out=common))
-    yield _section("`[[body]]`", keys_table(parts.BODY), level=3)
+    yield _section(OWN_MECHANISM, text, keys_table(CUSTOM_TOP_LEVEL, leave_out=common))
+    yield _section("`[[body]]`", "A rigid body, by its shape or by its mass and inertia.", keys_table(parts.BODY), level=3)
     inner = {"rod": parts.ROD, "disc": parts.DISC, "plate": parts.PLATE}
     inner |= {"moments": parts.MOMENTS, "point_masses": parts.POINT_MASS}
     for name, model in inner.items():
