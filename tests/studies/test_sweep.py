@@ -124,13 +124,16 @@ def test_files_are_the_same_by_one_worker_by_two_and_interrupted(scene, tmp_path
 
 def test_processes_start_only_where_they_save_more_than_their_start(scene, monkeypatch):
     shared = []
-    monkeypatch.setattr(workers, "_map_in_processes", lambda function, chunks, n: shared.append(n) or map(function, chunks))
+    rows_of = workers.compute_chunk
+    monkeypatch.setattr(
+        workers, "_share_with_processes", lambda function, chunks, n: shared.append(n) or (rows_of(function, one) for one in chunks)
+    )
     found = gm.sweep(scene, [ARMS, MASSES], EXTREMES, workers=2)
     assert shared == []  # nine rows of some milliseconds
     monkeypatch.setattr(workers, "TRIAL_TIME", 0.0)
     monkeypatch.setattr(workers, "PROCESS_START_TIME", 0.0)
     assert list(gm.sweep(scene, [ARMS, MASSES], EXTREMES, workers=2).rows) == list(found.rows)
-    assert shared == [2]
+    assert shared == [1]  # beside this one
 
 
 def test_chunks_hold_every_index_once_and_keep_all_workers_busy():

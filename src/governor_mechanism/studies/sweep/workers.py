@@ -4,6 +4,7 @@ import hashlib
 import signal
 import threading
 import time
+from collections import deque
 from collections.abc import Callable, Generator, Iterator, Sequence
 from contextlib import closing, contextmanager
 from functools import partial
@@ -26,17 +27,26 @@ RowFunction = Callable[[int], Row]
 RowComputer = Callable[[RowFunction[Row], Sequence[int]], Generator[Sequence[Row], None, None]]
 """Function that yields the rows of indices as they are finished, several at once."""
 
-TRIAL_TIME = 0.5
-"""Time for which this process computes rows before processes may start, s: it shows how long a row takes."""
+TRIAL_TIME = 0.1
+"""Time for which this process computes rows before others may start, s: it shows how long a row takes."""
 
-PROCESS_START_TIME = 3.0
-"""Time that processes take to start, import the package and load its kernels, s."""
+PROCESS_START_TIME = 1.0
+"""Time that a process takes to start and to import the package, s."""
+
+IDLE_TIME = 300
+"""Time after which an idle process ends, s."""
+
+ONE_THREAD = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1")
+"""Environment of the processes, which share the cores."""
 
 LONG_ROW_TIME = 5.0
 """Time of a first row from which it counts, though it may have loaded kernels, s."""
 
 CHUNKS_PER_WORKER = 16
 """Number of chunks for each worker, so that all end at about the same time."""
+
+CHUNKS_AHEAD = 2
+"""Number of chunks that a process has at once, so that it need not wait for the next."""
 
 MAX_CHUNK_ROWS = 1000
 """Largest number of rows of a chunk: more would keep them from the disk too long."""
@@ -53,13 +63,13 @@ def compute_alone(function: RowFunction[Row], indices: Sequence[int]) -> Generat
 
 
 def compute_in_parallel(function: RowFunction[Row], indices: Sequence[int], n_workers: int) -> Generator[Sequence[Row], None, None]:
-    """Yield rows computed in this process as long as others would take longer to start than they save, and then by several ones.
+    """Yield rows computed in this process, and by others beside it as soon as they are ready, if they save more than they cost.
 
     The first row compiles or loads the kernels; the processes find them in the cache.
     """
     from joblib import cpu_count  # slow to import
 
-    n_useful = min(n_workers, cpu_count())
+    n_others = min(n_workers, cpu_count()) - 1
     n_done = 0
     started = time.perf_counter()
     with closing(compute_alone(function, indices)) as alone:
@@ -68,16 +78,15 @@ def compute_in_parallel(function: RowFunction[Row], indices: Sequence[int], n_wo
             n_done += 1
             if n_done == 1 and time.perf_counter() - started < LONG_ROW_TIME:
                 started = time.perf_counter()  # kernels are loaded
-            elif n_useful > 1 and _pays_to_share(time.perf_counter() - started, max(n_done - 1, 1), len(indices) - n_done, n_useful):
+            elif n_others > 0 and _pays_to_share(time.perf_counter() - started, max(n_done - 1, 1), len(indices) - n_done):
                 break
     if n_done < len(indices):
-        yield from _map_in_processes(partial(compute_chunk, function), make_chunks(indices[n_done:], n_useful), n_useful)
+        yield from _share_with_processes(function, make_chunks(indices[n_done:], n_others + 1), n_others)
 
 
-def _pays_to_share(elapsed: float, n_done: int, n_left: int, n_processes: int) -> bool:
-    """Return whether several processes, once started, save more time than their start takes, after some rows in a time, s."""
-    saved_time = elapsed / n_done * n_left * (1.0 - 1.0 / n_processes)
-    return elapsed >= TRIAL_TIME and saved_time > 2.0 * PROCESS_START_TIME
+def _pays_to_share(elapsed: float, n_done: int, n_left: int) -> bool:
+    """Return whether the rest takes so long alone that others are ready before half of it, after some rows in a time, s."""
+    return elapsed >= TRIAL_TIME and elapsed / n_done * n_left > 2.0 * PROCESS_START_TIME
 
 
 def make_chunks(indices: Sequence[int], n_workers: int) -> Iterator[Sequence[int]]:
@@ -92,24 +101,41 @@ def compute_chunk(function: RowFunction[Row], indices: Sequence[int]) -> list[Ro
     return [function(index) for index in indices]
 
 
-def _map_in_processes(
-    function: Callable[[Sequence[int]], list[Row]], chunks: Iterator[Sequence[int]], n_processes: int
-) -> Iterator[Sequence[Row]]:
-    """Yield the rows of chunks in the order in which they are finished. Raise RunFailed if a process is terminated from outside."""
-    from joblib import Parallel, delayed  # slow to import
+def _share_with_processes(function: RowFunction[Row], chunks: Iterator[Sequence[int]], n_others: int) -> Iterator[Sequence[Row]]:
+    """Yield the rows of chunks as they are finished: this process takes the last ones, others the first.
+
+    Nothing waits for a process that starts. Raise RunFailed if one is terminated from outside.
+    """
+    from joblib.externals.loky import get_reusable_executor, wait  # slow to import
     from joblib.externals.loky.process_executor import TerminatedWorkerError
 
-    parallel = Parallel(n_jobs=n_processes, return_as="generator_unordered", batch_size=1)
-    with record_interrupts(only_first=True):
+    executor = get_reusable_executor(max_workers=n_others, timeout=IDLE_TIME, env=ONE_THREAD)
+    left, own, running = deque(chunks), deque[int](), set[Any]()
+    with record_interrupts(only_first=True) as was_interrupted:
         try:
-            with _interrupt_handler(signal.SIG_IGN):  # inherited by the processes: only the main process handles Ctrl-C
-                results = parallel(delayed(function)(one) for one in chunks)
-            with closing(results):
-                yield from results
+            while left or own or running:
+                while left and len(running) < CHUNKS_AHEAD * n_others:
+                    with _interrupt_handler(signal.SIG_IGN):  # inherited by the processes: only the main process handles Ctrl-C
+                        running.add(executor.submit(compute_chunk, function, left.popleft()))
+                for future in [one for one in running if one.done()]:
+                    running.remove(future)
+                    yield future.result()
+                if left and not own:
+                    own.extend(left.pop())
+                if own:
+                    row = function(own.popleft())
+                    if was_interrupted():
+                        raise KeyboardInterrupt
+                    yield [row]
+                elif running:
+                    wait(running, return_when="FIRST_COMPLETED")
         except TerminatedWorkerError as error:
             raise RunFailed(
                 "a process was terminated from outside, for example for lack of memory; use fewer workers; finished rows on disk are kept"
             ) from error
+        finally:
+            if running:
+                executor.shutdown(kill_workers=True)
 
 
 @contextmanager
