@@ -68,7 +68,7 @@ def keys_by_heading():
     found |= {f"`{name}`": keys_of(effect) for name, effect in tables["effects"]["properties"].items()}
     found |= {f"`[{name}]`": set(tables[name]["properties"]) for name in ("run", "spindle", "valve", "law")}
     found |= {"an equation of a law": keys_of(tables["law"]["properties"]["proves"])}
-    found |= {f"`[[{name}]]`": set(tables[name]["items"]["properties"]) for name in ("body", "link")}
+    found |= {f"`[[{name}]]`": set(tables[name]["items"]["properties"]) for name in ("body", "link", "contact")}
     found |= {f"`{name}` of a body": keys_of(body[name]) for name in ("rod", "disc", "plate", "moments")}
     found |= {"`[readings]`": keys_of(tables["readings"]), "`assembly` as a table": keys_of(tables["assembly"])}
     found |= {"`[events.NAME]`": keys_of(tables["events"]), "`[load]`": keys_of(coupled["load"]), "Several parts": set(coupled)}

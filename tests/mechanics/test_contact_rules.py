@@ -13,6 +13,7 @@ from governor_mechanism.mechanics.contact.tolerances import CONTACT_TOLERANCE, M
 from governor_mechanism.mechanics.contact.transition import make_event_log, make_events, record_hold_changes
 from governor_mechanism.mechanics.dynamics.forces.contacts import CONTACT_DTYPE
 from governor_mechanism.model.events import Event, EventKind
+from governor_mechanism.types import NO_INDEX
 
 LOW, HIGH = -1.0, 2.0
 AT_STOPS = {-1: LOW, 0: 0.5, 1: HIGH}
@@ -25,7 +26,7 @@ def motion(values, rates, accelerations=None, *, compliance=None, friction=None,
     contacts = np.zeros(n, dtype=CONTACT_DTYPE)
     limits = np.zeros(n) if friction is None else np.array(friction)
     contacts["low"], contacts["high"], contacts["restitution"], contacts["scale"] = LOW, HIGH, RESTITUTION, 1.0
-    contacts["friction_input"] = np.where(limits > 0.0, 0, -1)
+    contacts["friction_input"], contacts["normal"] = np.where(limits > 0.0, 0, NO_INDEX), NO_INDEX
     return ContactDynamics(
         contacts=contacts,
         values=np.array(values, dtype=float),

@@ -7,7 +7,7 @@ import pytest
 
 import governor_mechanism as gm
 from contact_scenes import BOWL, CUP
-from governor_mechanism.mechanics.curves.outlines import chains_of, edges_of, outline_points
+from governor_mechanism.mechanics.curves.outlines import chains_of, edges_of, is_inside, outline_points
 from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output
 from governor_mechanism.model.curves import CornerOutline, CurveOutline
 
@@ -17,7 +17,7 @@ CAM = {"curve": {"radius": 0.05, "harmonics": [{"amplitude": 0.01, "order": 2, "
 LIFTS = [{"over": 2.0, "lift": 0.02}, {"over": 1.0}, {"over": 1.5, "lift": -0.02, "law": "harmonic"}, {"over": 2 * math.pi - 4.5}]
 
 
-def make_mechanism(outline, radius=0.01):
+def make_mechanism(outline, radius=0.01, **contact):
     """Two bodies that move freely in the plane, the roller off its mass centre, and the outline too."""
     tables = {
         "machine": "custom",
@@ -26,7 +26,7 @@ def make_mechanism(outline, radius=0.01):
             {"name": "arm", "mass": 1.0, "inertia": 1.0, "at": [1.0, 1.0], "points": {"tip": [0.03, 0.02]}},
         ],
         "force": [{"type": "spring", "first": "ground.origin", "second": "cam.origin", "stiffness": 1.0}],
-        "contact": [{"name": "c", "first": "arm.tip", "radius": radius, "second": "cam"}],
+        "contact": [{"name": "c", "first": "arm.tip", "radius": radius, "second": "cam", **contact}],
         "size": 0.1,
     }
     return gm.Scene.from_dict(tables).mechanism
@@ -54,13 +54,15 @@ def distance_of_chords(points, place):
     return np.hypot(*(place - starts - shares[:, None] * chords).T).min()
 
 
-def test_the_distance_from_lines_and_arcs_is_that_of_the_nearest_of_many_points():
+def test_the_distance_from_lines_and_arcs_is_that_of_the_nearest_of_many_points_and_negative_inside():
     mechanism = make_mechanism(MIXED)
     outline = mechanism.outlines[0].outline
     points = [edge.point(k / 2000) for edge in edges_of(outline) for k in range(2000)]
     poses, _ = random_states(np.random.default_rng(1), 100)
     for pose, value in zip(poses, evaluate_output(mechanism, "c_gap", poses).value, strict=True):
-        assert value + 0.01 == pytest.approx(distance_of_chords(points, place_of_roller(pose)), abs=1e-8)  # sagitta of the chords
+        place = place_of_roller(pose)
+        side = -1 if is_inside(points, *place) else 1
+        assert value + 0.01 == pytest.approx(side * distance_of_chords(points, place), abs=1e-8)  # sagitta of the chords
 
 
 @pytest.mark.parametrize("curve", [CAM["curve"], {"radius": 0.04, "lifts": LIFTS}], ids=["harmonics", "lifts"])
@@ -97,6 +99,47 @@ def test_gradient_and_quadratic_term_are_those_of_differences(outline):
     # of rates rather than of values, whose rounding over h^2 is 1e-6
     bends = (after.rate(velocities) - before.rate(velocities)) / (2 * h)
     np.testing.assert_allclose(here.quadratic_velocity_term[smooth], bends[smooth], rtol=1e-5, atol=1e-5)
+
+
+@pytest.mark.parametrize("outline", [MIXED, CAM], ids=["edges", "curve"])
+def test_the_slip_is_the_velocity_of_both_surfaces_along_each_other(outline):
+    """At the place where the roller would touch, a distance of its radius from its centre; and its derivative is that of differences."""
+    mechanism = make_mechanism(outline, friction=0.1)
+    poses, velocities = random_states(np.random.default_rng(5), 200)
+    gap, slip = (evaluate_output(mechanism, name, poses, velocities) for name in ("c_gap", "c_slip"))
+    normal = np.array([gap.rate(np.broadcast_to([[0, 0, 0], direction], poses.shape)) for direction in ([1.0, 0, 0], [0, 1.0, 0])]).T
+    arms = np.array([[math.cos(a) * 0.03 - math.sin(a) * 0.02, math.sin(a) * 0.03 + math.cos(a) * 0.02] for a in poses[:, 1, 2]])
+    place = poses[:, 1, :2] + arms - 0.01 * normal
+    first, second = (
+        velocities[:, k, :2] + velocities[:, k, 2:] * np.stack([poses[:, k, 1] - place[:, 1], place[:, 0] - poses[:, k, 0]], axis=1)
+        for k in (0, 1)
+    )
+    along = (second - first)[:, 1] * normal[:, 0] - (second - first)[:, 0] * normal[:, 1]
+    np.testing.assert_allclose(slip.value, 0.0)
+    np.testing.assert_allclose(slip.rate(velocities), along, atol=1e-12)
+    h = 1e-6
+    before, after = (evaluate_output(mechanism, "c_slip", poses + k * h * velocities, velocities) for k in (-1, 1))
+    smooth = np.abs(after.quadratic_velocity_term - before.quadratic_velocity_term) < 0.02 * (1 + np.abs(slip.quadratic_velocity_term))
+    assert smooth.mean() > 0.8
+    bends = (after.rate(velocities) - before.rate(velocities)) / (2 * h)
+    np.testing.assert_allclose(slip.quadratic_velocity_term[smooth], bends[smooth], rtol=1e-5, atol=1e-5)
+
+
+def test_of_rollers_that_repeat_the_nearest_one_counts():
+    repeated, rollers = make_mechanism(MIXED, repeat=5), []
+    for k in range(5):
+        cosine, sine = math.cos(math.tau * k / 5), math.sin(math.tau * k / 5)
+        place = [0.03 * cosine - 0.02 * sine, 0.03 * sine + 0.02 * cosine]
+        rollers.append(make_mechanism(MIXED, first=["arm", *place]))
+    poses, velocities = random_states(np.random.default_rng(6), 100)
+    gaps = [evaluate_output(one, "c_gap", poses, velocities) for one in rollers]
+    values, rates = np.array([gap.value for gap in gaps]), np.array([gap.rate(velocities) for gap in gaps])
+    nearest, ordered = np.argmin(values, axis=0), np.sort(values, axis=0)
+    apart = -0.01 - ordered[0] < ordered[1] + 0.01  # of their centres none lies deeper inside than another one is away
+    assert set(nearest[apart]) == {0, 1, 2, 3, 4}
+    found = evaluate_output(repeated, "c_gap", poses, velocities)
+    np.testing.assert_allclose(found.value[apart], np.choose(nearest, values)[apart], atol=1e-15)
+    np.testing.assert_allclose(found.rate(velocities)[apart], np.choose(nearest, rates)[apart], atol=1e-13)
 
 
 def test_the_parts_between_hollow_corners_have_gaps_of_their_own():

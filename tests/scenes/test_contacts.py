@@ -59,7 +59,7 @@ def test_an_outline_that_no_part_can_have_is_refused(outline, words):
         (CUP, {"radius": 0.0}, "the roller needs a radius where the outline has corners"),
         (CUP, {"restitution": 1.5}, "restitution"),
         (CUP, {"name": "a b"}, "name consists of letters, digits and _"),
-        (CUP, {"friction": 0.1}, "friction is unknown"),
+        (CUP, {"stiffness": 0.1}, "stiffness is unknown"),
         ([[0, 0], [1, 0], [1, 1, -0.6], [0, 1]], {"radius": 0.6}, "hollow arc of radius 0.6 m, which a roller of 0.6 m cannot enter"),
         ([[0, 0], [1, 0], [1, 1], [0.5, 0.5], [0, 1]], {}, "a single hollow corner; round it"),
         ({"curve": CAM, "inset": 0.05}, {}, "the cam is undercut"),

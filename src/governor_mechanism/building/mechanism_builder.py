@@ -113,6 +113,7 @@ class MechanismBuilder(BodyBuilder, JointBuilder, ForceBuilder):
         *,
         radius: Quantity | None = None,
         restitution: float | None = None,
+        friction: float | None = None,
         name: str = "",
     ) -> None:
         """Let a roller, a point or an outline touch the outline of another body; it may leave it and strike it again.
@@ -127,6 +128,8 @@ class MechanismBuilder(BodyBuilder, JointBuilder, ForceBuilder):
             Radius of the roller, m or text with a unit; None for a point.
         restitution
             Coefficient of restitution, 0 to 1; None for 0.
+        friction
+            Coefficient of Coulomb friction; None for 0.
         name
             Name; the gap is the reading NAME_gap. Made of both bodies if empty.
 
@@ -137,7 +140,7 @@ class MechanismBuilder(BodyBuilder, JointBuilder, ForceBuilder):
         """
         label = f"contact {name!r}" if isinstance(name, str) and name else "contact"
         ends = {"first": body_or_point_reference(label, first), "second": body_reference(label, body)}
-        table = {**name_of(name), **ends, **given_values(radius=radius, restitution=restitution)}
+        table = {**name_of(name), **ends, **given_values(radius=radius, restitution=restitution, friction=friction)}
         self._checks.check_contact(label, table)
         self._lists.setdefault("contact", []).append(table)
 

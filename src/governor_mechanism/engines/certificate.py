@@ -57,6 +57,11 @@ def smallest_error_of_drift(
 
 def describe_stall(scene: Scene, status: IntegrationStatus) -> str:
     """Return why an integration stalled, from its status and from what the scene has."""
+    if status == IntegrationStatus.UNDETERMINED:
+        return (
+            "friction jams parts that slide on each other: rigid bodies do not determine how they go on; reduce the friction of the "
+            "[[contact]], or change the angle at which they press"
+        )
     if status == IntegrationStatus.ENDLESS_EVENTS:
         return "contacts change between rest and motion without end; change the restitution of a stop, add a dashpot, or try engine impulse"
     return f"its steps became too small, as where {', or '.join(_possible_causes(scene))}"
@@ -485,7 +490,7 @@ def describe_end(scene: Scene, status: IntegrationStatus, time_text: str, max_st
         return None, ""
     if status == IntegrationStatus.STIFF:
         return Outcome.STIFF, f"at {time_text}"
-    if status in (IntegrationStatus.STALLED, IntegrationStatus.ENDLESS_EVENTS):
+    if status in (IntegrationStatus.STALLED, IntegrationStatus.ENDLESS_EVENTS, IntegrationStatus.UNDETERMINED):
         return Outcome.STALLED, f"{describe_stall(scene, status)}, at {time_text}"
     if status in (IntegrationStatus.OUT_OF_RANGE, IntegrationStatus.LEFT_LIMITS):
         return Outcome.LEFT_RANGE, f"{FLIGHT_DETAIL}, at {time_text}"

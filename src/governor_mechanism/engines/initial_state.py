@@ -265,7 +265,8 @@ def _require_apart(scene: Scene, poses: FloatArray) -> None:
             and is_inside(outline_points(gap.outline), *map(float, rotate_vector(-angle, *(roller - origin))))
         )
         if value < -tolerance or is_within:
-            depth = value + 2 * gap.radius if is_within else -value
+            # Beyond an outline without an inside a centre is as far as its distance and the radius tell.
+            depth = value + 2 * gap.radius if is_within and value > -gap.radius else -value
             if depth >= depths.get(gap.contact, math.inf):
                 continue  # it is as near to another part of the outline
             depths[gap.contact] = depth

@@ -38,6 +38,8 @@ class IntegrationStatus(IntEnum):
     """The independent coordinates become unsuitable: others are needed."""
     LEFT_LIMITS = 12
     """A reading leaves its limits within the last step, or comes so near that a finer look must tell."""
+    UNDETERMINED = 13
+    """Rigid bodies with friction do not determine how the motion goes on."""
 
 
 NEAR_SINGULAR_QUALITY, MIN_STAGE_QUALITY = 1e-3, 1e-6
@@ -55,7 +57,8 @@ The gap reaches from 0.333 to 0.6 of the step. With the change point in its midd
 the start away, and the quality is the square of an angle: 0.08. Half of it is required, because the angle is extrapolated.
 """
 
-BELOW_DOMAIN, ABOVE_DOMAIN, FAR_OUTSIDE_DOMAIN, OUT_OF_RANGE, TURNED_BACK, LEFT_LIMITS = -1.0, -2.0, -3.0, -4.0, -5.0, -6.0
+BELOW_DOMAIN, ABOVE_DOMAIN, FAR_OUTSIDE_DOMAIN = -1.0, -2.0, -3.0
+OUT_OF_RANGE, TURNED_BACK, LEFT_LIMITS, UNDETERMINED = -4.0, -5.0, -6.0, -7.0
 """Qualities of a stage that leaves the domain of the equation, of one so far outside that a shorter step may stay inside, and of ends of
 a step at which the integration ends.
 """
@@ -77,6 +80,8 @@ def domain_status(quality: float) -> IntegrationStatus:
         return IntegrationStatus.OUT_OF_RANGE
     if quality == LEFT_LIMITS:
         return IntegrationStatus.LEFT_LIMITS
+    if quality == UNDETERMINED:
+        return IntegrationStatus.UNDETERMINED
     if quality == TURNED_BACK:
         return IntegrationStatus.TURNED_BACK
     return IntegrationStatus.BELOW_TABLE if quality == BELOW_DOMAIN else IntegrationStatus.ABOVE_TABLE

@@ -297,7 +297,7 @@ class MechanismSketch:
             length_scale=length_scale,
             initial_guess=tuple(body.pose for body in self.bodies),
             limits=tuple(limit for _, limit in ranges),
-            internal_outputs=tuple(coordinate for coordinate, _ in ranges),
+            internal_outputs=(*(coordinate for coordinate, _ in ranges), *(gap.slip for gap in self.gaps if gap.friction > 0.0)),
             force_elements=tuple(self.force_elements),
             valve=valve,
             points=tuple(self._named_points()),

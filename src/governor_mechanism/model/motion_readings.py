@@ -13,7 +13,14 @@ from governor_mechanism.errors import MechanismError, did_you_mean
 from governor_mechanism.model.joints import GROUND, Point, Prismatic, Slider
 from governor_mechanism.model.links import GROUND_LINK, Link, LinkGraph, joint_between
 from governor_mechanism.model.mechanism import Mechanism
-from governor_mechanism.model.output_variables import DerivedReading, JointForce, JointMoment, readings_of_reaction
+from governor_mechanism.model.output_variables import (
+    ContactForce,
+    DerivedReading,
+    JointForce,
+    JointMoment,
+    OutlineGap,
+    readings_of_reaction,
+)
 
 VECTOR_COMPONENTS: Final = ("x", "y", "magnitude")
 """Components of a vector in the plane: along the axes of the plane of its part, and its length."""
@@ -146,6 +153,18 @@ def _find_reactions(mechanism: Mechanism, name: str) -> Iterator[DerivedReading]
     yield from (reading for joint in mechanism.joints if joint.name == name for reading in readings_of_reaction(joint))
 
 
+def _contacts(mechanism: Mechanism) -> list[str]:
+    """Return the names of the contacts, each once."""
+    return list(dict.fromkeys(gap.contact for gap in mechanism.readings if isinstance(gap, OutlineGap)))
+
+
+def _find_contact_forces(mechanism: Mechanism, name: str) -> Iterator[DerivedReading]:
+    """Yield the normal force of a contact, and its friction."""
+    if name in _contacts(mechanism):
+        yield ContactForce(name=f"contact.{name}.force", contact=name)
+        yield ContactForce(name=f"contact.{name}.friction", contact=name, is_friction=True)
+
+
 def _find_components(kind: str, reading: type[PointReading], mechanism: Mechanism, name: str) -> Iterator[DerivedReading]:
     """Yield the components of a kind of vector of a point."""
     if point := mechanism.path_points.get(name):
@@ -276,6 +295,7 @@ def _readings(mechanism: Mechanism) -> list[str]:
 
 RUN_KINDS: Final[Mapping[str, ReadingKind]] = {
     "reaction": ReadingKind(_find_reactions, "joint", _joints),
+    "contact": ReadingKind(_find_contact_forces, "contact", _contacts),
     "velocity": ReadingKind(partial(_find_components, "velocity", PointVelocity), "point", _points),
     "acceleration": ReadingKind(partial(_find_components, "acceleration", PointAcceleration), "point", _points),
     "transmission_angle": ReadingKind(_find_angles, "coupler", _couplers),
@@ -283,7 +303,7 @@ RUN_KINDS: Final[Mapping[str, ReadingKind]] = {
 """Kinds of readings that a run reports: those that have a value at any time."""
 
 KINEMATIC_KINDS: Final[Mapping[str, ReadingKind]] = {
-    **{kind: one for kind, one in RUN_KINDS.items() if kind != "reaction"},
+    **{kind: one for kind, one in RUN_KINDS.items() if kind not in ("reaction", "contact")},
     "curvature": ReadingKind(_find_curvatures, "point", _points),
     "instantaneous_centre": ReadingKind(_find_centres, "pair of bodies", _bodies),
     "mechanical_advantage": ReadingKind(_find_advantages, "pair of readings", _readings),

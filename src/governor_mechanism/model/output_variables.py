@@ -171,6 +171,10 @@ class OutlineGap(Reading):
         Coefficient of restitution, 0 to 1.
     profile
         Outline of the body of the roller, in its axes, where this one touches instead of a roller.
+    friction
+        Coefficient of Coulomb friction.
+    others
+        Centres of equal rollers of the same body; the gap is that of the nearest one.
     """
 
     contact: str
@@ -181,6 +185,29 @@ class OutlineGap(Reading):
     radius: float = 0.0
     restitution: float = 0.0
     profile: CurveOutline | None = None
+    friction: float = 0.0
+    others: tuple[Point, ...] = ()
+
+    @property
+    def slip(self) -> "OutlineSlip":
+        """The sliding along the outline, against which friction acts."""
+        name = f"{self.contact}_slip{self.name.removeprefix(f'{self.contact}_gap')}"
+        return OutlineSlip(name=name, quantity="length", gap=self)
+
+
+@dataclass(frozen=True, kw_only=True)
+class OutlineSlip(Reading):
+    """Sliding of a roller along an outline where they touch, whose rate is the sliding velocity, m/s. It has no value but 0.
+
+    The roller does not turn on its body. The rate is positive where the roller slides round the outline anticlockwise.
+
+    Attributes
+    ----------
+    gap
+        The gap between both.
+    """
+
+    gap: OutlineGap
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -343,6 +370,24 @@ class JointMoment(DerivedReading):
     unit: ClassVar[str] = "N m"
 
     joint: str
+
+
+@dataclass(frozen=True, kw_only=True)
+class ContactForce(DerivedReading):
+    """Force of an outline on a roller that touches it, N: the normal one, or the friction along the outline.
+
+    Where both sides of a hollow corner are touched, it is the sum of their forces.
+
+    Attributes
+    ----------
+    contact
+        Name of the contact.
+    is_friction
+        Whether it is the friction.
+    """
+
+    contact: str
+    is_friction: bool = False
 
 
 def readings_of_reaction(joint: Joint) -> tuple[DerivedReading, ...]:

@@ -31,6 +31,7 @@ from governor_mechanism.model.mechanism import Mechanism
 from governor_mechanism.model.motion_readings import PathCoordinate, PointAcceleration, PointVelocity, TransmissionAngle
 from governor_mechanism.model.output_variables import (
     AppliedTorque,
+    ContactForce,
     ControlledValue,
     CylinderPressure,
     JointForce,
@@ -122,6 +123,7 @@ _EVALUATED_ELSEWHERE = (
     StaticForce,
     JointForce,
     JointMoment,
+    ContactForce,
     PathCoordinate,
     PointVelocity,
     PointAcceleration,

@@ -14,7 +14,7 @@ from governor_mechanism.errors import MechanismError
 from governor_mechanism.mechanics.dynamics.characteristic_scales import time_scale
 from governor_mechanism.mechanics.dynamics.equations.equations_of_motion import InverseDynamics, compute_inverse_dynamics
 from governor_mechanism.mechanics.dynamics.forces.contact_modes import ContactMode, forced_output_names
-from governor_mechanism.mechanics.dynamics.forces.contacts import contacts_of, output_forces_of
+from governor_mechanism.mechanics.dynamics.forces.contacts import contacts_of, outline_gaps_of, output_forces_of
 from governor_mechanism.mechanics.dynamics.forces.force_laws import gravitational_energy, spindle_inertia, spindle_inertia_rate
 from governor_mechanism.mechanics.dynamics.forces.output_forces import CONSERVATIVE_TYPES, element_potential_energy
 from governor_mechanism.mechanics.kinematics.assembly import PositionSolver, assembly_notes, mobility_of
@@ -29,7 +29,7 @@ from governor_mechanism.mechanics.kinematics.output_variables import (
 from governor_mechanism.mechanics.kinematics.time_functions import CubicTimeFunction, SpindleSpeedFunction
 from governor_mechanism.model.coupling.coupled_system import SPINDLE_ANGLE, SPINDLE_SPEED, SPINDLE_TORQUE, TurningPlane
 from governor_mechanism.model.mechanism import Mechanism
-from governor_mechanism.model.output_variables import CylinderPressure, DerivedReading, JointForce, JointMoment, StallLimit
+from governor_mechanism.model.output_variables import ContactForce, CylinderPressure, DerivedReading, JointForce, JointMoment, StallLimit
 from governor_mechanism.model.part import FreeSpindle
 from governor_mechanism.model.results.outcome import Cost, Outcome
 from governor_mechanism.model.results.records import Energy, Reaction
@@ -71,6 +71,21 @@ def _value(reaction: Reaction, output: DerivedReading) -> FloatArray:
     """Return the component (n,) of a reaction that a reading is."""
     components = {"x": reaction.force[:, 0], "y": reaction.force[:, 1], "magnitude": reaction.magnitude}
     return components[output.component] if isinstance(output, JointForce) else reaction.moment
+
+
+def evaluate_contact_forces(scene: Scene, history: StateHistory, modes: Sequence[ContactMode]) -> dict[str, FloatArray]:
+    """Return the forces of contacts that the run reports, by name, N; shape (n,) each."""
+    outputs = [one for one in scene.mechanism.derived_readings if isinstance(one, ContactForce)]
+    if not outputs:
+        return {}
+    states = history.times, history.poses, history.velocities, history.lags
+    forces, names = compute_inverse_dynamics(scene, *states, modes).contact_forces, [one.output_name for one in contacts_of(scene)]
+    values = dict[str, FloatArray]()
+    for output in outputs:
+        gaps = [gap for gap in outline_gaps_of(scene) if gap.contact == output.contact and (gap.friction > 0.0 or not output.is_friction)]
+        columns = [names.index(gap.slip.name if output.is_friction else gap.name) for gap in gaps]
+        values[output.name] = forces[:, columns].sum(axis=1)
+    return values
 
 
 class PlaneRotation:
@@ -237,6 +252,7 @@ class ReadingEvaluator:
         readings = {one.name: unwrap_output(one, value) for one, value in zip(mechanism.readings, values, strict=True)}
         units = {reading.name: READING_UNITS[reading.quantity] for reading in mechanism.readings}
         readings |= evaluate_derived_readings(self.scene, history) | evaluate_joint_forces(self.scene, history, modes)
+        readings |= evaluate_contact_forces(self.scene, history, modes)
         readings |= evaluate_run_readings(self.scene, history, modes)
         units |= {output.name: output.unit for output in mechanism.derived_readings}
         for name, unit, spindle_values in self._evaluate_spindles(history):

@@ -14,9 +14,16 @@ from governor_mechanism.integrators.dop853 import StepLimits, make_dop853
 from governor_mechanism.integrators.equation import LAST_SAMPLE, EquationFunctions, EventStep, StepBuffers, count_located
 from governor_mechanism.integrators.event_location import is_any_positive
 from governor_mechanism.integrators.stages import N_STAGES, Stages, StepCounter, make_take_step
-from governor_mechanism.integrators.step_record import LEFT_LIMITS, NEAR_SINGULAR_QUALITY, OUT_OF_RANGE, TURNED_BACK, IntegrationStatus
+from governor_mechanism.integrators.step_record import (
+    LEFT_LIMITS,
+    NEAR_SINGULAR_QUALITY,
+    OUT_OF_RANGE,
+    TURNED_BACK,
+    UNDETERMINED,
+    IntegrationStatus,
+)
 from governor_mechanism.mechanics.dynamics.equations.constrained_solution import apply_jacobian, project_state, subtract_minv_jt
-from governor_mechanism.mechanics.dynamics.equations.equations_of_motion import evaluate_inputs_at, evaluate_state_derivative
+from governor_mechanism.mechanics.dynamics.equations.equations_of_motion import JAMMED, evaluate_inputs_at, evaluate_state_derivative
 from governor_mechanism.mechanics.dynamics.forces.inputs import HOLD_KINDS, NOT_HELD, output_rate
 from governor_mechanism.mechanics.dynamics.forces.output_forces import IN_NO_PHASE, evaluate_gas_phase, evaluate_travel_in_stroke
 from governor_mechanism.mechanics.dynamics.system.arrays import StateLayout, System, SystemWorkspace, body_reference_point
@@ -195,7 +202,7 @@ def _evaluate(equation: MultibodyEquation, local_time: float, state: FloatArray,
         state, is_projected = equation.projected_state, True
         _project_to(equation, local_time, state, SINGULAR_CONSTRAINT_TOLERANCE_RATIO)
     copy_array(derivatives[:, k], equation.derivative)
-    return pivot_ratio
+    return UNDETERMINED if pivot_ratio == JAMMED else pivot_ratio
 
 
 _take_step = jit_in_place(make_take_step(_evaluate))

@@ -440,6 +440,8 @@ class ExplicitRun:
         """Integrate the state in place up to a time (s), without breakpoints before it, and record it at the output times."""
         context, contacts, settings = self._context, self._context.scene_contacts, self._context.settings
         while True:
+            if contacts and contacts.is_jammed:
+                return IntegrationStatus.UNDETERMINED
             status, triggered = self._integrate_to_event(*(contacts.model if contacts else context.model), end)
             if status == IntegrationStatus.LEFT_LIMITS and not self._has_left_limits() and self.time < end:
                 continue

@@ -1,6 +1,8 @@
 """Impacts at stops, and the end of a bouncing sequence; compiled functions over arrays.
 
-At a stop the rate of an output is reversed by the coefficient of restitution.
+At a stop the rate of an output is reversed by the coefficient of restitution. Where parts with friction strike each other, the
+tangential impulse stops their sliding if it is at most the coefficient of friction times the normal impulse; otherwise it is that,
+against the sliding that remains.
 """
 
 import math
@@ -11,7 +13,7 @@ from governor_mechanism.mechanics.contact import rules
 from governor_mechanism.mechanics.contact.rules import HELD, ContactDynamics
 from governor_mechanism.mechanics.contact.tolerances import MIN_REBOUND_HEIGHT
 from governor_mechanism.numerics.jit import jit, jit_in_place
-from governor_mechanism.types import BoolArray, FloatArray, IntArray
+from governor_mechanism.types import NO_INDEX, BoolArray, FloatArray, IntArray
 
 
 @jit
@@ -22,7 +24,7 @@ def resolve_impacts(
 ) -> BoolArray:
     """Reverse the rates of contacts that strike a stop, by Newton's law of restitution.
 
-    Contacts that rest on a stop stay there; friction bears no impulse.
+    Contacts that rest on a stop stay there. Friction bears no impulse, but under the impulse of parts that rub.
 
     Result: which contacts have struck; shape (contacts,).
     """
@@ -39,11 +41,62 @@ def resolve_impacts(
                 is_constrained[k] = True
         if not is_striking:
             break
-        step = rules.solve_forces(dynamics, is_constrained, rate_changes)
+        step = _solve_impulses(dynamics, is_constrained, rate_changes)
         impulses += step
         dynamics.rates[:] += rules.multiply(dynamics.compliance, step)
     dynamics.rates[:] = rates_before
     return has_struck
+
+
+@jit
+def _solve_impulses(
+    dynamics: ContactDynamics,
+    is_constrained: BoolArray,  # contacts along whose outputs normal impulses act; shape (contacts,)
+    rate_changes: FloatArray,  # changes of their rates, m/s or rad/s; shape (contacts,)
+) -> FloatArray:
+    """Return the impulses that change rates, with the first consistent choice of what sticks and slides under them, or the best one.
+
+    Result: impulses, N s or N m s; shape (contacts,).
+    """
+    if not rules.has_normal_friction(dynamics.contacts):
+        return rules.solve_forces(dynamics, is_constrained, rate_changes)
+    n_contacts, least_violation = is_constrained.size, np.inf
+    states, best, n_choices = np.zeros(n_contacts, dtype=np.int64), np.zeros(n_contacts), 1
+    for k in range(n_contacts):
+        normal = dynamics.contacts[k].normal
+        if normal != NO_INDEX and is_constrained[normal]:
+            n_choices *= 3
+    for choice in range(n_choices):
+        remaining, is_stopped = choice, is_constrained.copy()
+        for k in range(n_contacts):
+            normal = dynamics.contacts[k].normal
+            if normal != NO_INDEX and is_constrained[normal]:
+                states[k] = remaining % 3 - 1
+                is_stopped[k] = states[k] == 0
+                remaining //= 3
+        step = rules.solve_rubbing_forces(dynamics, is_stopped, states, np.where(is_constrained, rate_changes, -dynamics.rates))
+        violation = _evaluate_violation(dynamics, is_constrained, states, step)
+        if violation < least_violation:
+            best, least_violation = step, violation
+    return best
+
+
+@jit
+def _evaluate_violation(dynamics: ContactDynamics, is_constrained: BoolArray, states: IntArray, impulses: FloatArray) -> float:
+    """Return the largest violation of Coulomb's law by impulses: what sticks beyond the limit, or slides against its sign.
+
+    It is relative to the scales of impulse and rate.
+    """
+    rates, violation = dynamics.rates + rules.multiply(dynamics.compliance, impulses), 0.0
+    for k in range(states.size):
+        contact = dynamics.contacts[k]
+        if contact.normal != NO_INDEX and is_constrained[contact.normal]:
+            if states[k] == 0:
+                excess = abs(impulses[k]) - contact.friction_coefficient * impulses[contact.normal]
+                violation = max(violation, excess * contact.scale / (dynamics.energy_scale * dynamics.time_scale))
+            else:
+                violation = max(violation, -states[k] * rates[k] * dynamics.time_scale / contact.scale)
+    return violation
 
 
 @jit
@@ -109,6 +162,12 @@ def settle_final_bounces(
             if rebound_rate * rebound_rate < 2.0 * deceleration * max_height:
                 durations[k] = zeno_time(rebound_rate, deceleration, side * returning[k], restitution)
                 is_constrained[k] = settles = True
-    if settles:
+    if settles and rules.has_normal_friction(dynamics.contacts):
+        # The rebounds that are left out press less than the rest that takes their place, by the impulse that stops the contact.
+        sliding = np.zeros(states.size, dtype=np.int64)
+        for k in range(states.size):
+            sliding[k] = 0 if rules.is_at_rest(dynamics, k) else rules.direction_of_motion(dynamics, k)
+        impulses += rules.solve_rubbing_forces(dynamics, is_constrained, sliding, -dynamics.rates)
+    elif settles:
         impulses += rules.solve_forces(dynamics, is_constrained, -dynamics.rates)
     return settles

@@ -3,6 +3,9 @@
 A contact is an output variable that dry friction or stops may hold. At rest it is held while the holding force is within the
 friction limit, or pushes away from the stop; otherwise it slides in the direction of the net force. All contact forces f act on
 the accelerations of the outputs linearly, a = a0 + C f, so that the rules need no more of a mechanism than its `ContactDynamics`.
+
+Where parts touch, a contact along the normal has another one along the tangent, whose friction limit is a multiple of its force:
+what slides has the tangential force -sign * coefficient * normal force.
 """
 
 from typing import NamedTuple
@@ -11,6 +14,7 @@ import numpy as np
 
 from governor_mechanism.mechanics.contact import tolerances
 from governor_mechanism.numerics.banded_cholesky import solve_band_system
+from governor_mechanism.numerics.dense_solution import solve_dense
 from governor_mechanism.numerics.jit import jit, jit_in_place
 from governor_mechanism.types import NO_INDEX, BoolArray, FloatArray, IntArray, RecordArray
 
@@ -84,6 +88,21 @@ def find_touched_stop(contacts: RecordArray, k: int, value: float, relative_dist
     return -1 if value <= contacts[k].low + distance else 0
 
 
+@jit_in_place
+def has_friction(contacts: RecordArray, k: int) -> bool:
+    """Return whether a contact has friction, with a limit of its own or with one that follows from a normal force."""
+    return bool(contacts[k].friction_input != NO_INDEX or contacts[k].normal != NO_INDEX)
+
+
+@jit_in_place
+def has_normal_friction(contacts: RecordArray) -> bool:
+    """Return whether the friction of a contact follows from a normal force."""
+    n_rubbing = 0
+    for k in range(contacts.size):
+        n_rubbing += contacts[k].normal != NO_INDEX
+    return n_rubbing > 0
+
+
 @jit
 def find_active_stop(dynamics: ContactDynamics, k: int) -> int:
     """Return the stop that a contact touches.
@@ -98,7 +117,7 @@ def find_active_stop(dynamics: ContactDynamics, k: int) -> int:
 @jit_in_place
 def direction_of_motion(dynamics: ContactDynamics, k: int) -> int:
     """Return the state of a contact that slides at its present rate."""
-    if dynamics.contacts[k].friction_input == NO_INDEX or dynamics.rates[k] == 0.0:
+    if not has_friction(dynamics.contacts, k) or dynamics.rates[k] == 0.0:
         return 0
     return 1 if dynamics.rates[k] > 0.0 else -1
 
@@ -174,6 +193,49 @@ def solve_forces(
 
 
 @jit
+def solve_rubbing_forces(
+    dynamics: ContactDynamics,
+    is_constrained: BoolArray,  # along which outputs the forces act; shape (contacts,)
+    # state of each contact: one with normal friction that is not constrained slides where its normal contact is; shape (contacts,)
+    states: IntArray,
+    right_hand_side: FloatArray,  # changes, of which those of the other outputs are ignored; shape (contacts,)
+) -> FloatArray:
+    """Return the forces or impulses along outputs as `solve_forces`, and those of friction under them.
+
+    Where they are not determined, forces are left out.
+
+    Result: forces, N or N m; shape (contacts,).
+    """
+    n_contacts = is_constrained.size
+    friction, matrix, solution = np.zeros(n_contacts), np.zeros((n_contacts, n_contacts)), np.zeros(n_contacts)
+    for k in range(n_contacts):
+        normal = dynamics.contacts[k].normal
+        if normal != NO_INDEX and is_constrained[normal] and not is_constrained[k]:
+            friction[k] = -states[k] * dynamics.contacts[k].friction_coefficient
+    # Without dimensions the numbers of independent contacts are of order 1.
+    scale, unit = np.empty(n_contacts), dynamics.energy_scale * dynamics.time_scale**2
+    for k in range(n_contacts):
+        scale[k] = dynamics.contacts[k].scale
+    for i in range(n_contacts):
+        if not is_constrained[i]:
+            matrix[i, i] = 1.0
+            continue
+        solution[i] = right_hand_side[i] / scale[i]
+        for j in range(n_contacts):
+            if is_constrained[j]:
+                matrix[i, j] += dynamics.compliance[i, j] * unit / (scale[i] * scale[j])
+            elif friction[j] != 0.0:
+                normal = dynamics.contacts[j].normal
+                matrix[i, normal] += dynamics.compliance[i, j] * friction[j] * unit / (scale[i] * scale[normal])
+    solve_dense(matrix, solution)
+    solution *= unit / scale
+    for k in range(n_contacts):
+        if friction[k] != 0.0:
+            solution[k] = friction[k] * solution[dynamics.contacts[k].normal]
+    return solution
+
+
+@jit
 def evaluate_forces(dynamics: ContactDynamics, states: IntArray) -> tuple[FloatArray, FloatArray]:
     """Return the contact forces in given states, and the accelerations of the outputs with them."""
     forces = np.zeros(states.size)
@@ -181,6 +243,10 @@ def evaluate_forces(dynamics: ContactDynamics, states: IntArray) -> tuple[FloatA
         if states[k] != HELD:
             forces[k] = -states[k] * dynamics.friction_limits[k]
     is_held = states == HELD
+    if has_normal_friction(dynamics.contacts):
+        right_hand_side = -dynamics.accelerations - multiply(dynamics.compliance, forces)
+        forces += solve_rubbing_forces(dynamics, is_held, states, right_hand_side)
+        return forces, dynamics.accelerations + multiply(dynamics.compliance, forces)
     forces += solve_forces(dynamics, is_held, -dynamics.accelerations - multiply(dynamics.compliance, forces))
     return forces, dynamics.accelerations + multiply(dynamics.compliance, forces)
 
@@ -210,10 +276,14 @@ def select_contact_states(
     for _ in range(np.prod(n_candidates)):
         for k in range(n_contacts):
             trial[k] = candidates[k, choice[k]]
+        for k in range(n_contacts):  # nothing rubs that does not touch
+            normal = dynamics.contacts[k].normal
+            if normal != NO_INDEX and trial[normal] != HELD:
+                trial[k] = 0
         # More held contacts than degrees of freedom: fewer, with others at their force limits, describe the same motion
         # with determinate forces.
         if np.sum(trial == HELD) <= dynamics.mobility:
-            violation = _compute_violation(dynamics, trial)
+            violation = compute_violation(dynamics, trial)
             if violation < least_violation:
                 states[:], least_violation = trial, violation
             if least_violation <= tolerances.MODE_CONSISTENCY_TOLERANCE:
@@ -231,10 +301,10 @@ def _list_candidates(dynamics: ContactDynamics, k: int, is_released: bool, candi
         candidates[0] = direction_of_motion(dynamics, k)
         return 1
     side, n_candidates = find_active_stop(dynamics, k), 0
-    has_friction = dynamics.contacts[k].friction_input != NO_INDEX
-    if (has_friction or side != 0) and not is_released:
+    is_rubbing = has_friction(dynamics.contacts, k)
+    if (is_rubbing or side != 0) and not is_released:
         candidates[0], n_candidates = HELD, 1
-    if not has_friction:
+    if not is_rubbing:
         candidates[n_candidates] = 0
         return n_candidates + 1
     for sign in (1, -1):
@@ -245,7 +315,7 @@ def _list_candidates(dynamics: ContactDynamics, k: int, is_released: bool, candi
 
 
 @jit
-def _compute_violation(dynamics: ContactDynamics, states: IntArray) -> float:
+def compute_violation(dynamics: ContactDynamics, states: IntArray) -> float:
     """Return the largest violation of the complementarity conditions, relative to the scales of force and acceleration."""
     forces, accelerations = evaluate_forces(dynamics, states)
     violation = 0.0
@@ -254,11 +324,13 @@ def _compute_violation(dynamics: ContactDynamics, states: IntArray) -> float:
         acceleration = accelerations[k] * dynamics.time_scale**2 / scale
         if states[k] == HELD:
             # A stop pushes with unlimited force in one direction; friction holds in both, up to its limit.
-            excess = 0.0
+            excess, limit, normal = 0.0, dynamics.friction_limits[k], dynamics.contacts[k].normal
+            if normal != NO_INDEX:
+                limit = dynamics.contacts[k].friction_coefficient * forces[normal]
             if side >= 0:
-                excess = max(excess, forces[k] - dynamics.friction_limits[k])
+                excess = max(excess, forces[k] - limit)
             if side <= 0:
-                excess = max(excess, -forces[k] - dynamics.friction_limits[k])
+                excess = max(excess, -forces[k] - limit)
             violation = max(violation, excess * scale / dynamics.energy_scale)
             # At a turning point of a reading no force along it can hold it: the mechanism moves on.
             if abs(acceleration) > tolerances.TURNING_POINT_ACCELERATION_TOLERANCE:

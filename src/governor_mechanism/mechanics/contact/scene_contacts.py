@@ -9,8 +9,17 @@ import numpy as np
 
 from governor_mechanism.mechanics.contact.event_log import select_start_events
 from governor_mechanism.mechanics.contact.impacts import dissipated_by_impulses
-from governor_mechanism.mechanics.contact.rules import HELD, ContactDynamics, find_active_stop, is_locked, is_resting, solve_forces
-from governor_mechanism.mechanics.contact.tolerances import CONTACT_TOLERANCE, SIMULTANEITY_TOLERANCE
+from governor_mechanism.mechanics.contact.rules import (
+    HELD,
+    ContactDynamics,
+    compute_violation,
+    find_active_stop,
+    has_normal_friction,
+    is_locked,
+    is_resting,
+    solve_forces,
+)
+from governor_mechanism.mechanics.contact.tolerances import CONTACT_TOLERANCE, JAM_VIOLATION, SIMULTANEITY_TOLERANCE
 from governor_mechanism.mechanics.contact.transition import make_event_log, make_events, make_transition
 from governor_mechanism.mechanics.dynamics.equations.constrained_solution import project_state, solve_constrained_system
 from governor_mechanism.mechanics.dynamics.equations.equations_of_motion import evaluate_state_derivative
@@ -169,6 +178,8 @@ class SceneContacts:
         Value at which each contact came to rest, m or rad; NaN where it moves; shape (contacts,).
     events
         Events so far.
+    is_jammed
+        Whether friction leaves the contacts no consistent state at the last transition.
     """
 
     def __init__(self, scene: Scene, time_scale: float, constraint_tolerance: float) -> None:
@@ -188,6 +199,7 @@ class SceneContacts:
         self._spring_scales = np.array([mechanism.output_scale(spring.reading) for spring in springs])
         self._models: dict[ContactModeKey, tuple[ContactMode, System, SystemWorkspace]] = {}
         self.events = list[Event]()
+        self._has_rubbing, self.is_jammed = has_normal_friction(self.contacts), False
         self.continue_from(initial_mode(scene))
 
     def continue_from(self, mode: ContactMode) -> None:
@@ -197,6 +209,7 @@ class SceneContacts:
         self._states = np.where(np.isnan(self.rest_values), mode.sliding_signs, HELD).astype(np.int64)
         self._segments = np.array(mode.taut, dtype=np.int64)
         self._released_at, self._released = -math.inf, set[int]()
+        self.is_jammed = False
         self.events.clear()
 
     @property
@@ -239,6 +252,7 @@ class SceneContacts:
             dynamics = self.evaluate_dynamics()
             self.apply_impulses(dynamics, solve_forces(dynamics, is_stopped, -dynamics.rates))
         dynamics = _change_contact_states(self, self._states, self._segments, is_released, time, log)
+        self.is_jammed = self._has_rubbing and compute_violation(dynamics, self._states) > JAM_VIOLATION
         self.events += make_events(log, self._subjects)
         self.rest_values, is_held = self._find_rest_values(dynamics), self._states == HELD
         self.mode = replace(

@@ -30,6 +30,9 @@ STICTION_RATE_TOLERANCE = 1e-11
 MODE_CONSISTENCY_TOLERANCE = 1e-9
 """Largest violation of consistent contact states, in units of the scales of force and acceleration."""
 
+JAM_VIOLATION = 1e-6
+"""Violation of the best contact states, in the same units, above which no rounding explains it: friction jams what slides."""
+
 TURNING_POINT_ACCELERATION_TOLERANCE = 1e-6
 """Largest acceleration of a held output, in length scales (or rad) per time scale squared, that is rounding."""
 

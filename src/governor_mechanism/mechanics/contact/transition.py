@@ -10,7 +10,7 @@ from governor_mechanism.mechanics.contact.impacts import resolve_impacts, settle
 from governor_mechanism.mechanics.contact.rules import ContactDynamics
 from governor_mechanism.model.events import Event, EventKind
 from governor_mechanism.numerics.jit import jit
-from governor_mechanism.types import BoolArray, FloatArray, IntArray
+from governor_mechanism.types import NO_INDEX, BoolArray, FloatArray, IntArray
 
 EVENT_KINDS = tuple(EventKind)
 """Kinds of events; their positions are the codes in an event log."""
@@ -73,7 +73,9 @@ def record_hold_changes(
 ) -> None:
     """Record contacts that come to rest or start to move; which of several redundant ones carries the load is not recorded."""
     for k in range(states.size):
-        rests = rules.is_resting(dynamics, states, k)
+        rests, normal = rules.is_resting(dynamics, states, k), dynamics.contacts[k].normal
+        if normal != NO_INDEX and states[normal] != rules.HELD:
+            continue  # what leaves does not slip
         if rests != rules.is_resting(dynamics, previous_states, k):
             start, end = (REST_EVENT, SEPARATION_EVENT) if rules.find_active_stop(dynamics, k) != 0 else (STICK_EVENT, SLIP_EVENT)
             record_event(log, time + durations[k], start if rests else end, k)

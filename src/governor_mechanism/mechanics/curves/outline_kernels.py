@@ -24,20 +24,45 @@ FINAL_FOOT_STEP = 1e-8
 """Step of the angle (rad) after which the next of Newton's, which would be its square, is rounding."""
 
 
+CLOSED = 1.0
+"""First value of a piece of an outline whose corners all stand out, so that it has an inside; 0 of others."""
+
+
+class PointOffset(NamedTuple):
+    """Place of a body in the axes of an outline: its origin (m), and the cosine and the sine of its angle."""
+
+    x: float
+    y: float
+    cosine: float
+    sine: float
+
+
+class Circle(NamedTuple):
+    """A circle: centre and radius, m."""
+
+    x: float
+    y: float
+    radius: float
+
+
 class OutlineDistance(NamedTuple):
-    """Distance of a point from an outline (m), the unit normal toward the point, and the curvature of the line at that distance, 1/m."""
+    """Distance of a point from an outline (m), the unit normal toward the point, and the curvature of the line at that distance, 1/m.
+
+    The side of the nearest piece is 1 to its right, outside, -1 to its left, and 0 where a corner is nearest.
+    """
 
     value: float
     normal_x: float
     normal_y: float
     curvature: float
+    side: float
 
 
 @jit_in_place
 def _distance_from_point(dx: float, dy: float) -> OutlineDistance:
     """Return the distance from a corner, for the vector from there."""
     distance = math.hypot(dx, dy)
-    return OutlineDistance(distance, dx / distance, dy / distance, 1.0 / distance)
+    return OutlineDistance(distance, dx / distance, dy / distance, 1.0 / distance, 0.0)
 
 
 @jit_in_place
@@ -51,7 +76,7 @@ def _distance_from_line(pieces: FloatArray, i: int, x: float, y: float) -> Outli
     if along >= length:
         return _distance_from_point(dx - length * ux, dy - length * uy)
     side = 1.0 if across > 0.0 else -1.0
-    return OutlineDistance(abs(across), -side * uy, side * ux, 0.0)
+    return OutlineDistance(abs(across), -side * uy, side * ux, 0.0, -side)
 
 
 @jit_in_place
@@ -72,7 +97,8 @@ def _distance_from_arc(pieces: FloatArray, i: int, x: float, y: float) -> Outlin
         return _distance_from_point(ex - (cosine * start_x - sine * start_y), ey - (sine * start_x + cosine * start_y))
     from_centre = math.hypot(ex, ey)
     side = 1.0 if from_centre > abs(radius) else -1.0
-    return OutlineDistance(side * (from_centre - abs(radius)), side * ex / from_centre, side * ey / from_centre, side / from_centre)
+    value, normal_x, normal_y = side * (from_centre - abs(radius)), side * ex / from_centre, side * ey / from_centre
+    return OutlineDistance(value, normal_x, normal_y, side / from_centre, side * math.copysign(1.0, radius))
 
 
 @jit_in_place
@@ -83,9 +109,13 @@ def distance_from_pieces(
     n_pieces: int,
     x: float,  # the point, m
     y: float,
+    bound: float,  # distance up to which pieces are looked at, m
 ) -> OutlineDistance:
-    """Return the distance of a point from lines and arcs, of either side; the normal points toward the point."""
-    c, nearest = pieces.shape[1] - N_PIECE_VALUES, OutlineDistance(math.inf, 0.0, 0.0, 0.0)
+    """Return the distance of a point from lines and arcs, and the normal, which points toward the point.
+
+    Pieces of a closed outline have an inside, where the distance is negative and the normal points outward; others have two outsides.
+    """
+    c, nearest, kind = pieces.shape[1] - N_PIECE_VALUES, OutlineDistance(bound, 0.0, 0.0, 0.0, 0.0), 0.0
     for i in range(first_piece, first_piece + n_pieces):
         if math.hypot(x - pieces[i, c], y - pieces[i, c + 1]) - pieces[i, c + 4] > nearest.value:
             continue  # a piece is no farther from its start than its length
@@ -93,6 +123,33 @@ def distance_from_pieces(
         distance = _distance_from_line(pieces, i, x, y) if is_straight else _distance_from_arc(pieces, i, x, y)
         if distance.value < nearest.value:
             nearest = distance
+            kind = pieces[i, 0]
+    if nearest.side < 0.0 and kind == CLOSED:
+        return OutlineDistance(-nearest.value, -nearest.normal_x, -nearest.normal_y, -nearest.curvature, nearest.side)
+    return nearest
+
+
+@jit_in_place
+def find_nearest_point(
+    pieces: FloatArray,  # lines and arcs, and behind them the points [x, y], in the last columns; shape (rows, columns)
+    first_piece: int,
+    n_pieces: int,
+    n_points: int,
+    offset: PointOffset,
+    bound: Circle,
+) -> int:
+    """Return the row of the point that is nearest to lines and arcs, where none lies deeper inside than another one is away.
+
+    Their circle shows which points are farther away.
+    """
+    c, first_point, nearest, least = pieces.shape[1] - 2, first_piece + n_pieces, first_piece + n_pieces, math.inf
+    for k in range(first_point, first_point + n_points):
+        x = offset.x + offset.cosine * pieces[k, c] - offset.sine * pieces[k, c + 1]
+        y = offset.y + offset.sine * pieces[k, c] + offset.cosine * pieces[k, c + 1]
+        if math.hypot(x - bound.x, y - bound.y) - bound.radius < least:
+            value = distance_from_pieces(pieces, first_piece, n_pieces, x, y, least if least > 0.0 else math.inf).value
+            if value < least:
+                nearest, least = k, value
     return nearest
 
 
@@ -114,7 +171,7 @@ def distance_from_polar_curve(
             nearest, least = i, dx * dx + dy * dy
     spacing = 2.0 * math.pi / N_CURVE_SAMPLES
     angle, low, high = nearest * spacing, (nearest - 1) * spacing, (nearest + 1) * spacing
-    distance, is_final = OutlineDistance(0.0, 0.0, 0.0, 0.0), False
+    distance, is_final = OutlineDistance(0.0, 0.0, 0.0, 0.0, 0.0), False
     for _ in range(MAX_FOOT_ITERATIONS):
         radius, slope, second_derivative = evaluate_polar_curve(curve_segments, first_segment, n_segments, angle)
         ux, uy = math.cos(angle), math.sin(angle)
@@ -129,7 +186,7 @@ def distance_from_polar_curve(
         normal_radial, normal_tangential = radius / speed, -slope / speed
         value = (radial - radius) * normal_radial + tangential * normal_tangential
         nx, ny = normal_radial * ux - normal_tangential * uy, normal_radial * uy + normal_tangential * ux
-        distance = OutlineDistance(value, nx, ny, curvature / (1.0 + curvature * value))
+        distance = OutlineDistance(value, nx, ny, curvature / (1.0 + curvature * value), 0.0)
         if is_final:
             break
         if excess > 0.0:

@@ -8,7 +8,7 @@ from itertools import pairwise
 import numpy as np
 
 from governor_mechanism.mechanics.curves.curve_kernels import evaluate_polar_curve
-from governor_mechanism.mechanics.curves.outline_kernels import N_CURVE_SAMPLES
+from governor_mechanism.mechanics.curves.outline_kernels import CLOSED, N_CURVE_SAMPLES
 from governor_mechanism.mechanics.curves.segments import make_curve_segments
 from governor_mechanism.model.curves import CornerOutline, CurveOutline, Outline, PolarHarmonics
 from governor_mechanism.types import FloatArray, Vector2
@@ -99,8 +99,18 @@ def chains_of(outline: CornerOutline) -> list[list[Edge]]:
 
 
 def make_pieces(chain: Sequence[Edge]) -> FloatArray:
-    """Return the pieces of a chain for the kernels; shape (edges, 7). The first column is empty, as that of a curve's start."""
-    return np.array([[0.0, *edge.values()] for edge in chain])
+    """Return the pieces of a chain for the kernels; shape (edges, 7). The first column is CLOSED, or 0, as that of a curve's start."""
+    is_closed = math.dist(chain[-1].point(1.0), chain[0].start) <= SMOOTH_TURN * sum(edge.length for edge in chain)
+    is_smooth = _turn(chain[-1], chain[0]) >= -SMOOTH_TURN
+    return np.array([[CLOSED if is_closed and is_smooth else 0.0, *edge.values()] for edge in chain])
+
+
+def bounding_circle(chain: Sequence[Edge]) -> tuple[float, float, float]:
+    """Return a circle (centre and radius, m) around a chain."""
+    points = np.array([edge.point(share) for edge in chain for share in (0.0, 0.5, 1.0)])
+    centre = (points.min(axis=0) + points.max(axis=0)) / 2
+    # An arc is no farther from one of these three points than a quarter of its length.
+    return *centre.tolist(), max(np.hypot(*(points - centre).T)) + max(edge.length for edge in chain) / 4
 
 
 def make_profile_pieces(outline: CornerOutline, chain: int) -> FloatArray:

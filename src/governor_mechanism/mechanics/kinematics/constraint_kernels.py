@@ -14,7 +14,13 @@ from typing import NamedTuple
 import numpy as np
 
 from governor_mechanism.mechanics.curves.curve_kernels import evaluate_curve, evaluate_polar_curve
-from governor_mechanism.mechanics.curves.outline_kernels import distance_from_pieces, distance_from_polar_curve
+from governor_mechanism.mechanics.curves.outline_kernels import (
+    Circle,
+    PointOffset,
+    distance_from_pieces,
+    distance_from_polar_curve,
+    find_nearest_point,
+)
 from governor_mechanism.mechanics.curves.profile_kernels import ConvexCurve, distance_of_profiles
 from governor_mechanism.mechanics.kinematics.points import rotate_vector
 from governor_mechanism.mechanics.kinematics.time_functions import evaluate_motion
@@ -39,7 +45,7 @@ CONSTRAINT_ROW_DTYPE = record_dtype(
     ("third_angle_factor", "f8"),
     ("first_point_weight", "f8"),  # FIXED_DIRECTION: factor on the position of the first point
     ("angle", "f8"),  # BODY_NORMAL: angle of the line; ARC_POSITION, POLAR_CURVE: direction of zero, rad
-    ("radius", "f8"),  # ARC_POSITION, m
+    ("radius", "f8"),  # ARC_POSITION; CURVE_SLIP, PIECES_SLIP: of the roller, m
     ("rod_x", "f8"),  # FOLLOWER_HEIGHT: weighted other end of the rod, x from the guide of the follower, m
     ("rod_y", "f8"),
     ("rod_weight", "f8"),  # FOLLOWER_HEIGHT: weight of the second point
@@ -47,9 +53,14 @@ CONSTRAINT_ROW_DTYPE = record_dtype(
     ("follower_sign", "f8"),  # FOLLOWER_HEIGHT
     ("drive_scale", "f8"),  # m per unit of the drive
     ("drive", "i8"),  # input that drives the row, or NO_INDEX
-    ("first_segment", "i8"),  # BODY_NORMAL, POLAR_CURVE: first segment of the guide curve; CURVE_DISTANCE, PIECES_DISTANCE: of the outline
+    ("first_segment", "i8"),  # BODY_NORMAL, POLAR_CURVE: first segment of the guide curve; of distances and slips: of the outline
     ("n_segments", "i8"),  # number of its segments; BODY_NORMAL: 0 for a straight line
     ("n_curve_segments", "i8"),  # PROFILE_DISTANCE: number of the segments of the curve behind those of the outline
+    # PIECES_DISTANCE, PIECES_SLIP: number of the points behind the segments of which the nearest one is the second point, or 0
+    ("n_points", "i8"),
+    ("bound_x", "f8"),  # with such points: circle around the outline, m
+    ("bound_y", "f8"),
+    ("bound_radius", "f8"),
 )
 """One constraint row; fields of other kinds are zero, but for the weight of the first point, which is 1."""
 
@@ -250,18 +261,22 @@ def _polar_curve_row(row: RecordArray, curve_segments: FloatArray, first: PointM
 
 @jit_in_place
 def _outline_distance_row(row: RecordArray, curve_segments: FloatArray, first: PointMotion, second: PointMotion) -> RowGeometry:
-    """Return the distance of the second point from an outline of the first body."""
+    """Return the distance of the second point from an outline of the first body, or its slip along the outline."""
     dx, dy, du, dv, w1 = second.x - first.x, second.y - first.y, second.u - first.u, second.v - first.v, first.angular_velocity
     cosine, sine = math.cos(first.angle), math.sin(first.angle)
     x, y = cosine * dx + sine * dy, cosine * dy - sine * dx
-    if row.kind == RowKind.PIECES_DISTANCE:
-        distance = distance_from_pieces(curve_segments, row.first_segment, row.n_segments, x, y)
+    if row.kind == RowKind.PIECES_DISTANCE or row.kind == RowKind.PIECES_SLIP:
+        distance = distance_from_pieces(curve_segments, row.first_segment, row.n_segments, x, y, math.inf)
     else:
         distance = distance_from_polar_curve(curve_segments, row.first_segment, row.n_segments, x, y)
     nx, ny = cosine * distance.normal_x - sine * distance.normal_y, sine * distance.normal_x + cosine * distance.normal_y
     # velocity of the point as seen from the body, in directions fixed in the plane
     u, v = du + w1 * dy, dv - w1 * dx
     sliding_velocity = nx * v - ny * u
+    if row.kind == RowKind.CURVE_SLIP or row.kind == RowKind.PIECES_SLIP:
+        # The tangent (-ny, nx) turns with the body and as the point goes along the line; the roller turns with the second body.
+        turning = -(w1 + distance.curvature * sliding_velocity) * (nx * u + ny * v) - w1 * (nx * du + ny * dv)
+        return RowGeometry(0.0, -ny, nx, row.radius - nx * dx - ny * dy, -row.radius, turning)
     quadratic_term = 2.0 * w1 * (nx * v - ny * u) + w1 * w1 * (nx * dx + ny * dy)
     quadratic_term += distance.curvature * sliding_velocity * sliding_velocity
     return RowGeometry(distance.value, nx, ny, nx * dy - ny * dx, 0.0, quadratic_term)
@@ -296,6 +311,17 @@ def _profile_distance_row(row: RecordArray, curve_segments: FloatArray, first: P
 
 
 @jit_in_place
+def _find_nearest_point(row: RecordArray, curve_segments: FloatArray, poses: FloatArray, first: PointMotion) -> tuple[float, float]:
+    """Return that of the points of the second body which is nearest to the outline of the first one, in the axes of the second, m."""
+    dx, dy = poses[row.second, 0] - first.x, poses[row.second, 1] - first.y
+    cosine, sine, turn = math.cos(first.angle), math.sin(first.angle), poses[row.second, 2] - first.angle
+    offset = PointOffset(cosine * dx + sine * dy, cosine * dy - sine * dx, math.cos(turn), math.sin(turn))
+    bound = Circle(row.bound_x, row.bound_y, row.bound_radius)
+    k, c = find_nearest_point(curve_segments, row.first_segment, row.n_segments, row.n_points, offset, bound), curve_segments.shape[1] - 2
+    return curve_segments[k, c], curve_segments[k, c + 1]
+
+
+@jit_in_place
 def _evaluate_row(row: RecordArray, curve_segments: FloatArray, first: PointMotion, second: PointMotion, third_angle: float) -> RowGeometry:
     """Return the value of a row of any kind, and its derivatives."""
     dx, dy, du, dv = second.x - first.x, second.y - first.y, second.u - first.u, second.v - first.v
@@ -313,7 +339,7 @@ def _evaluate_row(row: RecordArray, curve_segments: FloatArray, first: PointMoti
         return _polar_curve_row(row, curve_segments, first, second)
     if row.kind == RowKind.PROFILE_DISTANCE:
         return _profile_distance_row(row, curve_segments, first, second)
-    if row.kind == RowKind.CURVE_DISTANCE or row.kind == RowKind.PIECES_DISTANCE:
+    if row.kind >= RowKind.CURVE_DISTANCE:
         return _outline_distance_row(row, curve_segments, first, second)
     return _body_normal_row(row, curve_segments, first, second)
 
@@ -328,7 +354,10 @@ def evaluate_rows(rows: ConstraintRows, poses: FloatArray, velocities: FloatArra
     for i in range(rows.table.size):
         row = rows.table[i]
         first = _move_point(poses, velocities, row.first, row.x1, row.y1)
-        second = _move_point(poses, velocities, row.second, row.x2, row.y2)
+        x2, y2 = row.x2, row.y2
+        if row.n_points > 0:
+            x2, y2 = _find_nearest_point(row, rows.curve_segments, poses, first)
+        second = _move_point(poses, velocities, row.second, x2, y2)
         weight = row.first_point_weight
         if weight != 1.0:
             first = _scale_point(first, weight)

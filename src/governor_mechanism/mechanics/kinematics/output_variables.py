@@ -5,13 +5,13 @@ An output variable is a constraint row whose residual is its value, in m or rad:
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.mechanics.curves.outline_kernels import N_CURVE_SAMPLES
-from governor_mechanism.mechanics.curves.outlines import chains_of, make_curve_pieces, make_pieces, make_profile_pieces
+from governor_mechanism.mechanics.curves.outlines import bounding_circle, chains_of, make_curve_pieces, make_pieces, make_profile_pieces
 from governor_mechanism.mechanics.curves.segments import concatenate_segments
 from governor_mechanism.mechanics.kinematics.constraint_equations import bodies_of_rows, make_row_table, set_fields
 from governor_mechanism.mechanics.kinematics.constraint_kernels import ConstraintRows, RowEvaluation
@@ -26,6 +26,7 @@ from governor_mechanism.model.output_variables import (
     FollowerHeight,
     LineAngle,
     OutlineGap,
+    OutlineSlip,
     PointCoordinate,
     PointDistance,
     Reading,
@@ -43,6 +44,7 @@ class OutputRow:
     second: Point
     parameters: Mapping[str, float] = field(default_factory=dict)
     segments: FloatArray | None = None  # those of an outline
+    others: tuple[Point, ...] = ()  # further second points, of which the nearest to the outline counts
 
 
 def _row_of_reading(reading: Reading) -> OutputRow:
@@ -64,6 +66,8 @@ def _row_of_reading(reading: Reading) -> OutputRow:
             return _follower_height_row(reading)
         case OutlineGap():
             return _outline_gap_row(reading)
+        case OutlineSlip():
+            return _outline_slip_row(reading)
     raise TypeError(f"no output row is defined for readings of type {type(reading).__name__}")
 
 
@@ -106,14 +110,36 @@ def _outline_gap_row(reading: OutlineGap) -> OutputRow:
         parameters = {"constant": -profile.inset, "n_segments": len(pieces), "n_curve_segments": n_curve_segments}
         return OutputRow(RowKind.PROFILE_DISTANCE, reading.origin, reading.roller, parameters, concatenate_segments([pieces, curve]))
     if isinstance(outline, CornerOutline):
-        pieces = make_pieces(chains_of(outline)[reading.chain])
+        chain = chains_of(outline)[reading.chain]
+        pieces = make_pieces(chain)
         parameters = {"constant": reading.radius, "n_segments": len(pieces)}
-        return OutputRow(RowKind.PIECES_DISTANCE, reading.origin, reading.roller, parameters, pieces)
+        if reading.others:
+            bound = dict(zip(("bound_x", "bound_y", "bound_radius"), bounding_circle(chain), strict=True))
+            parameters |= {"n_points": 1 + len(reading.others), **bound}
+        return OutputRow(RowKind.PIECES_DISTANCE, reading.origin, reading.roller, parameters, pieces, reading.others)
     if isinstance(outline, CurveOutline):
         pieces = make_curve_pieces(outline)
         parameters = {"constant": reading.radius - outline.inset, "n_segments": len(pieces) - N_CURVE_SAMPLES}
         return OutputRow(RowKind.CURVE_DISTANCE, reading.origin, reading.roller, parameters, pieces)
     raise TypeError(f"no distance is defined from outlines of type {type(outline).__name__}")
+
+
+def _outline_slip_row(reading: OutlineSlip) -> OutputRow:
+    """Return the row of the sliding of a roller along an outline."""
+    row = _outline_gap_row(reading.gap)
+    kind = RowKind.PIECES_SLIP if row.kind == RowKind.PIECES_DISTANCE else RowKind.CURVE_SLIP
+    return replace(row, kind=kind, parameters={**row.parameters, "constant": 0.0, "radius": reading.gap.radius})
+
+
+def _points_of(mechanism: Mechanism, row: OutputRow, origins: Origins) -> list[FloatArray]:
+    """Return all second points of a row with several, in the axes of their body, as rows behind its segments."""
+    if not row.others or row.segments is None:
+        return []
+    points = np.zeros((1 + len(row.others), row.segments.shape[1]))
+    for values, point in zip(points, (row.second, *row.others), strict=True):
+        fields = attachment_fields(mechanism, row.first, point, origins)
+        values[-2:] = fields["x2"], fields["y2"]
+    return [points]
 
 
 def make_output_rows(
@@ -136,8 +162,8 @@ def rows_of_readings(mechanism: Mechanism, readings: Sequence[Reading], origins:
         record["kind"] = row.kind
         if row.segments is not None:
             record["first_segment"] = n_segments
-            parts.append(row.segments)
-            n_segments += len(row.segments)
+            parts += [row.segments, *_points_of(mechanism, row, origins)]
+            n_segments += sum(map(len, parts)) - n_segments
     return ConstraintRows(table, bodies_of_rows(table), concatenate_segments(parts))
 
 

@@ -64,6 +64,10 @@ def _parse_count(value: object) -> int:
     return value
 
 
+COUNT_TYPE: Final = quantities.without_context(_parse_count, {"type": "integer"})
+"""How often a tooth, slot or roller stands round a wheel."""
+
+
 def _parse_corner(value: object) -> Corner:
     """Return a corner [x, y], or [x, y, radius] with the radius of the edge that begins there."""
     if not isinstance(value, list | tuple) or len(value) not in (2, 3):
@@ -92,11 +96,7 @@ REPEATED_CORNERS: Final = Table(
         "corners": declare("corners", meaning="the corners of one tooth or slot, anticlockwise, as a list [x, y] or [x, y, radius]"),
         "repeat": declare("count", meaning="how often it stands round the origin of the body"),
     },
-    types={
-        **CUSTOM_TYPES,
-        "corners": quantities.without_context(_parse_corners, {"type": "array"}),
-        "count": quantities.without_context(_parse_count, {"type": "integer"}),
-    },
+    types={**CUSTOM_TYPES, "corners": quantities.without_context(_parse_corners, {"type": "array"}), "count": COUNT_TYPE},
     example="{ corners = [[x, y], ...], repeat = 12 }",
 )
 """An outline of equal teeth or slots round the origin."""
@@ -186,6 +186,11 @@ class WrittenContact:
     )
     second: str = entry("body", meaning='the body with the outline, as "cam"')
     restitution: float = entry("restitution", default=0.0, meaning="the coefficient of restitution, 0 to 1")
+    friction: float = quantity(
+        "number", sign="not negative", built=True, default=0.0, meaning="the coefficient of Coulomb friction, sticking and sliding"
+    )
+
+    repeat: int = entry("count", default=1, meaning="how often the roller stands round the origin of its body, as the tips of a wheel")
 
     def gaps(self, registry: PointRegistry) -> list[OutlineGap]:
         """Return the gaps of the contact, one for each part of the outline between hollow corners."""
@@ -197,7 +202,24 @@ class WrittenContact:
         if n_gaps > MAX_GAPS:
             problem = f"the outline has {n_gaps} hollow corners, and at most {MAX_GAPS} parts between them are looked at"
             raise mistake(ProblemCode.OUT_OF_RANGE, f"{where}: {problem}; round them with hollow arcs")
-        return [self._gap(touching, chain, n_gaps) for chain in range(n_gaps)]
+        if self.friction > 0.0 and touching.profile is not None:
+            problem = "friction is that of a roller, a point or a circle on an outline; leave it out, or give one of both such an outline"
+            raise mistake(ProblemCode.CONFLICT, f"{where}: {problem}")
+        others = self._other_rollers(registry, touching)
+        return [self._gap(touching, chain, n_gaps, others) for chain in range(n_gaps)]
+
+    def _other_rollers(self, registry: PointRegistry, touching: Touching) -> tuple[Point, ...]:
+        """Return the centres of all rollers but the first one."""
+        if self.repeat == 1:
+            return ()
+        body = registry.bodies.get(self._first_body)
+        if body is None or not (isinstance(self.first, Point) and isinstance(touching.outline, CornerOutline)):
+            text = f"{KEY}.repeat is for rollers of a body that touch an outline of corners"
+            raise mistake(ProblemCode.CONFLICT, f"{text}; leave it out, or write a [[contact]] for each roller")
+        origin = body.point((0.0, 0.0))
+        x, y = self.first.x - origin.x, self.first.y - origin.y
+        places = [rotate_point(x, y, math.tau * k / self.repeat) for k in range(1, self.repeat)]
+        return tuple(body.point(place) for place in places)
 
     @property
     def _first_body(self) -> str:
@@ -217,7 +239,7 @@ class WrittenContact:
             raise mistake(ProblemCode.CONFLICT, text)
         return _pair_outlines(first, second)
 
-    def _gap(self, touching: Touching, chain: int, n_gaps: int) -> OutlineGap:
+    def _gap(self, touching: Touching, chain: int, n_gaps: int, others: tuple[Point, ...]) -> OutlineGap:
         """Return the gap to a part of the outline."""
         name = self.name or "_".join(re.sub(r"\W+", "_", body) for body in (self._first_body, self.second))
         return OutlineGap(
@@ -231,6 +253,8 @@ class WrittenContact:
             radius=touching.radius,
             restitution=self.restitution,
             profile=touching.profile,
+            friction=self.friction,
+            others=others,
         )
 
 
@@ -248,7 +272,7 @@ class ContactTable(Table):
         return contact.gaps(context)
 
 
-CONTACT: Final = ContactTable.of(WrittenContact, types=CUSTOM_TYPES)
+CONTACT: Final = ContactTable.of(WrittenContact, types={**CUSTOM_TYPES, "count": COUNT_TYPE})
 """[[contact]]; its context is the `PointRegistry`."""
 
 

@@ -17,7 +17,8 @@ from governor_mechanism.mechanics.dynamics.equations.constrained_solution import
     solve_constrained_system,
 )
 from governor_mechanism.mechanics.dynamics.forces.contact_modes import ContactMode
-from governor_mechanism.mechanics.dynamics.forces.inputs import evaluate_inputs
+from governor_mechanism.mechanics.dynamics.forces.contacts import contacts_of
+from governor_mechanism.mechanics.dynamics.forces.inputs import evaluate_inputs, output_rate
 from governor_mechanism.mechanics.dynamics.forces.output_forces import add_output_forces
 from governor_mechanism.mechanics.dynamics.system.arrays import (
     PlaneColumn,
@@ -32,8 +33,13 @@ from governor_mechanism.mechanics.kinematics.constraint_kernels import RowColumn
 from governor_mechanism.mechanics.kinematics.points import rotate_vector
 from governor_mechanism.mechanics.kinematics.time_functions import stack_local_cubics
 from governor_mechanism.model.scene import Scene
+from governor_mechanism.numerics.array_copy import copy_array
+from governor_mechanism.numerics.dense_solution import solve_dense
 from governor_mechanism.numerics.jit import jit, jit_in_place
 from governor_mechanism.types import GROUND_INDEX, NO_INDEX, FloatArray
+
+JAMMED = -1.0
+"""In place of a pivot ratio: friction of what slides raises the forces that press it more than any of them can bear (Painleve)."""
 
 
 @jit_in_place
@@ -52,7 +58,7 @@ def evaluate_accelerations(
     The Lagrange multipliers remain in `workspace.multipliers`, with the Jacobian of the rows in `workspace.jacobian`.
 
     Results: pivot_ratio, smallest pivot ratio (see `solve_band_system`), in the metric of the masses or of
-    equal masses; power, power of drives and of forces without a potential, dissipation subtracted, W;
+    equal masses, or JAMMED; power, power of drives and of forces without a potential, dissipation subtracted, W;
     dissipated_power, power that dashpots and friction dissipate, W.
     """
     rows, forces = system.constraint_rows, workspace.generalised_forces
@@ -74,11 +80,54 @@ def evaluate_accelerations(
     power = add_output_forces(output_rows, force_elements, velocities, workspace.inputs, values, jacobian, forces) - dissipated_power
     assemble_schur_band(rows.row_bodies, system.row_pairs, workspace.jacobian, workspace.inverse_mass, workspace.band)
     pivot_ratio = solve_constrained_system(system, workspace, forces, 1.0, result)
+    if system.rubbing.size > 0:
+        determinant, friction_power = _add_rubbing(system, workspace, velocities, result)
+        power += friction_power
+        dissipated_power -= friction_power
+        if determinant <= 0.0:
+            return JAMMED, power, dissipated_power
     for i in range(workspace.multipliers.size):
         power -= workspace.multipliers[i] * workspace.row_values[i, RowColumn.DRIVE_RATE]
     if 0.0 < pivot_ratio < CLEAR_PIVOT_RATIO:
         pivot_ratio = max(pivot_ratio, equal_mass_pivot_ratio(system, workspace))
     return pivot_ratio, power, dissipated_power
+
+
+@jit_in_place
+def _add_rubbing(system: System, workspace: SystemWorkspace, velocities: FloatArray, accelerations: FloatArray) -> tuple[float, float]:
+    """Add the friction of what slides under normal forces, which it changes itself, to accelerations and multipliers.
+
+    Result: the determinant of the equations of the normal forces, which rigid bodies determine where it is positive, and the power (W).
+    """
+    rubbing, n_rubbing = system.rubbing, system.rubbing.size
+    multipliers, matrix, friction = workspace.rubbing_multipliers, workspace.rubbing_matrix, workspace.rubbing_forces
+    copy_array(multipliers[n_rubbing], workspace.multipliers)
+    for k in range(n_rubbing):
+        output = rubbing[k].output_index
+        workspace.generalised_forces[:] = 0.0
+        for side in range(2):
+            body = system.output_rows.row_bodies[output, side]
+            if body != GROUND_INDEX:
+                for c in range(3):
+                    workspace.generalised_forces[body, c] += workspace.output_jacobian[output, side, c]
+        solve_constrained_system(system, workspace, workspace.generalised_forces, 0.0, workspace.rubbing_accelerations[k])
+        copy_array(multipliers[k], workspace.multipliers)
+    copy_array(workspace.multipliers, multipliers[n_rubbing])
+    for j in range(n_rubbing):
+        row = rubbing[j].row_index
+        friction[j] = -multipliers[n_rubbing, row]  # the normal force without friction, and then with it
+        for k in range(n_rubbing):
+            matrix[j, k] = (1.0 if j == k else 0.0) - multipliers[k, row] * rubbing[k].coefficient
+    determinant, power = solve_dense(matrix, friction), 0.0
+    for k in range(n_rubbing):
+        friction[k] *= -rubbing[k].coefficient
+        power += friction[k] * output_rate(system.output_rows, workspace.output_jacobian, rubbing[k].output_index, velocities)
+        for i in range(workspace.multipliers.size):
+            workspace.multipliers[i] += friction[k] * multipliers[k, i]
+        for b in range(accelerations.shape[0]):
+            for c in range(3):
+                accelerations[b, c] += friction[k] * workspace.rubbing_accelerations[k, b, c]
+    return determinant, power
 
 
 @jit_in_place
@@ -115,7 +164,7 @@ def evaluate_state_derivative(
 
     The work state is the work put in by changes of given spindle speeds, less the work of drives and of forces without a potential.
 
-    Result: smallest pivot ratio of J M^-1 J^T; 0 where rows are linearly dependent.
+    Result: smallest pivot ratio of J M^-1 J^T; 0 where rows are linearly dependent; JAMMED where friction jams what slides.
     """
     layout = system.state_layout
     poses, velocities = state[: layout.velocities].reshape(-1, 3), state[layout.velocities : layout.work].reshape(-1, 3)
@@ -154,12 +203,15 @@ class InverseDynamics:
         Smallest pivot ratio of J M^-1 J^T; 0 where rows are linearly dependent; shape (n,).
     power
         Power of drives and of forces without a potential, W; shape (n,).
+    contact_forces
+        Force along the output of each contact that holds it or slides under a normal force, N or N m; shape (n, contacts).
     """
 
     accelerations: FloatArray
     joint_forces: FloatArray
     pivot_ratios: FloatArray
     power: FloatArray
+    contact_forces: FloatArray
 
 
 def compute_inverse_dynamics(
@@ -190,7 +242,7 @@ def _compute_in_mode(
     system, time_functions = make_system(scene, mode)
     input_cubics = stack_local_cubics(time_functions, times)
     origin_poses, origin_velocities = from_mass_centres(system, poses, velocities)
-    origin_accelerations, row_forces, pivot_ratios, power = _evaluate_along_motion(
+    origin_accelerations, row_forces, multipliers, pivot_ratios, power = _evaluate_along_motion(
         system, make_system_workspace(system), input_cubics, origin_poses, origin_velocities, np.ascontiguousarray(lags)
     )
     row_order = constraint_row_order(scene, mode)
@@ -198,22 +250,36 @@ def _compute_in_mode(
     ordered_forces = np.empty_like(row_forces)
     ordered_forces[:, row_order] = row_forces
     accelerations = _mass_centre_accelerations(system, origin_poses, origin_velocities, origin_accelerations)
-    return InverseDynamics(accelerations, ordered_forces[:, :n_joint_rows], pivot_ratios, power)
+    held_forces = -multipliers[:, np.argsort(row_order)[n_joint_rows:]]
+    contact_forces = _contact_forces(scene, mode, held_forces) if mode else np.zeros((len(times), 0))
+    return InverseDynamics(accelerations, ordered_forces[:, :n_joint_rows], pivot_ratios, power, contact_forces)
+
+
+def _contact_forces(scene: Scene, mode: ContactMode, held_forces: FloatArray) -> FloatArray:
+    """Return the forces (n, contacts) along the outputs of contacts from those of the held ones (n, held)."""
+    contacts, names = contacts_of(scene), [contact.output_name for contact in contacts_of(scene)]
+    forces = np.zeros((len(held_forces), len(contacts)))
+    forces[:, [held is not None for held in mode.held_values]] = held_forces
+    for k, contact in enumerate(contacts):
+        if contact.normal is not None and mode.sliding_signs[k]:
+            forces[:, k] = -mode.sliding_signs[k] * contact.friction_coefficient * forces[:, names.index(contact.normal)]
+    return forces
 
 
 @jit
 def _evaluate_along_motion(
     system: System, workspace: SystemWorkspace, input_cubics: FloatArray, poses: FloatArray, velocities: FloatArray, lags: FloatArray
-) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-    """Return accelerations of the body origins, forces of the constraint rows, pivot ratios and power at all times."""
+) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray, FloatArray]:
+    """Return accelerations of the body origins, forces and multipliers of the constraint rows, pivot ratios and power at all times."""
     rows, n_times = system.constraint_rows, poses.shape[0]
     body_accelerations, row_forces = np.empty(poses.shape), np.empty((n_times, rows.table.size, 3))
-    pivot_ratios, power = np.empty(n_times), np.empty(n_times)
+    multipliers, pivot_ratios, power = np.empty((n_times, rows.table.size)), np.empty(n_times), np.empty(n_times)
     for t in range(n_times):
         pivot_ratios[t], power[t], _ = evaluate_accelerations(
             system, workspace, poses[t], velocities[t], input_cubics[t], 0.0, lags[t], body_accelerations[t]
         )
         for i in range(workspace.multipliers.size):
+            multipliers[t, i] = workspace.multipliers[i]
             force_x = -workspace.multipliers[i] * workspace.jacobian[i, 1, 0]
             force_y = -workspace.multipliers[i] * workspace.jacobian[i, 1, 1]
             moment, row = -workspace.multipliers[i] * workspace.jacobian[i, 1, 2], rows.table[i]
@@ -221,7 +287,7 @@ def _evaluate_along_motion(
                 arm_x, arm_y = rotate_vector_jit(poses[t, row.second, 2], row.x2, row.y2)
                 moment -= arm_x * force_y - arm_y * force_x
             row_forces[t, i, 0], row_forces[t, i, 1], row_forces[t, i, 2] = force_x, force_y, moment
-    return body_accelerations, row_forces, pivot_ratios, power
+    return body_accelerations, row_forces, multipliers, pivot_ratios, power
 
 
 def _mass_centre_accelerations(system: System, poses: FloatArray, velocities: FloatArray, origin_accelerations: FloatArray) -> FloatArray:

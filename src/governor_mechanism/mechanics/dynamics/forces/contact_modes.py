@@ -7,7 +7,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from governor_mechanism.mechanics.dynamics.forces import output_forces
-from governor_mechanism.mechanics.dynamics.forces.contacts import contacts_of, one_sided_forces_of, outline_gaps_of, output_forces_of
+from governor_mechanism.mechanics.dynamics.forces.contacts import (
+    contacts_of,
+    one_sided_forces_of,
+    outline_gaps_of,
+    output_forces_of,
+    rubbing_gaps_of,
+)
 from governor_mechanism.mechanics.dynamics.forces.loads import reading_functions_of, reading_tables_of
 from governor_mechanism.model.effect import OutputForce
 from governor_mechanism.model.scene import Scene
@@ -77,7 +83,14 @@ def forced_output_names(scene: Scene) -> list[str]:
     Result: names in the order of the output rows of a system.
     """
     forced = [effect.reading for effect in scene.output_effects] + [one.source for one in reading_functions_of(scene)]
-    return list(dict.fromkeys(forced + [gap.name for gap in outline_gaps_of(scene)]))
+    slips = [gap.slip.name for gap in rubbing_gaps_of(scene)]
+    return list(dict.fromkeys(forced + [gap.name for gap in outline_gaps_of(scene)] + slips))
+
+
+def rows_of_held_contacts(mode: ContactMode, held_rows: Sequence[int]) -> dict[int, int]:
+    """Return the constraint row that holds the output of each held contact, by the index of the contact."""
+    held = [k for k, value in enumerate(mode.held_values) if value is not None]
+    return dict(zip(held, held_rows, strict=True))
 
 
 def make_output_forces(
@@ -93,7 +106,7 @@ def make_output_forces(
     records = [output_forces.output_force_record(effect, output_names.index(effect.reading)) for effect in active_forces_of(scene, mode)]
     law = output_forces.SLIDING_FRICTION
     for contact, sign, friction_input in zip(contacts_of(scene), mode.sliding_signs, friction_inputs, strict=True):
-        if sign:
+        if sign and contact.normal is None:
             output = output_names.index(contact.output_name)
             records.append(output_forces.make_output_force(law, output, (float(sign),), has_power=True, input_index=friction_input))
     return np.array(records, dtype=output_forces.OUTPUT_FORCE_DTYPE)

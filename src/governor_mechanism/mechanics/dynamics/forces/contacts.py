@@ -14,7 +14,7 @@ from governor_mechanism.model.scene import Scene
 from governor_mechanism.model.time_functions import InputFunction
 from governor_mechanism.numerics.jit import record_dtype
 from governor_mechanism.numerics.once_per_object import once_per_object
-from governor_mechanism.types import RecordArray
+from governor_mechanism.types import NO_INDEX, RecordArray
 
 FRICTION_LAW_NAME = "dry friction"
 """Name of sliding friction in the counts of evaluations."""
@@ -36,6 +36,10 @@ class Contact:
         Upper stop, m or rad.
     restitution
         Coefficient of restitution of the stops, 0 to 1.
+    normal
+        Name of the reading whose stop presses what slides along this one; None if its friction does not follow from such a force.
+    friction_coefficient
+        Coefficient of Coulomb friction under that force.
     """
 
     output_name: str
@@ -43,6 +47,8 @@ class Contact:
     low: float = -math.inf
     high: float = math.inf
     restitution: float = 0.0
+    normal: str | None = None
+    friction_coefficient: float = 0.0
 
 
 CONTACT_DTYPE = record_dtype(
@@ -52,6 +58,8 @@ CONTACT_DTYPE = record_dtype(
     ("high", "f8"),
     ("restitution", "f8"),  # coefficient of restitution of the stops
     ("scale", "f8"),  # scale of the output, m or rad
+    ("normal", "i8"),  # the contact whose force limits the friction, or NO_INDEX
+    ("friction_coefficient", "f8"),  # Coulomb friction by that force
 )
 """One contact."""
 
@@ -61,12 +69,17 @@ def outline_gaps_of(scene: Scene) -> tuple[OutlineGap, ...]:
     return tuple(reading for reading in scene.mechanism.readings if isinstance(reading, OutlineGap))
 
 
+def rubbing_gaps_of(scene: Scene) -> tuple[OutlineGap, ...]:
+    """Return the gaps between rollers and outlines with friction."""
+    return tuple(gap for gap in outline_gaps_of(scene) if gap.friction > 0.0)
+
+
 @once_per_object
 def contacts_of(scene: Scene) -> tuple[Contact, ...]:
     """Return the contacts of a scene.
 
-    Result: one contact for each reading with dry friction or stops, and for each gap between a roller and an
-    outline.
+    Result: one contact for each reading with dry friction or stops, for each gap between a roller and an
+    outline, and for each slip along an outline with friction.
     """
     properties: defaultdict[str, dict[str, Any]] = defaultdict(dict)
     for effect in sorted(scene.output_effects, key=lambda effect: "friction" not in effect.contact):
@@ -74,6 +87,8 @@ def contacts_of(scene: Scene) -> tuple[Contact, ...]:
             properties[effect.reading] |= effect.contact
     for gap in outline_gaps_of(scene):
         properties[gap.name] |= {"low": 0.0, "restitution": gap.restitution}
+    for gap in rubbing_gaps_of(scene):
+        properties[gap.slip.name] |= {"normal": gap.name, "friction_coefficient": gap.friction}
     return tuple(Contact(name, **given) for name, given in properties.items())
 
 
@@ -86,11 +101,13 @@ def make_contact_table(
 
     Result: records of `CONTACT_DTYPE`; shape (contacts,).
     """
-    rows = []
+    rows, names = [], [contact.output_name for contact in contacts_of(scene)]
     for contact, friction_input in zip(contacts_of(scene), friction_inputs, strict=True):
         output = output_names.index(contact.output_name)
         scale = scene.mechanism.output_scale(contact.output_name)
-        rows.append((output, friction_input, contact.low, contact.high, contact.restitution, scale))
+        normal = NO_INDEX if contact.normal is None else names.index(contact.normal)
+        stops = contact.low, contact.high, contact.restitution
+        rows.append((output, friction_input, *stops, scale, normal, contact.friction_coefficient))
     return np.array(rows, dtype=CONTACT_DTYPE)
 
 

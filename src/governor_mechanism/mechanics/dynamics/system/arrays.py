@@ -13,6 +13,7 @@ from governor_mechanism.mechanics.kinematics.constraint_kernels import N_ROW_COL
 from governor_mechanism.mechanics.kinematics.points import rotate_vector
 from governor_mechanism.model.joints import GROUND, Pin
 from governor_mechanism.model.mechanism import Body, Mechanism
+from governor_mechanism.numerics.jit import record_dtype
 from governor_mechanism.types import BoolArray, FloatArray, IntArray, RecordArray
 
 
@@ -31,6 +32,14 @@ N_PLANE_COLUMNS = len(PlaneColumn)
 
 N_ENERGY_STATES = 2
 """Number of energies in a state: the work as in `StateHistory`, and the dissipated part of it, J."""
+
+
+RUBBING_DTYPE = record_dtype(
+    ("output_index", "i8"),  # the output row of the slip
+    ("row_index", "i8"),  # the constraint row that holds the gap
+    ("coefficient", "f8"),  # coefficient of friction, with the sign of the slip
+)
+"""Friction of a part that slides on another one: -coefficient * normal force along the slip."""
 
 
 class StateLayout(NamedTuple):
@@ -96,6 +105,8 @@ class System(NamedTuple):
         Rows of the outputs along which effects act or on which loads depend, then of those along which force elements act.
     output_forces
         Records of `OUTPUT_FORCE_DTYPE`.
+    rubbing
+        Friction of parts that slide on each other, records of `RUBBING_DTYPE`.
     event_functions
         Records of `EVENT_FUNCTION_DTYPE`.
     input_terms
@@ -119,6 +130,7 @@ class System(NamedTuple):
     planes: RecordArray
     output_rows: ConstraintRows
     output_forces: RecordArray
+    rubbing: RecordArray
     event_functions: RecordArray
     input_terms: RecordArray
     lags: RecordArray
@@ -165,6 +177,14 @@ class SystemWorkspace(NamedTuple):
         As those of the system, with the switches of gas at the last evaluation.
     is_armed
         Whether each event function of a kink is monitored; shape (event functions,).
+    rubbing_multipliers
+        Lagrange multipliers without friction of what slides, and those by a unit force along each slip; shape (rubbing + 1, rows).
+    rubbing_accelerations
+        Accelerations by these unit forces, m/s2 and rad/s2; shape (rubbing, bodies, 3).
+    rubbing_matrix
+        Buffer of the equations of the normal forces; shape (rubbing, rubbing).
+    rubbing_forces
+        Friction along each slip, N; shape (rubbing,).
     """
 
     row_values: FloatArray
@@ -184,6 +204,10 @@ class SystemWorkspace(NamedTuple):
     inputs: FloatArray
     force_elements: RecordArray
     is_armed: BoolArray
+    rubbing_multipliers: FloatArray
+    rubbing_accelerations: FloatArray
+    rubbing_matrix: FloatArray
+    rubbing_forces: FloatArray
 
 
 def count_output_forces(system: System) -> IntArray:
@@ -197,7 +221,7 @@ def count_output_forces(system: System) -> IntArray:
 
 def make_system_workspace(system: System) -> SystemWorkspace:
     """Return work arrays for the evaluation of a system."""
-    rows, bodies = len(system.constraint_rows.table), len(system.bodies)
+    rows, bodies, rubbing = len(system.constraint_rows.table), len(system.bodies), len(system.rubbing)
     band = (rows, system.bandwidth + 1)
     return SystemWorkspace(
         row_values=np.zeros((rows, N_ROW_COLUMNS)),
@@ -217,6 +241,10 @@ def make_system_workspace(system: System) -> SystemWorkspace:
         inputs=np.zeros(system.n_inputs),
         force_elements=system.force_elements.copy(),
         is_armed=np.ones(len(system.event_functions), dtype=np.bool_),
+        rubbing_multipliers=np.zeros((rubbing + 1, rows)),
+        rubbing_accelerations=np.zeros((rubbing, bodies, 3)),
+        rubbing_matrix=np.zeros((rubbing, rubbing)),
+        rubbing_forces=np.zeros(rubbing),
     )
 
 

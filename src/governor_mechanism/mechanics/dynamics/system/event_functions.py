@@ -10,7 +10,7 @@ import numpy as np
 from governor_mechanism.effects.gas_pressure import SWITCH_COEFFICIENT, GasPressure
 from governor_mechanism.effects.registry import FORCE_LAWS
 from governor_mechanism.mechanics.dynamics.characteristic_scales import time_scale
-from governor_mechanism.mechanics.dynamics.forces.contact_modes import ContactMode, forced_output_names
+from governor_mechanism.mechanics.dynamics.forces.contact_modes import ContactMode, forced_output_names, rows_of_held_contacts
 from governor_mechanism.mechanics.dynamics.forces.contacts import contacts_of, one_sided_forces_of
 from governor_mechanism.mechanics.dynamics.forces.inputs import EVENT_ROUNDING_RATIO, output_rate
 from governor_mechanism.mechanics.dynamics.forces.loads import reading_tables_of
@@ -25,7 +25,8 @@ from governor_mechanism.types import NO_INDEX, FloatArray, IntArray, RecordArray
 class EventFunctionKind(IntEnum):
     """Quantity of an event function: value or rate of an output, or force of the constraint row that holds it.
 
-    The others are kinks of the gas in a cylinder, at which nothing changes but the law: the dead centres, the sine of the output, and the
+    The force of a row with an argument is that of friction: the threshold times the normal force, that of the argument, is its limit. The
+    others are kinks of the gas in a cylinder, at which nothing changes but the law: the dead centres, the sine of the output, and the
     switch of its pressure, the travel since the last dead centre.
     """
 
@@ -42,7 +43,8 @@ GAS_KINKS = (EventFunctionKind.DEAD_CENTRE, EventFunctionKind.SWITCH)
 EVENT_FUNCTION_DTYPE = record_dtype(
     ("kind", "i8"),  # an EventFunctionKind
     ("source_index", "i8"),  # the output row, or for a force the constraint row that holds the output
-    ("argument_index", "i8"),  # SWITCH: the output row of the crank angle, or NO_INDEX
+    # SWITCH: the output row of the crank angle; FORCE: the constraint row of the normal force; or NO_INDEX
+    ("argument_index", "i8"),
     ("sign", "f8"),  # 1 or -1; SWITCH: 1 / stroke, 1/m
     ("threshold", "f8"),
     ("tolerance", "f8"),  # rounding of the event function
@@ -112,9 +114,17 @@ def _contact_event_functions(
 ) -> Iterator[EventFunctionRecord]:
     """Yield the event functions of friction and stops: the force that holds an output, else its rate and its stops."""
     output_names, rows = forced_output_names(scene), iter(held_rows.tolist())
+    normal_rows = rows_of_held_contacts(mode, held_rows.tolist())
+    names = [contact.output_name for contact in contacts_of(scene)]
     states = zip(contacts_of(scene), mode.held_values, mode.sliding_signs, friction_inputs, strict=True)
     for contact_index, (contact, held, sign, friction_index) in enumerate(states):
         output_index, tolerance = output_names.index(contact.output_name), tolerances.outputs[contact.output_name]
+        if held is not None and contact.normal is not None:
+            row, normal_row = next(rows), normal_rows[names.index(contact.normal)]
+            for direction in (1.0, -1.0):
+                limit = contact.friction_coefficient
+                yield EventFunctionKind.FORCE, row, normal_row, direction, limit, tolerances.force, NO_INDEX, contact_index
+            continue
         if held is not None:
             row = next(rows)
             # A stop pushes with unlimited force in one direction; friction holds in both, up to its limit.
@@ -220,11 +230,17 @@ def evaluate_event_functions(
             event_values[i] = -1.0
             continue
         limit = workspace.inputs[event_function.input_index] if event_function.input_index != NO_INDEX else 0.0
-        argument = row_values[event_function.argument_index, RowColumn.RESIDUAL] if event_function.argument_index != NO_INDEX else 0.0
+        is_force, argument = event_function.kind == EventFunctionKind.FORCE, 0.0
+        if event_function.argument_index != NO_INDEX and not is_force:
+            argument = row_values[event_function.argument_index, RowColumn.RESIDUAL]
         if event_function.kind == EventFunctionKind.RATE:
             value = output_rate(system.output_rows, jacobian, event_function.source_index, velocities)
-        elif event_function.kind == EventFunctionKind.FORCE:
+        elif is_force:
             value = -workspace.multipliers[event_function.source_index]
+            if event_function.argument_index != NO_INDEX:
+                friction_limit = -event_function.threshold * workspace.multipliers[event_function.argument_index]
+                event_values[i] = event_function.sign * value - friction_limit
+                continue
         else:
             value = row_values[event_function.source_index, RowColumn.RESIDUAL]
         event_values[i] = evaluate_event_function(system.event_functions, i, value, argument, limit)

@@ -4,9 +4,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from governor_mechanism.mechanics.dynamics.forces.contact_modes import ContactMode, forced_output_names, initial_mode
+from governor_mechanism.mechanics.dynamics.forces.contact_modes import ContactMode, forced_output_names, initial_mode, rows_of_held_contacts
 from governor_mechanism.mechanics.dynamics.forces.contacts import contacts_of
-from governor_mechanism.mechanics.dynamics.system.arrays import System
+from governor_mechanism.mechanics.dynamics.system.arrays import RUBBING_DTYPE, System
 from governor_mechanism.mechanics.dynamics.system.event_functions import EventFunctionKind
 from governor_mechanism.mechanics.kinematics.constraint_equations import ConstraintTable, bodies_of_rows, make_constraint_table
 from governor_mechanism.mechanics.kinematics.constraint_kernels import ConstraintRows
@@ -97,6 +97,24 @@ def make_holding_rows(scene: Scene, mode: ContactMode, output_rows: ConstraintRo
     for i, (_, value) in enumerate(held):
         rows[i]["constant"] += value
     return rows
+
+
+def make_rubbing(
+    scene: Scene,
+    mode: ContactMode,
+    held_rows: IntArray,  # constraint rows of the held outputs; shape (held outputs,)
+) -> RecordArray:
+    """Return the friction of what slides in a mode.
+
+    Result: records of `RUBBING_DTYPE`.
+    """
+    contacts, output_names = contacts_of(scene), forced_output_names(scene)
+    rows, names, records = rows_of_held_contacts(mode, held_rows.tolist()), [contact.output_name for contact in contacts], []
+    for contact, sign in zip(contacts, mode.sliding_signs, strict=True):
+        if contact.normal is not None and sign:
+            output, row = output_names.index(contact.output_name), rows[names.index(contact.normal)]
+            records.append((output, row, sign * contact.friction_coefficient))
+    return np.array(records, dtype=RUBBING_DTYPE)
 
 
 def with_held_values(

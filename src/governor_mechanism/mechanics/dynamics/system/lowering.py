@@ -13,7 +13,13 @@ from governor_mechanism.mechanics.dynamics.forces.loads import loads_of
 from governor_mechanism.mechanics.dynamics.forces.output_forces import lower_outputs
 from governor_mechanism.mechanics.dynamics.system.arrays import System, body_reference_point, lay_out_state
 from governor_mechanism.mechanics.dynamics.system.event_functions import make_event_functions
-from governor_mechanism.mechanics.dynamics.system.holding_rows import disable_rows, find_coupled_rows, make_holding_rows, order_rows
+from governor_mechanism.mechanics.dynamics.system.holding_rows import (
+    disable_rows,
+    find_coupled_rows,
+    make_holding_rows,
+    make_rubbing,
+    order_rows,
+)
 from governor_mechanism.mechanics.kinematics.constraint_equations import bodies_of_rows, make_constraint_table
 from governor_mechanism.mechanics.kinematics.constraint_kernels import ConstraintRows
 from governor_mechanism.mechanics.kinematics.points import Origins
@@ -177,6 +183,7 @@ def _make_system_in_mode(scene: Scene, mode: ContactMode) -> tuple[System, tuple
         planes=make_plane_records(scene, speeds),
         output_rows=output_rows,
         output_forces=make_output_forces(scene, mode, layout.friction_inputs),
+        rubbing=make_rubbing(scene, mode, held_rows),
         event_functions=make_event_functions(scene, mode, layout.friction_inputs, held_rows, force_elements),
         input_terms=input_terms,
         lags=lags,

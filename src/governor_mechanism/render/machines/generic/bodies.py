@@ -169,9 +169,13 @@ def _body_shapes(placed: PlacedMechanism, body: Body, outline: _BodyOutline) -> 
     if own_outlines := _bodies_with_outlines(placed.mechanism).get(body.name):
         for one in own_outlines:
             corners = tuple((x + one.origin.x, y + one.origin.y) for x, y in outline_points(one.outline))
-            beyond = [point for point in outline.points if not is_inside(corners, *point)]
+            hangs = _may_have_ball(placed.extents, body) and not is_inside(corners, 0.0, 0.0)
+            points = [*_joint_and_force_points(placed.extents, body), (0.0, 0.0)] if hangs else outline.points
+            beyond = [point for point in points if not is_inside(corners, *point)]
             yield from (make_bar("plate", (one.origin.x, one.origin.y), point, outline.width) for point in beyond)
             yield Polygon("plate", corners)
+            if hangs:
+                yield _ball_shape(placed, body)
         return
     if len(outline.points) > 1:
         yield from body_outline_shapes(outline.points, outline.width)
