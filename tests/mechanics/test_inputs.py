@@ -5,11 +5,14 @@ import math
 import numpy as np
 import pytest
 
+import governor_mechanism as gm
 from coupled_scenes import coupled_scene, discs_part
 from governor_mechanism.effects.dry_friction import DryFriction
 from governor_mechanism.effects.gravity import Gravity
+from governor_mechanism.engines.initial_state import initial_state
 from governor_mechanism.mechanics.dynamics.equations.equations_of_motion import compute_inverse_dynamics, evaluate_state_derivative
 from governor_mechanism.mechanics.dynamics.forces.contact_modes import ContactMode
+from governor_mechanism.mechanics.dynamics.forces.inputs import NOT_HELD
 from governor_mechanism.mechanics.dynamics.forces.loads import initial_lags
 from governor_mechanism.mechanics.dynamics.system.arrays import N_ENERGY_STATES, from_mass_centres, make_system_workspace
 from governor_mechanism.mechanics.dynamics.system.event_functions import EventFunctionKind
@@ -49,11 +52,13 @@ def disc(*torques: InputFunction) -> Scene:
     return coupled_scene(discs_part("disc", {"wheel": INERTIA}, *loads))
 
 
-def torque_on(scene: Scene, angle: float, rate: float = 0.0, lags: tuple[float, ...] = (), mode: ContactMode | None = None) -> float:
+def torque_on(
+    scene: Scene, angle: float, rate: float = 0.0, lags: tuple[float, ...] = (), mode: ContactMode | None = None, time: float = 0.0
+) -> float:
     """Return the torque on the disc at an angle and a rate."""
-    poses, velocities = np.array([[[0.0, 0.0, angle]]]), np.array([[[0.0, 0.0, rate]]])
+    motion = np.array([time]), np.array([[[0.0, 0.0, angle]]]), np.array([[[0.0, 0.0, rate]]])
     modes = () if mode is None else (mode,)
-    return INERTIA * float(compute_inverse_dynamics(scene, np.zeros(1), poses, velocities, np.array([lags]), modes).accelerations[0, 0, 2])
+    return INERTIA * float(compute_inverse_dynamics(scene, *motion, np.array([lags]), modes).accelerations[0, 0, 2])
 
 
 def linear(angle: float) -> float:
@@ -85,6 +90,13 @@ def test_a_table_is_linear_between_its_points_and_constant_beyond(angle, segment
     ends = [-math.inf, *TABLE.positions, math.inf][segment : segment + 2]
     assert sorted(functions["sign"] * functions["threshold"]) == sorted(2 * [end for end in ends if math.isfinite(end)])
     assert sorted(set(functions["contact_index"])) == [0, 1]
+
+
+@pytest.mark.parametrize("time", [0.0, 0.1])
+def test_a_torque_swings_in_time_by_its_harmonics(time):
+    harmonics = (Harmonic(amplitude=0.3, frequency=2.0, phase=0.5), Harmonic(amplitude=-0.7, frequency=3.0, phase=0.2))
+    swing = sum(one.amplitude * math.sin(math.tau * one.frequency * time + one.phase) for one in harmonics)
+    assert torque_on(disc(InputFunction(values=(2.0,), harmonics=harmonics)), 0.4, time=time) == pytest.approx(2.0 + swing, rel=1e-14)
 
 
 def test_a_lag_takes_the_place_of_its_function_and_follows_it():
@@ -153,6 +165,17 @@ def test_a_held_load_begins_as_its_functions_say():
     angle = np.array([[0.0, 0.0, 0.9]])
     expected = (5.0 + linear(0.9)) * waves(0.9) * linear(0.9)
     np.testing.assert_allclose(initial_lags(disc(held), angle, 0.0 * angle), [expected], rtol=1e-14)
+
+
+@pytest.mark.parametrize("stroke", ["400 mm", "2.5 m"])
+def test_a_cut_off_is_held_from_where_the_piston_has_come_to_it(stroke):
+    """The rods are endless: the travel is (1 - cos) / 2 of the stroke, whose cut-off is about the half."""
+    changes = {"cut_off_read": "within stroke", "stroke": stroke}
+    engine = gm.load("governed_engine_cut_off").replace({f"part.engine.dimensions.{key}": value for key, value in changes.items()})
+    for angle, is_held in (("80 deg", False), ("100 deg", True), ("260 deg", False), ("280 deg", True)):
+        scene = engine.replace({"part.engine.start.crank_angle": angle})
+        (held,) = initial_lags(scene, *initial_state(scene))
+        assert (held == pytest.approx(0.5, abs=0.1)) if is_held else (held == NOT_HELD)
 
 
 @pytest.mark.parametrize("sign", [1, -1])

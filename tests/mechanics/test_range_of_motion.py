@@ -51,12 +51,11 @@ def test_the_traced_range_of_a_governor_ends_where_its_geometry_ends(seed):
     assert traced.high + margin >= limit.high - 1e-5
 
 
-def four_bar(*, crank, coupler, rocker, ground, coordinate="crank"):
+def four_bar(*, crank, coupler, rocker, ground, coordinate="crank", start=math.pi / 2):
     """Return a four-bar linkage in a fixed plane; angles of the bars from the ground line."""
-    start = math.pi / 2
-    crank_pin = np.array([0.0, crank])
-    across = np.hypot(ground, crank)
-    angle = math.atan2(-crank, ground) + math.acos((coupler**2 + across**2 - rocker**2) / (2 * coupler * across))
+    crank_pin = crank * np.array([math.cos(start), math.sin(start)])
+    across = math.hypot(ground - crank_pin[0], crank_pin[1])
+    angle = math.atan2(-crank_pin[1], ground - crank_pin[0]) + math.acos((coupler**2 + across**2 - rocker**2) / (2 * coupler * across))
     joint = crank_pin + coupler * np.array([math.cos(angle), math.sin(angle)])
     rocker_angle = math.atan2(joint[1], joint[0] - ground)
     slender = SecondMoments(xx=0.01)
@@ -196,6 +195,14 @@ def test_the_path_predicts_the_assembled_poses():
         assembled = solver.solve_at_coordinate(value)
         together = solver.solve_nodes(motion_range.path.predict_poses(np.array([value])), np.array([value]))
         np.testing.assert_allclose(together[0, 0], assembled, atol=1e-12)
+
+
+@pytest.mark.parametrize("start", [math.pi / 2, 3.0])
+def test_a_turn_later_the_crank_alone_has_turned_wherever_the_motion_begins(start):
+    path = find_range_of_motion(four_bar(crank=0.1, coupler=0.3, rocker=0.25, ground=0.3, start=start), rotates_with_spindle=False).path
+    angles = start + np.array([-0.4, -0.1])
+    change = path.predict_poses(angles + math.tau) - path.predict_poses(angles)
+    np.testing.assert_allclose(change, np.broadcast_to([[0, 0, math.tau], [0, 0, 0], [0, 0, 0]], change.shape), atol=1e-12)
 
 
 def test_equilibria_at_both_ends_of_a_period_are_one():

@@ -10,6 +10,7 @@ from governor_mechanism.effects.dashpot import Dashpot
 from governor_mechanism.effects.dry_friction import DryFriction
 from governor_mechanism.effects.spring import OutputSpring
 from governor_mechanism.engines.initial_state import initial_state
+from governor_mechanism.mechanics.dynamics.equations.body_forces import inertia_of_plane
 from governor_mechanism.mechanics.dynamics.equations.equations_of_motion import compute_inverse_dynamics, evaluate_state_derivative
 from governor_mechanism.mechanics.dynamics.forces import force_laws
 from governor_mechanism.mechanics.dynamics.forces.contact_modes import ContactMode
@@ -157,6 +158,31 @@ def test_effects_along_a_reading_of_a_governor():
         assert found["dissipation"] == pytest.approx(120.0 * rate**2 + 900.0 * rate**3 + 25.0 * rate, rel=TABLE_ERROR)
         accelerations[sign, is_taut, with_chain] = found["acceleration"]
     assert accelerations[1, False, True] == accelerations[1, False, False] > accelerations[1, True, True]
+
+
+@pytest.mark.parametrize(("name", "across"), [("porter_extended_arms", "x"), ("hartnell", "y")])
+def test_the_inertia_of_a_turning_plane_follows_from_the_places_of_the_masses(name, across):
+    """The pose of a ball on an arm or a bell crank is that of its pin; the rate is the change by a small step."""
+    scene = gm.load(name).replace({"start.arm_angle": "25 deg", "start.arm_rate": "0.4 rad/s"})
+    system, _ = make_system(scene)
+    (poses, velocities), step = initial_state(scene), 1e-6
+    inertia, rate = inertia_of_plane(system.bodies, 0, *from_mass_centres(system, poses, velocities))
+    assert any(system.bodies[across])
+    assert inertia == pytest.approx(turning_inertia(scene, poses), rel=1e-14)
+    sides = [turning_inertia(scene, poses + sign * step * velocities) for sign in (1, -1)]
+    assert rate == pytest.approx((sides[0] - sides[1]) / (2 * step), rel=1e-8)
+
+
+def test_a_governor_of_heavier_parts_moves_in_the_same_way():
+    """All forces grow with the masses: in units of a power of two not a bit differs, also where arms without mass have stand-ins."""
+    found, dimensions = [], ("ball_mass", "sleeve_mass")
+    for ratio in (1.0, 2.0**20):
+        keys = {f"dimensions.{name}": f"{ratio * mass} kg" for name, mass in zip(dimensions, (5.0, 40.0), strict=True)}
+        scene = gm.load("proell").replace({**keys, "effects.dashpot.sleeve": f"{300.0 * ratio} N s/m", "start.arm_rate": "0.4 rad/s"})
+        poses, velocities = initial_state(scene)
+        assert make_system(scene)[0].has_stand_in_inertia
+        found.append(compute_inverse_dynamics(scene, np.zeros(1), poses[None], velocities[None], np.zeros((1, 0))).accelerations)
+    np.testing.assert_array_equal(*found)
 
 
 def test_inputs_go_on_in_local_time():
