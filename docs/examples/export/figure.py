@@ -16,3 +16,6 @@ figure, axes = plt.subplots(figsize=(5, 3), layout="constrained")
 axes.plot(run.readings["arm_angle"], run.readings["sleeve_lift"] * 1000)
 axes.set(xlabel="arm angle, rad", ylabel="sleeve lift, mm")
 figure.savefig("own.png", dpi=120)
+
+# %%
+# More: :doc:`exporting results </how_to/export>`.

@@ -16,3 +16,6 @@ for line in Path("results/porter.csv").read_text().splitlines()[:12]:
     print(line[:100])
 again = gm.open_run("results")
 print(again.readings["arm_angle"][-1] == run.readings["arm_angle"][-1])
+
+# %%
+# More: :doc:`exporting results </how_to/export>`.

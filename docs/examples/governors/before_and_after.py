@@ -8,7 +8,10 @@ Two runs side by side: the arms of a Porter governor grow by 20 mm, and it swing
 import governor_mechanism as gm
 
 before = gm.load("porter")
-after = before.replace({"dimensions.arm": "320 mm"})
+after = before.replace({"title": "Porter governor, longer arms", "dimensions.arm": "320 mm"})
 both = gm.compare(before, after)
 print(both)
 both.plot().save("before_and_after.png")
+
+# %%
+# More: :doc:`comparing scenes </how_to/compare>`.

@@ -2,7 +2,8 @@
 The path of a point
 ===================
 
-A point beside the line of the coupler draws a coupler curve. A path needs no run: the linkage is solved at every degree of its crank.
+A point beside the line of the coupler draws a coupler curve. A path needs no run: the linkage is
+solved at every degree of its crank.
 """
 
 import governor_mechanism as gm
@@ -19,7 +20,12 @@ m.motor(crank, rate="90 rpm")
 m.reading("crank_angle", angle=crank)
 coupler.point("150 mm", "-90 mm", name="pen")
 
-turn = gm.kinematics(m.scene(duration="1 s"), over="crank_angle", values=[f"{angle} deg" for angle in range(361)])
+turn = gm.kinematics(
+    m.scene(duration="1 s"), over="crank_angle", values=[f"{angle} deg" for angle in range(361)]
+)
 pen = turn.paths["pen"]  # x and y, m
 print("width and height of the curve, mm:", 1000 * (pen.max(axis=0) - pen.min(axis=0)))
 turn.plot_paths("pen").save("coupler_curve.png")
+
+# %%
+# More: :doc:`paths of points </how_to/kinematics>`.

@@ -2,7 +2,8 @@
 A four-bar linkage
 ==================
 
-Name bodies, join them, drive one, and the package finds where the parts stand. Only the crank gets an angle.
+Name bodies, join them, drive one, and the package finds where the parts stand. Only the crank
+gets an angle.
 """
 
 import governor_mechanism as gm
@@ -21,3 +22,6 @@ m.reading("rocker_angle", angle=rocker)
 run = gm.run(m.scene(duration="2 s"))
 print(run.message)
 gm.film(run, "four_bar.gif", stop="0.667 s", readings=["rocker_angle"])
+
+# %%
+# More: :doc:`a mechanism of your own </tutorials/own_mechanism>`.

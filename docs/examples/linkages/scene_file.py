@@ -2,7 +2,8 @@
 A linkage as a text file
 ========================
 
-The same kind of mechanism without Python: a scene file, which ``governor-mechanism run yoke.toml`` runs too.
+The same kind of mechanism without Python: a scene file, which ``governor-mechanism run
+yoke.toml`` runs too.
 """
 
 from pathlib import Path
@@ -15,7 +16,7 @@ machine = "custom"
 ground = { O = [0, 0], guide = [0, 0] }
 body = [
   { name = "crank", mass = "1 kg", rod = { length = "80 mm" }, angle = "40 deg" },
-  { name = "yoke", mass = "2 kg", plate = { width = "240 mm", height = "40 mm" }, at = ["61 mm", 0] },
+  { name = "yoke", mass = "2 kg", plate = { width = "24 cm", height = "4 cm" }, at = ["61 mm", 0] },
 ]
 joint = [
   { type = "pin", first = "ground.O", second = "crank.start" },
@@ -29,3 +30,6 @@ run = { duration = "1 s" }
 run = gm.run("yoke.toml")
 print(run.message, run.readings["yoke_x"].max())  # the length of the crank
 gm.film(run, "yoke.gif")
+
+# %%
+# More: :doc:`all joints and forces </how_to/own_mechanism>`.

@@ -2,7 +2,8 @@
 A press of six bars
 ===================
 
-A crank moves a rocker, the rocker moves a ram in a straight guide. Arrows show the velocities of the pins.
+A crank moves a rocker, the rocker moves a ram in a straight guide. Arrows show the velocities of
+the pins.
 """
 
 import governor_mechanism as gm
@@ -25,3 +26,6 @@ m.reading("ram_x", x=ram.centre)
 run = gm.run(m.scene(duration="0.667 s"))
 print("travel of the ram, m:", run.readings["ram_x"].max() - run.readings["ram_x"].min())
 gm.film(run, "press.gif", layers=["velocity"])
+
+# %%
+# More: :doc:`films and their options </how_to/film>`.

@@ -11,3 +11,6 @@ points = [["0 mm", "0 mm"], ["40 mm", "25 mm"], ["70 mm", "60 mm"], ["80 mm", "1
 found = gm.synthesise_path(points, starts=60)
 print(found)
 found.plot().save("path.png")
+
+# %%
+# More: :doc:`synthesis </how_to/synthesis>`.

@@ -2,7 +2,8 @@
 What matters most
 =================
 
-By how many per cent does the frequency change if a dimension grows by one? Derivatives from certified runs, each with its error.
+By how many per cent does the frequency change if a dimension grows by one? Derivatives from
+certified runs, each with its error.
 """
 
 import matplotlib.pyplot as plt
@@ -16,3 +17,6 @@ figure, axes = plt.subplots(figsize=(6, 2.6), layout="constrained")
 axes.barh([row.by.split(".")[-1] for row in found.rows], [row.elasticity for row in found.rows])
 axes.set(xlabel="change of the frequency, % for 1 %")
 figure.savefig("sensitivities.png", dpi=110)
+
+# %%
+# More: :doc:`sensitivities </how_to/fit>`.
