@@ -1,6 +1,8 @@
 """Figures hold every reading and leave nothing half written."""
 
 import dataclasses
+import re
+import zlib
 
 import numpy as np
 import pytest
@@ -13,6 +15,7 @@ from governor_mechanism.model.events import Event, EventKind
 from governor_mechanism.model.results.outcome import Outcome
 from governor_mechanism.render.figures.time_series import diagnostics_figure, readings_figure
 from governor_mechanism.render.shown_readings import format_numbers, format_rounded_up
+from governor_mechanism.render.style import PAPER, parse_rgb
 from stub_effects import ListedEvents
 from stub_run import GOVERNOR_DIMENSIONS, fake_run
 
@@ -211,3 +214,17 @@ def test_numerals_have_decimals_for_their_range_but_none_for_noise():
     assert format_numbers(np.array([40.0, 48.25])) == ["40.00", "48.25"]
     assert format_numbers(np.array([120.0, 120.0 + 1e-9])) == ["120.0", "120.0"]
     assert format_numbers(np.array([-0.001, 10.0])) == ["0.0", "10.0"]
+
+
+@pytest.mark.parametrize("ending", ["svg", "pdf"])
+def test_files_for_print_have_a_white_ground_and_nothing_of_the_colour_of_paper(tmp_path, porter, ending):
+    figure = readings_figure(porter, ["arm_angle"])
+    ground = "fill: #ffffff" if ending == "svg" else "1 g"
+    paper = PAPER if ending == "svg" else " ".join(f"{one / 255:.3f}" for one in parse_rgb(PAPER))
+    content = figure.save(tmp_path / f"a.{ending}").read_bytes()
+    if ending == "pdf":
+        streams = re.findall(rb"stream\r?\n(.*?)\r?\nendstream", content, re.DOTALL)
+        content = b"\n".join(zlib.decompress(one) for one in streams if one[:1] == b"x")
+    text = content.decode("latin-1")
+    assert ground in text
+    assert paper not in text

@@ -4,12 +4,14 @@ import dataclasses
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 from matplotlib.text import Text
 
 from governor_mechanism.model.results.film_options import FilmOptions
 from governor_mechanism.render.film.frame_canvas import MIN_NAME_HEIGHT, FrameCanvas, PlotHeading
 from governor_mechanism.render.film.frame_painter import ElevationOverlay, FramePainter
-from governor_mechanism.render.film.labels import LABEL_PITCH, break_lines, find_labels, place_labels, shares_within
+from governor_mechanism.render.film.labels import LABEL_PITCH, break_lines, choose_order, find_labels, place_labels, shares_within
 from governor_mechanism.render.film.moving_parts import CurvePanel
 from governor_mechanism.render.frame_data import FrameData
 from governor_mechanism.render.geometry.attached import shapes_of
@@ -131,6 +133,23 @@ def test_labels_stand_one_below_the_other(porter):
     assert len(placed) > 5
     assert np.diff(heights).min() >= LABEL_PITCH - 1e-9
     assert {label.name for label in placed} >= {"arm", "ball", "link", "sleeve"}
+
+
+@given(st.lists(st.lists(st.tuples(st.floats(-3.0, 0.5), st.floats(-1.0, 1.0)), min_size=3, max_size=3), min_size=2, max_size=5))
+def test_no_other_order_that_moves_one_name_makes_lines_cross_less(paths):
+    points, start = np.array(paths), (1.0, 0.0)
+
+    def crossings(order):
+        slopes = [[y / (1.0 - x) for x, y in points[k].tolist()] for k in order]
+        return sum(
+            above < below for k, upper in enumerate(slopes) for lower in slopes[k + 1 :] for above, below in zip(upper, lower, strict=True)
+        )
+
+    chosen = choose_order(points, start)
+    assert sorted(chosen) == [*range(len(points))]
+    for k, one in enumerate(chosen):
+        rest = chosen[:k] + chosen[k + 1 :]
+        assert all(crossings([*rest[:place], one, *rest[place:]]) >= crossings(chosen) for place in range(len(chosen)))
 
 
 def test_a_line_is_broken_at_boxes():

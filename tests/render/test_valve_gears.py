@@ -12,6 +12,7 @@ from drawing_checks import assert_shapes_keep
 from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output_value
 from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.observables.valve_motion import find_event_angles, valve_motion_of
+from governor_mechanism.render.figures.plates.reversed_gear import valve_gears_figure
 from governor_mechanism.render.geometry.primitives import Circle, Lines, Polygon, TextShape, bounding_box, drawn_point_paths
 from governor_mechanism.render.machines.generic.drawing import GenericDrawing
 from governor_mechanism.render.machines.machine_drawing import MachineDrawing
@@ -20,6 +21,7 @@ from governor_mechanism.render.machines.steam_distribution import STEAM_PHASES
 from governor_mechanism.render.machines.valve_gear import ValveGearDrawing
 from governor_mechanism.render.shown_readings import chosen_readings, shown_readings
 from governor_mechanism.scenes.changed_document import parse_scene_with
+from governor_mechanism.studies.valve_gears import compare_valve_gears
 
 GEARS = ("gooch", "allan", "walschaerts", "joy")
 ROUNDING = 1e-9
@@ -191,3 +193,14 @@ def test_what_is_no_engine_is_drawn_as_any_mechanism():
     document["valve"] = {key: value for key, value in document["valve"].items() if key != "piston"}
     run = gm.run(parse_scene_with(document, {"run.duration": 0.1}.items()), certify=False)
     assert type(drawing(run)) is GenericDrawing
+
+
+def test_all_curves_of_compared_gears_lie_within_their_panels():
+    """Also where all values are negative."""
+    figure = valve_gears_figure(compare_valve_gears([gm.load("walschaerts")], count=5))
+    for panel in figure.axes:
+        low, high = panel.get_ylim()
+        for line in panel.lines:
+            values = np.asarray(line.get_ydata(), dtype=float)
+            assert low <= values.min()
+            assert values.max() <= high

@@ -122,13 +122,19 @@ Colour = Any
 """A colour as matplotlib takes it: a name, "#rrggbb", or numbers with an opacity."""
 
 
-def themed_colour(colour: Colour, theme: Theme) -> Colour:
-    """Return the colour in a theme that stands for one of the light theme, with the same opacity."""
+WHITE = "#ffffff"
+"""Ground of the light theme in a file for print."""
+
+
+def themed_colour(colour: Colour, theme: Theme, paper: str = PAPER) -> Colour:
+    """Return the colour in a theme that stands for one of the light theme, with the same opacity; `paper` is the light ground."""
     red, green, blue, opacity = to_rgba(colour)
     name = to_hex((red, green, blue))
     if theme is Theme.DARK:
         return to_rgba(DARK_COLOURS[name], opacity) if name in DARK_COLOURS else (*_inverse_lightness(red, green, blue), opacity)
-    return (red, green, blue, 0.0 if theme is Theme.TRANSPARENT and name == PAPER else opacity)
+    if name == PAPER:
+        return to_rgba(paper, 0.0 if theme is Theme.TRANSPARENT else opacity)
+    return (red, green, blue, opacity)
 
 
 def _inverse_lightness(red: float, green: float, blue: float) -> tuple[float, float, float]:
@@ -138,9 +144,9 @@ def _inverse_lightness(red: float, green: float, blue: float) -> tuple[float, fl
 
 
 @contextmanager
-def themed(figure: Figure, theme: Theme) -> Iterator[None]:
-    """Give a figure the colours of a theme while the body of the with statement runs."""
-    changes = recolour(figure, theme)
+def themed(figure: Figure, theme: Theme, paper: str = PAPER) -> Iterator[None]:
+    """Give a figure the colours of a theme, and a light ground, while the body of the with statement runs."""
+    changes = recolour(figure, theme, paper)
     try:
         yield
     finally:
@@ -152,22 +158,22 @@ Change = tuple[Callable[[Any], object], Any, Any]
 """A function that sets a property of an artist, the new value, and the old one."""
 
 
-def recolour(figure: Figure, theme: Theme) -> list[Change]:
-    """Give a figure the colours of a theme, and return what was changed."""
-    if theme is Theme.LIGHT:
+def recolour(figure: Figure, theme: Theme, paper: str = PAPER) -> list[Change]:
+    """Give a figure the colours of a theme, and a light ground, and return what was changed."""
+    if theme is Theme.LIGHT and paper == PAPER:
         return []
     figure.draw_without_rendering()  # creates the ticks and their labels
     artists = figure.findobj()
     # An arrow is drawn by its annotation, and is not among the children of the figure.
     arrows = [one.arrow_patch for one in artists if isinstance(one, Annotation) and one.arrow_patch is not None]
     recoloured = (one for one in (*artists, *arrows) if one.get_gid() != OVER_COLOUR_MAP)
-    changes = [change for artist in recoloured for change in _changes_of(artist, theme)]
+    changes = [change for artist in recoloured for change in _changes_of(artist, theme, paper)]
     for set_value, new, _ in changes:
         set_value(new)
     return changes
 
 
-def _changes_of(artist: Artist, theme: Theme) -> Iterator[Change]:
+def _changes_of(artist: Artist, theme: Theme, paper: str) -> Iterator[Change]:
     """Yield the changes of an artist. The halo of a text remains also without a ground."""
     names: tuple[str, ...] = ()
     match artist:
@@ -181,14 +187,14 @@ def _changes_of(artist: Artist, theme: Theme) -> Iterator[Change]:
     for name in names:
         old = getattr(thing, f"get_{name}")()
         if not (isinstance(old, str) and old in ("none", "auto")):
-            yield getattr(thing, f"set_{name}"), _themed_colours(old, theme), old
+            yield getattr(thing, f"set_{name}"), _themed_colours(old, theme, paper), old
     effects = thing.get_path_effects()
-    if theme is Theme.DARK and effects:
-        yield thing.set_path_effects, [withStroke(linewidth=3.0, foreground=themed_colour(PAPER, theme))], effects
+    if theme is not Theme.TRANSPARENT and effects:
+        yield thing.set_path_effects, [withStroke(linewidth=3.0, foreground=themed_colour(PAPER, theme, paper))], effects
 
 
-def _themed_colours(colours: Colour, theme: Theme) -> Colour:
+def _themed_colours(colours: Colour, theme: Theme, paper: str) -> Colour:
     """Return the themed colour of one colour, or of each row of an array of them (n, 4)."""
     if isinstance(colours, np.ndarray) and colours.ndim == 2:
-        return np.array([themed_colour(colour, theme) for colour in colours]).reshape(-1, 4)
-    return themed_colour(colours, theme)
+        return np.array([themed_colour(colour, theme, paper) for colour in colours]).reshape(-1, 4)
+    return themed_colour(colours, theme, paper)

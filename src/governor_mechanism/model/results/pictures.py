@@ -13,7 +13,7 @@ PAGE_HEIGHT = 760
 
 
 class Theme(StrEnum):
-    """Colours of a figure: by day, on a dark ground, or without a ground, for slides and printed pages."""
+    """Colours of a figure: light (its ground is white in SVG and PDF), dark, or without a ground."""
 
     LIGHT = "light"
     DARK = "dark"

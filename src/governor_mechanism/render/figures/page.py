@@ -26,7 +26,7 @@ from numpy.typing import ArrayLike
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.files.writing import atomic_write
 from governor_mechanism.model.results.pictures import Theme
-from governor_mechanism.render.artists import themed
+from governor_mechanism.render.artists import WHITE, themed
 from governor_mechanism.render.figure_files import FigureFormat
 from governor_mechanism.render.range_bands import RangeBand, name_cycles
 from governor_mechanism.render.style import BLUE, INK, MUTED, PAPER, RULE, SANS_FONT, SERIF_FONT
@@ -168,7 +168,10 @@ class Page(Figure):
         path: str | os.PathLike[str],
         theme: str = Theme.LIGHT,
     ) -> Path:
-        """Write the page as PNG, SVG or PDF; an exception leaves no file behind."""
+        """Write the page as PNG, SVG or PDF; an exception leaves no file behind.
+
+        The light ground is that of paper in PNG, and white in SVG and PDF, which are printed.
+        """
         target = Path(path)
         file_format = target.suffix.lower().removeprefix(".")
         if file_format not in _METADATA_WITHOUT_DATE:
@@ -178,7 +181,7 @@ class Page(Figure):
             raise MechanismError(f"a figure's theme must be one of {', '.join(Theme)}; got {theme!r}")
         # equal figures give equal files; TrueType, since journals refuse fonts of Type 3
         settings = rc_context({"svg.hashsalt": "figure", "pdf.fonttype": 42})
-        with atomic_write(target) as temporary, themed(self, Theme(theme)), settings:
+        with atomic_write(target) as temporary, themed(self, Theme(theme), PAPER if file_format == "png" else WHITE), settings:
             FigureCanvasAgg(self)
             metadata = _METADATA_WITHOUT_DATE[file_format]
             # matplotlib would choose the canvas by the ending of the temporary name

@@ -29,7 +29,16 @@ _LETTER_WIDTH_RATIO = 0.56
 _LABEL_DISTANCE_PIXELS, _SETTING_DISTANCE_PIXELS, _RING_RADIUS_PIXELS = 10.0, 6.0, 9.0
 """Distance of a label and of a setting from its point, and half width of a ring around a point, pixels."""
 
-_OVERLAP_COST = 100.0
+_DISTANCE_FACTORS = (1.0, 2.2, 3.6)
+"""Distances of a label that must be written, relative to the first: it moves away from its point rather than over a line."""
+
+_SAMPLE_PIXELS = 3.0
+"""Distance of the points of a line that count where a label covers it, pixels."""
+
+_MAX_COVERED_POINTS = 3.0
+"""Number of points of lines above which the label of a setting is left out."""
+
+_OVERLAP_COST = 1000.0
 """Cost of a place where a label would cover another one, in points of a line that it covers."""
 
 _VARIANT_STYLES: dict[str, tuple[str, str, Any]] = {
@@ -107,12 +116,13 @@ class LabelPlacer:
         width, height = _LETTER_WIDTH_RATIO * size * pixels_per_point * len(words), 1.3 * size * pixels_per_point
         at_x, at_y = self._panel.transData.transform((x, y))
         boxes = []
-        for right, up in directions:
-            distance = _LABEL_DISTANCE_PIXELS if must else _SETTING_DISTANCE_PIXELS
-            low = at_x + right * distance + (right - 1) / 2 * width
-            boxes.append(Bbox.from_bounds(low, at_y + up * (distance + height / 2) - height / 2, width, height))
+        for factor in _DISTANCE_FACTORS if must else _DISTANCE_FACTORS[:1]:
+            distance = factor * (_LABEL_DISTANCE_PIXELS if must else _SETTING_DISTANCE_PIXELS)
+            for right, up in directions:
+                low = at_x + right * distance + (right - 1) / 2 * width
+                boxes.append(Bbox.from_bounds(low, at_y + up * (distance + height / 2) - height / 2, width, height))
         box = min(boxes, key=self._overlap_cost)
-        if not must and self._overlap_cost(box) >= _OVERLAP_COST:
+        if not must and self._overlap_cost(box) > _MAX_COVERED_POINTS:
             return
         self._occupied_boxes.append(box)
         left, middle = self._panel.transData.inverted().transform((box.x0, (box.y0 + box.y1) / 2))
@@ -127,13 +137,14 @@ class LabelPlacer:
     def _sample_curve(self, line: FloatArray) -> FloatArray:
         """Return points (m, 2), pixels, on a line through points (n, 2)."""
         ends = self._panel.transData.transform(line)
-        return np.concatenate([ends, *(np.linspace(a, b, 60) for a, b in pairwise(ends))])
+        counts = [max(round(float(np.hypot(*(b - a))) / _SAMPLE_PIXELS), 2) for a, b in pairwise(ends)]
+        return np.concatenate([ends, *(np.linspace(a, b, n) for n, (a, b) in zip(counts, pairwise(ends), strict=True))])
 
     def _overlap_cost(self, box: Bbox) -> float:
         covered_points = np.all((self._curve_points > np.asarray(box.min) - 3) & (self._curve_points < np.asarray(box.max) + 3), axis=1)
         n_overlaps = sum(box.overlaps(other) for other in self._occupied_boxes)
         outside = not (self._panel.bbox.contains(*box.min) and self._panel.bbox.contains(*box.max))
-        return float(covered_points.sum()) + _OVERLAP_COST * n_overlaps + 1000.0 * outside
+        return float(covered_points.sum()) + _OVERLAP_COST * n_overlaps + 10.0 * _OVERLAP_COST * outside
 
 
 _KEY = "at each point its tolerance or step; point: median time; bar: shortest to longest of repeats; ring: fastest within the request"

@@ -210,7 +210,7 @@ class PlacedLabel:
 
 
 def place_labels(data: FrameData, labels: Sequence[Label], view: PixelView, others: Sequence[DrawnShape] = ()) -> list[PlacedLabel]:
-    """Return the names from the top, in the order of their parts in the middle of the film, so that their lines do not cross.
+    """Return the names from the top, in the order in which their lines cross least over the film.
 
     `others` are shapes that are drawn besides the machine.
     """
@@ -223,7 +223,7 @@ def place_labels(data: FrameData, labels: Sequence[Label], view: PixelView, othe
     boxes = _boxes_at(data, frames, view, fixed)
     chosen = [_choose_points(label, view, heights, frames, boxes) for label in labels]
     middle = len(data.times) // 2
-    order = sorted(range(len(labels)), key=lambda k: -float(chosen[k][0][middle, 1]))
+    order = choose_order(np.array([points[frames] for points, _ in chosen]), (view.line_x(LINE_START), view.y))
     natural = [view.row_of(float(chosen[k][0][middle, 1])) for k in order]
     costs = np.array([_CROSSING_COST * chosen[k][1] + np.abs(heights - y) for k, y in zip(order, natural, strict=True)])
     rows = _choose_heights(heights, costs) or _spread(natural, top, bottom)
@@ -234,6 +234,29 @@ def place_labels(data: FrameData, labels: Sequence[Label], view: PixelView, othe
         return PlacedLabel(name=labels[k].name, height=row, lines=break_lines(start, chosen[k][0], fixed_boxes))
 
     return [place(k, row) for k, row in zip(order, rows, strict=True)]
+
+
+def choose_order(points: FloatArray, start: Vec2) -> list[int]:
+    """Return the order from the top in which lines from near a start (m), at the right, to points (n, f, 2) m cross least.
+
+    Two lines cross at a frame where the upper one leads to the flatter direction. The order is improved by moving one line at a time.
+    """
+    slopes = (points[..., 1] - start[1]) / np.maximum(start[0] - points[..., 0], _MIN_STEP)
+    crossings = (slopes[:, None] < slopes[None]).sum(axis=2)  # of a line, by row, above another, by column
+    order: list[int] = np.argsort(-slopes.mean(axis=1), kind="stable").tolist()
+
+    def count(rows: Sequence[int]) -> int:
+        return int(np.triu(crossings[np.ix_(rows, rows)], 1).sum())
+
+    best = count(order)
+    while True:
+        moved = [
+            [*rest[:place], one, *rest[place:]] for one in order for rest in [[k for k in order if k != one]] for place in range(len(order))
+        ]
+        candidate = min(moved, key=count, default=order)
+        if count(candidate) >= best:
+            return order
+        order, best = candidate, count(candidate)
 
 
 def _boxes_at(data: FrameData, frames: IntArray, view: PixelView, fixed: Sequence[BoundingBox]) -> FloatArray:

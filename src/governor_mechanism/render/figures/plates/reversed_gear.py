@@ -52,7 +52,8 @@ def draw_gear_plate(
         for end, colour, style in zip(CYLINDER_ENDS, _END_COLOURS, _END_LINE_STYLES, strict=True)
     ]
     text_style = {"fontfamily": SANS_FONT, "fontsize": 9, "color": INK}
-    add_legend(panels[0], text_style, handles=handles, loc="lower center", ncols=2, handlelength=3.0)
+    place: dict[str, Any] = {"loc": "lower center", "bbox_to_anchor": (0.5, 1.0), "ncols": 2}
+    add_legend(panels[0], text_style, handles=handles, handlelength=3.0, **place)
     return plate
 
 
@@ -62,6 +63,7 @@ def _draw_against_gear(panel: Panel, positions: FloatArray, values: FloatArray) 
     for column, colour, style in zip(values.T, colours, _END_LINE_STYLES, strict=False):
         panel.plot(positions, column, color=colour, linewidth=1.6, linestyle=style)
     panel.set_xlim(1.0, -1.0)
+    panel.set_xticks([1.0, 0.5, 0.0, -0.5, -1.0])
 
 
 def _draw_polar_curves(panel: Panel, gear: ValveGear) -> None:
@@ -219,4 +221,4 @@ def _draw_panel(
     if low <= 0 <= high:
         panel.axhline(0.0, color=MUTED, linewidth=0.8)
     else:
-        panel.set_ylim(0.0, high)
+        panel.set_ylim(min(1.08 * low, 0.0), max(1.08 * high, 0.0))
