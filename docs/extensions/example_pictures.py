@@ -49,6 +49,7 @@ def collect_pictures(block: Any, block_vars: dict[str, Any], gallery_conf: dict[
             shown += [f".. image:: /{goal.relative_to(root).as_posix()}", f"   :alt: {path.stem} of the example: {title}", ""]
         elif path.suffix == ".html":
             goal = root / "_generated" / "site" / "pages" / f"example_{path.name}"
+            goal.parent.mkdir(parents=True, exist_ok=True)
             shutil.move(path, goal)
             frame = f'<iframe class="example" loading="lazy" src="../../../pages/{goal.name}" title="Interactive page: {title}"></iframe>'
             shown += [".. raw:: html", "", f"   {frame}", ""]

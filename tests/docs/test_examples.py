@@ -62,7 +62,7 @@ def test_examples_are_short_and_have_a_title():
 
 def test_what_an_example_writes_is_shown_and_taken_away(tmp_path):
     root, folder = tmp_path / "docs", tmp_path / "docs" / "examples"
-    for made in (folder, root / "_generated" / "examples" / "images", root / "_generated" / "site" / "pages", folder / "results"):
+    for made in (folder, root / "_generated" / "examples" / "images", folder / "results"):
         made.mkdir(parents=True)
     (folder / "leg.py").touch()
     (folder / "leg.csv").touch()
