@@ -479,3 +479,18 @@ def test_friction_that_depends_on_a_reading_never_drives(engine):
     # The friction does the work 0.05 J, of 1 J. The scale of the speed is 1 m/s, and its error ten times the accuracy at most.
     assert result.readings["displacement"][-1] > 0.5
     np.testing.assert_allclose(result.rates["displacement"][-1], math.sqrt(0.95), rtol=0, atol=1e-9)
+
+
+def test_a_governor_that_stands_takes_few_steps_and_slips_when_the_force_on_it_has_grown():
+    """With a spindle that slowly speeds up, the sleeve slips where the unbalanced force of statics reaches the friction."""
+    stuck = gm.load("porter").replace({"effects.dry_friction": {"sleeve_lift": "10 N"}, "start.arm_angle": "45 deg"})
+    short, long = (gm.run(stuck.replace({"run.duration": duration}), engine="multibody", accuracy=1e-8) for duration in ("10 s", "40 s"))
+    assert [event.kind.name for event in short.events] == [event.kind.name for event in long.events] == ["STICK"]
+    assert long.cost.steps <= short.cost.steps + 8
+    arm = float(long.readings["arm_angle"][-1])
+    ramp = {"spindle.speed": [[0, "120 rpm"], ["400 s", "140 rpm"]], "run.duration": "400 s", "start.arm_angle": arm}
+    slipping = gm.run(stuck.replace(ramp), engine="multibody", accuracy=1e-8)
+    slip = next(event for event in slipping.events if event.kind.name == "SLIP")
+    band = gm.insensitivity_band(stuck, [arm], "10 N")
+    speed = 120 + 20 * slip.time / 400
+    assert speed == pytest.approx(float(band.rising_speed[0]) * 30 / math.pi, rel=1e-7)

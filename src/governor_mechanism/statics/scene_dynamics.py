@@ -21,7 +21,7 @@ from governor_mechanism.mechanics.dynamics.system.lowering import make_system
 from governor_mechanism.mechanics.kinematics.constraint_equations import make_constraint_table
 from governor_mechanism.mechanics.kinematics.constraint_kernels import RowEvaluation
 from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output, evaluate_output_value
-from governor_mechanism.mechanics.kinematics.time_functions import N_CUBIC_COLUMNS, stack_local_cubics
+from governor_mechanism.mechanics.kinematics.time_functions import N_CUBIC_COLUMNS, VALUE_COLUMN, stack_local_cubics
 from governor_mechanism.model.coupling.coupled_system import SPINDLE_ANGLE, SPINDLE_SPEED
 from governor_mechanism.model.force_elements import Force, Torque
 from governor_mechanism.model.scene import Scene
@@ -216,7 +216,7 @@ class SceneDynamics:
             return np.full(len(z), np.nan)
         inputs = self._inputs.copy()
         for index, change in (input_changes or {}).items():
-            inputs[index, 3] += change
+            inputs[index, VALUE_COLUMN] += change
         lags = rates[len(self._independent) :]
         state = np.concatenate([poses.ravel(), velocities.ravel(), np.zeros(N_ENERGY_STATES), lags])
         derivative = np.empty(state.size)

@@ -36,6 +36,7 @@ from governor_mechanism.mechanics.dynamics.system.arrays import (
     to_mass_centres,
 )
 from governor_mechanism.mechanics.dynamics.system.event_functions import GAS_KINKS
+from governor_mechanism.mechanics.dynamics.system.holding_rows import stands_still
 from governor_mechanism.mechanics.dynamics.system.lowering import make_system
 from governor_mechanism.mechanics.kinematics.time_functions import stack_local_cubics
 from governor_mechanism.model.events import Event
@@ -329,6 +330,10 @@ class ConstrainedIntegrator:
         return np.concatenate([pose_scale, pose_scale / motion_time, energy_scale, lag_scale])
 
 
+MIN_STANDING_STEPS = 32
+"""Smallest number of steps of a mechanism that stands, from one breakpoint of its inputs to the next."""
+
+
 class MethodChoice:
     """The method of a run: explicit steps, implicit ones from where the motion is stiff, and explicit ones where those take more work."""
 
@@ -473,8 +478,6 @@ class ExplicitRun:
     def _integrate_to_event(self, system: System, workspace: SystemWorkspace, end: float) -> tuple[IntegrationStatus, set[int]]:
         """Integrate up to a time (s) or to the first event; return the status and the contacts of event functions that are positive."""
         context, n_evaluations, rows = self._context, int(self.counts[StepCounter.EVALUATIONS]), self.rows_until(end)
-        has_contact_events = context.scene_contacts is not None and system.event_functions.size > 0
-        max_step = self._limits.max_step * (context.settings.event_step_ratio if has_contact_events else 1.0)
         n_states, event_tolerances = len(self.state), system.event_functions["tolerance"].copy()
         n_kinks = int(np.isin(system.event_functions["kind"], GAS_KINKS).sum())  # the last event functions
         buffers = make_step_buffers(n_states, n_states, context.error_scale, event_tolerances, self.counts, n_kinks)
@@ -482,10 +485,18 @@ class ExplicitRun:
         shafts, limit_rows = (context.shafts, context.limits) if self._has_limits else (context.shafts[:0], context.no_limits)
         ends, cubics_start = (context.max_distance, shafts, limit_rows, self._step_start), self.time
         equation = MultibodyEquation(system, workspace, cubics, gap, *ends, *self._buffers, self.counts)
+        has_events = context.scene_contacts is not None and system.event_functions.size > 0
+        max_step = self._limits.max_step * (context.settings.event_step_ratio if has_events else 1.0)
+        is_held = has_events and stands_still(system, self.state, cubics, context.evaluator.mechanism.length_scale)
+        motion = self.state[: system.state_layout.work].copy()
+        if is_held:  # only inputs change, slowly, and with them the loads and their work
+            max_step = max(max_step, (end - self.time) / MIN_STANDING_STEPS)
         limits, outputs = self._limits._replace(step=self.step, max_step=max_step), self.states[rows]
         status, self.step, n_reached, self.time = integrate_multibody(
             equation, buffers, (self.time, end), self._output_times[rows], self.state, limits, outputs
         )
+        if is_held:  # without the rounding of long steps
+            self.state[: len(motion)] = outputs[:n_reached, : len(motion)] = motion
         self.n_filled += n_reached
         if status in (IntegrationStatus.LEFT_LIMITS, IntegrationStatus.TURNED_BACK):
             mode, start = context.scene_contacts.mode if context.scene_contacts else None, cubics_start + float(self._step_start[-1])

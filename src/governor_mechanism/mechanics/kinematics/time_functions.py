@@ -88,6 +88,9 @@ def _evaluate_polynomials(coefficients: FloatArray, arguments: FloatArray) -> Fl
     return values
 
 
+VALUE_COLUMN = 3
+"""Column of the value in the local cubic of an input; its derivatives stand before it."""
+
 N_CUBIC_COLUMNS = 5
 """Number of columns of the local cubic of an input; those of its harmonics follow."""
 

@@ -1,4 +1,7 @@
-"""Constraint rows of a contact mode: rows that hold outputs, rows of broken joints, and an order of all rows that gives a narrow band."""
+"""Constraint rows of a contact mode: rows that hold outputs, rows of broken joints, and an order of all rows that gives a narrow band.
+
+Where they hold every body, the mechanism stands still.
+"""
 
 from collections.abc import Sequence
 
@@ -9,11 +12,13 @@ from governor_mechanism.mechanics.dynamics.forces.contacts import contacts_of
 from governor_mechanism.mechanics.dynamics.system.arrays import RUBBING_DTYPE, System
 from governor_mechanism.mechanics.dynamics.system.event_functions import EventFunctionKind
 from governor_mechanism.mechanics.kinematics.constraint_equations import ConstraintTable, bodies_of_rows, make_constraint_table
-from governor_mechanism.mechanics.kinematics.constraint_kernels import ConstraintRows
+from governor_mechanism.mechanics.kinematics.constraint_kernels import ConstraintRows, RowEvaluation
 from governor_mechanism.mechanics.kinematics.output_variables import make_output_rows
+from governor_mechanism.mechanics.kinematics.time_functions import N_CUBIC_COLUMNS, VALUE_COLUMN
 from governor_mechanism.model.scene import Scene
+from governor_mechanism.numerics.least_squares import numerical_rank
 from governor_mechanism.numerics.once_per_object import once_per_object
-from governor_mechanism.types import GROUND_INDEX, IntArray, RecordArray
+from governor_mechanism.types import GROUND_INDEX, NO_INDEX, FloatArray, IntArray, RecordArray
 
 
 def find_coupled_rows(row_bodies: IntArray) -> IntArray:
@@ -135,3 +140,16 @@ def with_held_values(
             row, output_row = int(system.event_functions["source_index"][is_hold][0]), system.output_rows.table[output_indices[k]]
             table[row]["constant"] = output_row["constant"] + value
     return system._replace(constraint_rows=system.constraint_rows._replace(table=table))
+
+
+def stands_still(system: System, state: FloatArray, cubics: FloatArray, length_scale: float) -> bool:
+    """Return whether joints, standing drives and sticking contacts hold every body, and nothing that loads one varies within a turn."""
+    rows, drives = system.constraint_rows, system.constraint_rows.table["drive"]
+    is_driven = np.any(cubics[drives[drives != NO_INDEX], :VALUE_COLUMN])
+    if is_driven or len(system.lags) or np.any(system.planes["amplitude"]) or np.any(cubics[:, N_CUBIC_COLUMNS:]):
+        return False
+    poses = state[: system.state_layout.velocities].reshape(-1, 3)
+    scales = np.tile([1.0, 1.0, 1.0 / length_scale], len(poses))
+    is_free = system.inverse_mass.ravel() > 0.0
+    jacobian = (RowEvaluation(rows, poses).jacobian.reshape(-1, len(scales)) * scales)[:, is_free]
+    return numerical_rank(jacobian) == int(is_free.sum())
