@@ -70,7 +70,7 @@ def test_help_lists_every_input_with_unit_meaning_and_default(machine: str) -> N
     text = call(machine, "--help").stdout
     for one in dataclasses.fields(PROCEDURES[machine].inputs):
         assert f"  --{one.name.replace('_', '-')} " in text
-        assert " ".join(one.metadata["meaning"].split()[:2]) in text
+        assert " ".join(one.metadata["declared"].meaning.split()[:2]) in text
     if machine == "pendulum":
         assert "--arm <mm>" in text
         assert "[default: 9.81 m/s^2]" in " ".join(text.split())

@@ -9,8 +9,9 @@ import pytest
 
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.studies.design.simulated import PROCEDURES
-from governor_mechanism.studies.design.skeleton import Bounds, design_input, read_file, require_valid, scene_comment
+from governor_mechanism.studies.design.skeleton import Bounds, read_file, require_valid, scene_comment
 from governor_mechanism.units import constants, text_table
+from governor_mechanism.units.fields import fields_of, quantity
 from governor_mechanism.units.quantities import QUANTITY_KINDS, parse_quantity
 
 DESIGNS = {name: procedure.design(procedure.inputs) for name, procedure in PROCEDURES.items()}
@@ -54,10 +55,11 @@ def test_a_place_writes_a_unit_or_divides_by_it_and_a_line_without_a_value_is_le
 
 @pytest.mark.parametrize("name", PROCEDURES)
 def test_every_input_is_declared_once_with_kind_and_meaning(name):
-    for one in fields(PROCEDURES[name].inputs):
-        declared = one.metadata
-        assert declared["meaning"]
-        assert declared.get("words") or declared["kind"] in QUANTITY_KINDS, one.name
+    declarations = fields_of(type(PROCEDURES[name].inputs))
+    assert declarations.keys() == {one.name for one in fields(PROCEDURES[name].inputs)}
+    for key, declared in declarations.items():
+        assert declared.meaning
+        assert declared.kind in QUANTITY_KINDS if declared.kinds else declared.words, key
 
 
 @pytest.mark.parametrize("name", DESIGNS)
@@ -73,10 +75,12 @@ def test_a_design_is_text_plain_values_and_a_scene(name):
 def test_mistakes_of_sign_and_bounds_are_named_at_once_and_relations_only_among_right_ones():
     @dataclass(frozen=True)
     class Inputs:
-        mass: float = design_input("mass", -1.0, "mass")
-        lift: float = design_input("length", -0.5, "lift", sign="any")
-        load: float = design_input("force", 0.0, "load", sign="not negative")
-        share: float = design_input("ratio", 0.9, "share", bounds=Bounds(highest=0.5, rule="at most {highest:.0%}", found="{value:.1%}"))
+        mass: float = quantity("mass", default=-1.0, meaning="mass")
+        lift: float = quantity("length", default=-0.5, meaning="lift", sign="any")
+        load: float = quantity("force", default=0.0, meaning="load", sign="not negative")
+        share: float = quantity(
+            "ratio", default=0.9, meaning="share", bounds=Bounds(highest=0.5, rule="at most {highest:.0%}", found="{value:.1%}")
+        )
 
     with pytest.raises(MechanismError) as caught:
         require_valid(Inputs(), lambda _: ["the relation"], alternatives=lambda _: ["the alternative"])

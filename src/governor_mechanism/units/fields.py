@@ -46,6 +46,8 @@ class Declaration:
         Least and largest value of a ratio.
     open_ends
         Which limits are excluded: "low", "high" or both.
+    bounds
+        Limits with a message of their own, for an input of a design.
     built
         Whether the magnitude must be that of something that can be built.
     key
@@ -69,6 +71,7 @@ class Declaration:
     words: tuple[str, ...] = ()
     limits: tuple[float, float] | None = None
     open_ends: str = ""
+    bounds: Any = None
     built: bool = False
     key: str = ""
     content: Any = None

@@ -26,8 +26,9 @@ from governor_mechanism.closed_form.pendulum import LinkagePosition, PendulumGov
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.model.results.result import Recorded
 from governor_mechanism.numerics.roots import find_root
-from governor_mechanism.studies.design.skeleton import GOVERNED, Bounds, design_input, relative_range, require_valid
+from governor_mechanism.studies.design.skeleton import GOVERNED, Bounds, relative_range, require_valid
 from governor_mechanism.units.constants import HORSEPOWER_1901, RPM
+from governor_mechanism.units.fields import quantity
 from governor_mechanism.units.text_table import fill_places
 
 DEFAULT_MASS_RATIO = 4.0
@@ -82,31 +83,37 @@ class GovernedEngineInputs:
     1/20 of the arm, the mass ratio 4, and the insensitivity a quarter of the droop.
     """
 
-    power: float = design_input("power", 20 * HORSEPOWER_1901, "power at full load and the speed that belongs to it", bounds=_POWER)
-    speed: float = design_input("angular_speed", 4 * math.pi, "mean of the speeds at full load and without load", bounds=_SPEED)
-    droop: float = design_input("ratio", 0.04, "range of these speeds over their mean", sign_rule=_DROOP_SIGN, bounds=GOVERNED)
-    speed_fluctuation: float = design_input("ratio", 1 / 40, _FLUCTUATION, bounds=GOVERNED)
-    torque_reserve: float = design_input("ratio", 0.1, _RESERVE_MEANING, sign="not negative", bounds=_RESERVE)
-    stroke_ratio: float = design_input("ratio", 2.0, "stroke over the diameter of the expansion piston")
-    pump_area_ratio: float = design_input("ratio", 1.0, "area of the pump piston over that of the expansion piston, of equal stroke")
-    cut_off: float = design_input("ratio", 0.375, "cut-off relative to the stroke", sign="not negative")
-    clearance: float = design_input("ratio", 0.05, "clearance relative to the volume of the stroke", sign="not negative")
-    pump_clearance: float = design_input("ratio", 0.05, "clearance of the pump relative to the volume of its stroke")
-    supply_pressure: float = design_input("pressure", 4e5, "absolute pressure of supply")
-    back_pressure: float = design_input("pressure", 1.5e5, "absolute pressure behind the piston", sign="not negative")
-    atmospheric_pressure: float = design_input("pressure", 1e5, "absolute pressure of the atmosphere")
-    rim_speed: float = design_input("speed", 15.0, "speed of the middle of the flywheel's rim")
-    arm: float = design_input("length", 0.3, "length of the arms and links of the governor")
-    arm_angle: float = design_input("angle", math.radians(30), "arm angle at full load", bounds=_ARM_ANGLE)
-    sleeve_travel: float | None = design_input("length", None, "travel of the sleeve from full load to no load")
-    offset: float | None = design_input("length", None, "distance of the suspension from the axis; negative for crossed arms", sign="any")
-    mass_ratio: float | None = design_input("ratio", None, "mass of the sleeve over that of one ball")
-    gear_ratio: float | None = design_input("ratio", None, "turns of the spindle in a turn of the shaft")
-    resistance: float = design_input("force", 10.0, "force that friction and throttle put up against the sleeve")
-    insensitivity: float | None = design_input("ratio", None, "degree of insensitivity with that resistance", bounds=GOVERNED)
-    ball_mass: float | None = design_input("mass", None, "mass of one ball")
-    dashpot: float | None = design_input("damping", None, "damping at the sleeve; by default all motions decay fastest")
-    gravity: float = design_input("acceleration", 9.81, "gravitational acceleration")
+    power: float = quantity(
+        "power", default=20 * HORSEPOWER_1901, meaning="power at full load and the speed that belongs to it", bounds=_POWER
+    )
+    speed: float = quantity("angular_speed", default=4 * math.pi, meaning="mean of the speeds at full load and without load", bounds=_SPEED)
+    droop: float = quantity("ratio", default=0.04, meaning="range of these speeds over their mean", hint=_DROOP_SIGN, bounds=GOVERNED)
+    speed_fluctuation: float = quantity("ratio", default=1 / 40, meaning=_FLUCTUATION, bounds=GOVERNED)
+    torque_reserve: float = quantity("ratio", default=0.1, meaning=_RESERVE_MEANING, sign="not negative", bounds=_RESERVE)
+    stroke_ratio: float = quantity("ratio", default=2.0, meaning="stroke over the diameter of the expansion piston")
+    pump_area_ratio: float = quantity(
+        "ratio", default=1.0, meaning="area of the pump piston over that of the expansion piston, of equal stroke"
+    )
+    cut_off: float = quantity("ratio", default=0.375, meaning="cut-off relative to the stroke", sign="not negative")
+    clearance: float = quantity("ratio", default=0.05, meaning="clearance relative to the volume of the stroke", sign="not negative")
+    pump_clearance: float = quantity("ratio", default=0.05, meaning="clearance of the pump relative to the volume of its stroke")
+    supply_pressure: float = quantity("pressure", default=4e5, meaning="absolute pressure of supply")
+    back_pressure: float = quantity("pressure", default=1.5e5, meaning="absolute pressure behind the piston", sign="not negative")
+    atmospheric_pressure: float = quantity("pressure", default=1e5, meaning="absolute pressure of the atmosphere")
+    rim_speed: float = quantity("speed", default=15.0, meaning="speed of the middle of the flywheel's rim")
+    arm: float = quantity("length", default=0.3, meaning="length of the arms and links of the governor")
+    arm_angle: float = quantity("angle", default=math.radians(30), meaning="arm angle at full load", bounds=_ARM_ANGLE)
+    sleeve_travel: float | None = quantity("length", default=None, meaning="travel of the sleeve from full load to no load")
+    offset: float | None = quantity(
+        "length", default=None, meaning="distance of the suspension from the axis; negative for crossed arms", sign="any"
+    )
+    mass_ratio: float | None = quantity("ratio", default=None, meaning="mass of the sleeve over that of one ball")
+    gear_ratio: float | None = quantity("ratio", default=None, meaning="turns of the spindle in a turn of the shaft")
+    resistance: float = quantity("force", default=10.0, meaning="force that friction and throttle put up against the sleeve")
+    insensitivity: float | None = quantity("ratio", default=None, meaning="degree of insensitivity with that resistance", bounds=GOVERNED)
+    ball_mass: float | None = quantity("mass", default=None, meaning="mass of one ball")
+    dashpot: float | None = quantity("damping", default=None, meaning="damping at the sleeve; by default all motions decay fastest")
+    gravity: float = quantity("acceleration", default=9.81, meaning="gravitational acceleration")
 
     @property
     def full_load_speed(self) -> float:

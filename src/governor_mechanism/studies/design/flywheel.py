@@ -16,7 +16,6 @@ F. Redtenbacher, Die Luftexpansions-Maschine (Mannheim 1853), theory of the flyw
 import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, fields, replace
-from typing import Any
 
 import numpy as np
 
@@ -32,8 +31,9 @@ from governor_mechanism.closed_form.flywheel_engine import (
 )
 from governor_mechanism.closed_form.flywheel_equilibrium import Equilibrium, Fluctuation, energy_fluctuation, find_equilibria
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.studies.design.skeleton import Bounds, Design, design_input, require_valid
+from governor_mechanism.studies.design.skeleton import Bounds, Design, require_valid
 from governor_mechanism.units.constants import HORSEPOWER_1853, KILOGRAM_FORCE_1853
+from governor_mechanism.units.fields import quantity
 from governor_mechanism.units.text_table import fill_places
 
 DEFAULT_ENERGY_RATIO = 20.0
@@ -60,11 +60,6 @@ _COEFFICIENT_BOUNDS = Bounds(highest=2.0, are_allowed=False, rule="below 2, wher
 _SHARE_BOUNDS = Bounds(highest=1.0, rule="at most 1, the whole inertia", found="{value:g}")
 
 
-def _engine_input(kind: str, default: Any, meaning: str, **options: Any) -> Any:
-    """Return the field of an input that the engine validates."""
-    return design_input(kind, default, meaning, sign="checked elsewhere", **options)
-
-
 @dataclass(frozen=True, kw_only=True)
 class FlywheelInputs:
     """Inputs of a design in SI; by default the paper's ratios, for an engine of 13 kJ (A p L) at its mean piston speed of 1.3 m/s.
@@ -72,31 +67,39 @@ class FlywheelInputs:
     Of energy_ratio, coefficient and inertia at most one is given, or the energy ratio is 20. Allowed stresses are those of cast iron.
     """
 
-    area: float = _engine_input("area", 0.05, "area of the expansion piston")
-    stroke: float = _engine_input("length", 0.65, "stroke of the expansion piston")
-    cut_off: float = _engine_input("ratio", 0.375, "cut-off relative to the stroke")
-    clearance: float = _engine_input("ratio", 0.05, "clearance relative to the volume of the stroke")
-    pump_area: float = _engine_input("area", 0.05, "area of the pump piston")
-    pump_stroke: float = _engine_input("length", 0.65, "stroke of the pump piston")
-    pump_clearance: float = _engine_input("ratio", 0.05, "clearance of the pump relative to the volume of its stroke")
-    atmospheric_pressure: float = _engine_input("pressure", 1e5, "absolute pressure of the atmosphere")
-    supply_pressure: float = _engine_input("pressure", 4e5, "absolute pressure of supply")
-    back_pressure: float = _engine_input("pressure", 1.5e5, "absolute pressure behind the piston")
-    load_pressure: float | None = _engine_input(
-        "pressure", 0.4e5, "mean pressure of the load on the expansion piston; by default the cycle closes", word_for_none="closing"
+    area: float = quantity("area", default=0.05, meaning="area of the expansion piston", sign="any")
+    stroke: float = quantity("length", default=0.65, meaning="stroke of the expansion piston", sign="any")
+    cut_off: float = quantity("ratio", default=0.375, meaning="cut-off relative to the stroke", sign="any")
+    clearance: float = quantity("ratio", default=0.05, meaning="clearance relative to the volume of the stroke", sign="any")
+    pump_area: float = quantity("area", default=0.05, meaning="area of the pump piston", sign="any")
+    pump_stroke: float = quantity("length", default=0.65, meaning="stroke of the pump piston", sign="any")
+    pump_clearance: float = quantity(
+        "ratio", default=0.05, meaning="clearance of the pump relative to the volume of its stroke", sign="any"
     )
-    speed: float = design_input("angular_speed", math.tau, "mean speed")
-    energy_ratio: float | None = design_input("number", None, "mu, kinetic energy at mean speed over work stored", bounds=_RATIO_BOUNDS)
-    coefficient: float | None = design_input("ratio", None, "(highest - lowest) / mean speed", bounds=_COEFFICIENT_BOUNDS)
-    inertia: float | None = design_input("moment_of_inertia", None, "moment of inertia of a given wheel")
-    rim_radius: float = design_input("length", 1.5, "radius of the middle of the rim")
-    rim_share: float = design_input("ratio", 1.0, "part of the inertia in the rim", bounds=_SHARE_BOUNDS)
-    width_ratio: float = design_input("ratio", 2.0, "width of the rim over its thickness")
-    density: float = design_input("density", 7200.0, "density of the rim")
-    rim_stress: float = design_input("pressure", 6e6, "allowed hoop stress of the rim")
-    arms: float = design_input("number", 6.0, "number of arms")
-    hub_radius: float = design_input("length", 0.15, "radius of the hub")
-    arm_stress: float = design_input("pressure", 15e6, "allowed bending stress of an arm")
+    atmospheric_pressure: float = quantity("pressure", default=1e5, meaning="absolute pressure of the atmosphere", sign="any")
+    supply_pressure: float = quantity("pressure", default=4e5, meaning="absolute pressure of supply", sign="any")
+    back_pressure: float = quantity("pressure", default=1.5e5, meaning="absolute pressure behind the piston", sign="any")
+    load_pressure: float | None = quantity(
+        "pressure",
+        default=0.4e5,
+        meaning="mean pressure of the load on the expansion piston; by default the cycle closes",
+        sign="any",
+        words=("closing",),
+    )
+    speed: float = quantity("angular_speed", default=math.tau, meaning="mean speed")
+    energy_ratio: float | None = quantity(
+        "number", default=None, meaning="mu, kinetic energy at mean speed over work stored", bounds=_RATIO_BOUNDS
+    )
+    coefficient: float | None = quantity("ratio", default=None, meaning="(highest - lowest) / mean speed", bounds=_COEFFICIENT_BOUNDS)
+    inertia: float | None = quantity("moment_of_inertia", default=None, meaning="moment of inertia of a given wheel")
+    rim_radius: float = quantity("length", default=1.5, meaning="radius of the middle of the rim")
+    rim_share: float = quantity("ratio", default=1.0, meaning="part of the inertia in the rim", bounds=_SHARE_BOUNDS)
+    width_ratio: float = quantity("ratio", default=2.0, meaning="width of the rim over its thickness")
+    density: float = quantity("density", default=7200.0, meaning="density of the rim")
+    rim_stress: float = quantity("pressure", default=6e6, meaning="allowed hoop stress of the rim")
+    arms: float = quantity("number", default=6.0, meaning="number of arms")
+    hub_radius: float = quantity("length", default=0.15, meaning="radius of the hub")
+    arm_stress: float = quantity("pressure", default=15e6, meaning="allowed bending stress of an arm")
 
     def engine(self) -> AirEngine:
         """Return the engine under its load."""

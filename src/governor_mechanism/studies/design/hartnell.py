@@ -18,7 +18,6 @@ from governor_mechanism.model.results.result import Recorded
 from governor_mechanism.studies.design.skeleton import (
     SPEED_CHANGE,
     Design,
-    design_input,
     gravity_value,
     limit,
     relative_range,
@@ -27,6 +26,7 @@ from governor_mechanism.studies.design.skeleton import (
     sleeve_damping,
 )
 from governor_mechanism.units.constants import RPM
+from governor_mechanism.units.fields import quantity
 from governor_mechanism.units.text_table import fill_places, format_table
 
 DEFAULT_LIFT = 0.015
@@ -43,18 +43,22 @@ STEP_PERIODS, STEP_LIMITS = 2.0, (0.5, 30.0)
 class HartnellInputs:
     """Inputs of a design in SI; None stands for what follows from the others."""
 
-    ball_mass: float = design_input("mass", 2.5, "mass of one ball")
-    sleeve_mass: float = design_input("mass", 0.0, "mass of the sleeve; 0 where it is neglected", sign="not negative")
-    ball_arm: float = design_input("length", 0.120, "arm of a bell crank from its pivot to the ball")
-    sleeve_arm: float = design_input("length", 0.080, "arm from the pivot to the roller under the sleeve")
-    bell_crank_angle: float = design_input("angle", math.pi / 2, "angle between the arms")
-    pivot_radius: float | None = design_input("length", None, "distance of the pivots from the spindle axis; by default inner_radius")
-    inner_radius: float = design_input("length", 0.120, "distance of the balls from the axis in the lowest position")
-    outer_radius: float | None = design_input("length", None, "distance of the balls in the highest position; it follows from the lift")
-    lift: float | None = design_input("length", None, "lift of the sleeve; it follows from outer_radius")
-    lowest_speed: float = design_input("angular_speed", 290 * RPM, "speed of equilibrium in the lowest position")
-    highest_speed: float = design_input("angular_speed", 310 * RPM, "speed of equilibrium in the highest position")
-    gravity: float = design_input("acceleration", 9.81, "gravitational acceleration", sign="not negative")
+    ball_mass: float = quantity("mass", default=2.5, meaning="mass of one ball")
+    sleeve_mass: float = quantity("mass", default=0.0, meaning="mass of the sleeve; 0 where it is neglected", sign="not negative")
+    ball_arm: float = quantity("length", default=0.120, meaning="arm of a bell crank from its pivot to the ball")
+    sleeve_arm: float = quantity("length", default=0.080, meaning="arm from the pivot to the roller under the sleeve")
+    bell_crank_angle: float = quantity("angle", default=math.pi / 2, meaning="angle between the arms")
+    pivot_radius: float | None = quantity(
+        "length", default=None, meaning="distance of the pivots from the spindle axis; by default inner_radius"
+    )
+    inner_radius: float = quantity("length", default=0.120, meaning="distance of the balls from the axis in the lowest position")
+    outer_radius: float | None = quantity(
+        "length", default=None, meaning="distance of the balls in the highest position; it follows from the lift"
+    )
+    lift: float | None = quantity("length", default=None, meaning="lift of the sleeve; it follows from outer_radius")
+    lowest_speed: float = quantity("angular_speed", default=290 * RPM, meaning="speed of equilibrium in the lowest position")
+    highest_speed: float = quantity("angular_speed", default=310 * RPM, meaning="speed of equilibrium in the highest position")
+    gravity: float = quantity("acceleration", default=9.81, meaning="gravitational acceleration", sign="not negative")
 
 
 DEFAULT_INPUTS = HartnellInputs()

@@ -30,7 +30,6 @@ from governor_mechanism.studies.design.skeleton import (
     Cause,
     Design,
     PrintedNumber,
-    design_input,
     require_valid,
     run_up_steps,
     select_deviations,
@@ -38,6 +37,7 @@ from governor_mechanism.studies.design.skeleton import (
 )
 from governor_mechanism.types import FloatArray
 from governor_mechanism.units.constants import KILOGRAM_FORCE_1853, RPM, TECHNICAL_ATMOSPHERE
+from governor_mechanism.units.fields import quantity
 from governor_mechanism.units.text_table import fill_places, in_unit
 
 HALF_STROKE_TOLERANCE_RATIO = 0.05
@@ -56,22 +56,22 @@ RUN_UP_TIMES = (0.0, 1.0, 2.0, 4.0, 5.0, 7.0)
 class HartungInputs:
     """Inputs of a design in SI; the defaults are the paper's. angle and sleeve_arm follow from the design if they are None."""
 
-    weight_mass: float = design_input("mass", 45.0, "mass of a weight")
-    sleeve_mass: float = design_input("mass", 15.0, "mass of the sleeve")
-    weight_arm: float = design_input("length", 0.115, "arm of a bell crank to the weight")
-    rest_radius: float = design_input("length", 0.092, "distance of the weights from the axis at the inner end")
-    half_stroke: float = design_input("length", 0.030, "radial travel of the weights from the inner end to the vertical lever")
-    fulcrum_height: float = design_input("length", -0.113, "height of the fulcrum", sign="any")
-    swing: float = design_input("angle", math.radians(15.0), "angle of the lever from the vertical to each side")
-    slow_speed: float = design_input("angular_speed", 204 * RPM, "speed at the inner end")
-    fast_speed: float = design_input("angular_speed", 212 * RPM, "speed at the outer end")
-    wire: float = design_input("length", 0.012, "diameter of the wire of a spring")
-    coil: float = design_input("length", 0.080, "mean diameter of a coil")
-    modulus: float = design_input("modulus", 750_000 * TECHNICAL_ATMOSPHERE, "modulus of shear of the wire")
-    stress_limit: float = design_input("pressure", 4500 * TECHNICAL_ATMOSPHERE, "allowed shear stress of the wire")
-    insensitivity: float = design_input("ratio", 0.04, "regulating force over the static sleeve force")
-    angle: float | None = design_input("angle", None, "angle of the bell crank")
-    sleeve_arm: float | None = design_input("length", None, "arm of the bell crank to the sleeve")
+    weight_mass: float = quantity("mass", default=45.0, meaning="mass of a weight")
+    sleeve_mass: float = quantity("mass", default=15.0, meaning="mass of the sleeve")
+    weight_arm: float = quantity("length", default=0.115, meaning="arm of a bell crank to the weight")
+    rest_radius: float = quantity("length", default=0.092, meaning="distance of the weights from the axis at the inner end")
+    half_stroke: float = quantity("length", default=0.030, meaning="radial travel of the weights from the inner end to the vertical lever")
+    fulcrum_height: float = quantity("length", default=-0.113, meaning="height of the fulcrum", sign="any")
+    swing: float = quantity("angle", default=math.radians(15.0), meaning="angle of the lever from the vertical to each side")
+    slow_speed: float = quantity("angular_speed", default=204 * RPM, meaning="speed at the inner end")
+    fast_speed: float = quantity("angular_speed", default=212 * RPM, meaning="speed at the outer end")
+    wire: float = quantity("length", default=0.012, meaning="diameter of the wire of a spring")
+    coil: float = quantity("length", default=0.080, meaning="mean diameter of a coil")
+    modulus: float = quantity("modulus", default=750_000 * TECHNICAL_ATMOSPHERE, meaning="modulus of shear of the wire")
+    stress_limit: float = quantity("pressure", default=4500 * TECHNICAL_ATMOSPHERE, meaning="allowed shear stress of the wire")
+    insensitivity: float = quantity("ratio", default=0.04, meaning="regulating force over the static sleeve force")
+    angle: float | None = quantity("angle", default=None, meaning="angle of the bell crank")
+    sleeve_arm: float | None = quantity("length", default=None, meaning="arm of the bell crank to the sleeve")
 
     @property
     def fulcrum_radius(self) -> float:

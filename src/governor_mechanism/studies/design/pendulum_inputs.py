@@ -5,8 +5,9 @@ from dataclasses import dataclass, replace
 from enum import StrEnum
 from typing import Any
 
-from governor_mechanism.studies.design.skeleton import GOVERNED, Bounds, design_input, design_word, require_valid
+from governor_mechanism.studies.design.skeleton import GOVERNED, Bounds, require_valid
 from governor_mechanism.units.constants import KILOGRAM_FORCE_1853, RPM
+from governor_mechanism.units.fields import entry, quantity
 from governor_mechanism.units.text_table import fill_places
 
 _SPEEDS = Bounds(
@@ -29,30 +30,41 @@ class PendulumInputs:
     Without arm and offset, Watt's governor hangs on the axis, and the arms of the others are as long as the radius of curvature.
     """
 
-    kind: str = design_word(
-        "porter",
-        tuple(GovernorKind),
-        "watt: no load on the sleeve, arms shorter than the radius of curvature; improved-watt: the same with arms as long as this radius, "
-        "which cross; porter: with a load on the sleeve",
+    kind: str = entry(
+        "choice",
+        default="porter",
+        words=tuple(map(str, GovernorKind)),
+        meaning="watt: no load on the sleeve, arms shorter than the radius of curvature; improved-watt: the same with arms as long as this "
+        "radius, which cross; porter: with a load on the sleeve",
     )
-    lowest_speed: float | None = design_input("angular_speed", None, "speed of rest n1 in the lowest position", bounds=_SPEEDS)
-    highest_speed: float | None = design_input("angular_speed", None, "speed of rest n2 in the highest position", bounds=_SPEEDS)
-    mass_ratio: float | None = design_input("ratio", None, "mass m of the sleeve over the mass of a ball at the joint", sign="not negative")
-    insensitivity: float = design_input("ratio", 0.04, "range of speed in which the resistance holds the sleeve", bounds=GOVERNED)
-    speed_fluctuation: float = design_input(
-        "ratio", 0.025, "coefficient of speed fluctuation that the flywheel leaves", sign="not negative", bounds=GOVERNED
+    lowest_speed: float | None = quantity("angular_speed", default=None, meaning="speed of rest n1 in the lowest position", bounds=_SPEEDS)
+    highest_speed: float | None = quantity(
+        "angular_speed", default=None, meaning="speed of rest n2 in the highest position", bounds=_SPEEDS
     )
-    resistance: float | None = design_input("force", None, "resistance W at the sleeve; 6 kgf, or 1 kgf for Watt's governors")
-    arm: float | None = design_input("length", None, "length l of the arms up to the balls; it gives the offset, or the offset gives it")
-    offset: float | None = design_input("length", None, "distance of the suspension from the axis; negative for crossed arms", sign="any")
-    joint_ratio: float = design_input(
+    mass_ratio: float | None = quantity(
+        "ratio", default=None, meaning="mass m of the sleeve over the mass of a ball at the joint", sign="not negative"
+    )
+    insensitivity: float = quantity(
+        "ratio", default=0.04, meaning="range of speed in which the resistance holds the sleeve", bounds=GOVERNED
+    )
+    speed_fluctuation: float = quantity(
+        "ratio", default=0.025, meaning="coefficient of speed fluctuation that the flywheel leaves", sign="not negative", bounds=GOVERNED
+    )
+    resistance: float | None = quantity("force", default=None, meaning="resistance W at the sleeve; 6 kgf, or 1 kgf for Watt's governors")
+    arm: float | None = quantity(
+        "length", default=None, meaning="length l of the arms up to the balls; it gives the offset, or the offset gives it"
+    )
+    offset: float | None = quantity(
+        "length", default=None, meaning="distance of the suspension from the axis; negative for crossed arms", sign="any"
+    )
+    joint_ratio: float = quantity(
         "ratio",
-        1.0,
-        "distance of the joint of arm and link from the suspension over the arm; 1 for links at the balls",
+        default=1.0,
+        meaning="distance of the joint of arm and link from the suspension over the arm; 1 for links at the balls",
         bounds=Bounds(highest=1.0, rule="at most 1: the joint of arm and link is not beyond the ball", found="{value:g}"),
     )
-    start_radius: float | None = design_input("length", None, "distance x1 of the balls from the axis in the lowest position")
-    gravity: float = design_input("acceleration", 9.81, "gravitational acceleration")
+    start_radius: float | None = quantity("length", default=None, meaning="distance x1 of the balls from the axis in the lowest position")
+    gravity: float = quantity("acceleration", default=9.81, meaning="gravitational acceleration")
 
 
 DEFAULT_INPUTS = PendulumInputs()

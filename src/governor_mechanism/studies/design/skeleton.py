@@ -3,11 +3,11 @@
 import tomllib
 from abc import abstractmethod
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import Field, dataclass, field, fields, replace
+from dataclasses import dataclass, replace
 from enum import StrEnum
 from functools import cache, cached_property
 from importlib import resources
-from typing import Any, ClassVar, Literal, TypeVar
+from typing import Any, ClassVar, TypeVar
 
 from governor_mechanism.effects.gravity import DEFAULT_GRAVITY
 from governor_mechanism.errors import MechanismError, did_you_mean
@@ -16,8 +16,9 @@ from governor_mechanism.model.scene import Scene
 from governor_mechanism.scenes.changed_document import format_toml_value
 from governor_mechanism.scenes.parser import parse_scene_document
 from governor_mechanism.units.constants import RPM
+from governor_mechanism.units.fields import Declaration, fields_of
 from governor_mechanism.units.problems import ProblemCollector
-from governor_mechanism.units.quantities import DISPLAY_UNITS, QUANTITY_KINDS, format_quantity, format_value, number_or_text, parse_quantity
+from governor_mechanism.units.quantities import DISPLAY_UNITS, format_quantity, format_value, number_or_text, parse_quantity
 from governor_mechanism.units.text_table import Places, fill_places, short_repr
 
 MAX_INPUT = 1e30
@@ -26,10 +27,6 @@ MAX_INPUT = 1e30
 MAX_RATIO = 0.5
 """Largest droop, speed fluctuation and insensitivity: what changes its speed by more is not governed."""
 
-Sign = Literal["positive", "not negative", "any", "checked elsewhere"]
-"""Sign of an input; one whose sign is checked elsewhere belongs to a machine that refuses it itself."""
-
-_Value = TypeVar("_Value")
 _Inputs = TypeVar("_Inputs", bound=Any)
 
 
@@ -54,28 +51,6 @@ GOVERNED = Bounds(highest=MAX_RATIO, rule="at most {highest:.0%}, where nothing 
 """Bounds of ratios of speeds that a governor keeps."""
 
 
-def design_input(
-    kind: str,
-    default: _Value,  # its default in SI; None: it follows from the others
-    meaning: str,
-    *,
-    sign: Sign = "positive",
-    sign_rule: str = "",  # what follows "must be" in the message about a wrong sign, if that needs a reason
-    bounds: Bounds | None = None,
-    word_for_none: str = "",  # what a user writes for None, if that is not the default
-) -> _Value:
-    """Return the field of an input."""
-    rule = sign_rule or {"positive": "be positive", "not negative": "not be negative"}.get(sign, "")
-    declared = {"kind": kind, "meaning": meaning, "sign": sign, "sign_rule": rule, "bounds": bounds, "word_for_none": word_for_none}
-    return field(default=default, metadata=declared)
-
-
-def design_word(default: str, words: Sequence[str], meaning: str) -> str:
-    """Return the field of an input that is one of some words, for a dataclass."""
-    word: str = field(default=default, metadata={"kind": "", "words": tuple(map(str, words)), "meaning": meaning, "word_for_none": ""})
-    return word
-
-
 def require_valid(
     inputs: Any,
     # function that yields sentences about inputs at odds with each other; it is called if each has its sign
@@ -85,21 +60,21 @@ def require_valid(
     alternatives: Callable[[Any], Iterable[str]] = lambda _: (),
 ) -> None:
     """Raise MechanismError, with a sentence per mistake, for inputs that are not valid."""
-    quantities = [(one.name, getattr(inputs, one.name), one.metadata) for one in fields(inputs) if one.metadata["kind"]]
+    quantities = [(name, getattr(inputs, name), declared) for name, declared in fields_of(type(inputs)).items() if declared.kinds]
     given = [(name, value, declared) for name, value, declared in quantities if value is not None]
     wrong_signs = {name: problem for name, value, declared in given if (problem := _sign_problem(name, value, declared))}
-    bounds = (declared["bounds"].problem(name, value) for name, value, declared in given if declared["bounds"] and name not in wrong_signs)
+    bounds = (one.bounds.problem(name, value) for name, value, one in given if one.bounds and name not in wrong_signs)
     problems = [*wrong_signs.values(), *filter(None, bounds), *alternatives(inputs), *(() if wrong_signs else relations(inputs))]
     if problems:
         raise MechanismError(*problems)
 
 
-def _sign_problem(name: str, value: float, declared: Mapping[str, Any]) -> str:
+def _sign_problem(name: str, value: float, declared: Declaration) -> str:
     """Return a sentence about an input with a wrong sign; empty if it is right."""
-    if not declared["sign_rule"] or value > 0 or (value == 0 and declared["sign"] == "not negative"):
+    if declared.sign == "any" or value > 0 or (value == 0 and declared.sign == "not negative"):
         return ""
-    found = format_quantity(value, QUANTITY_KINDS[declared["kind"]].si_unit).strip()
-    return f"{name} must {declared['sign_rule']}; got {found}"
+    rule = declared.hint or ("be positive" if declared.sign == "positive" else "not be negative")
+    return f"{name} must {rule}; got {format_quantity(value, declared.unit).strip()}"
 
 
 def change_inputs(
@@ -110,7 +85,7 @@ def change_inputs(
     spell: Callable[[str], str] = str,
 ) -> _Inputs:
     """Return inputs with some replaced; raise MechanismError with one sentence per change that is not valid."""
-    known = {one.name: one.metadata for one in fields(defaults)}
+    known = fields_of(type(defaults))
     values: dict[str, float | str | None] = {}
     collector = ProblemCollector()
     for name, value in changes.items():
@@ -125,15 +100,14 @@ def change_inputs(
     return changed
 
 
-def _read_value(value: object, declared: Mapping[str, Any], what: str) -> float | str | None:
+def _read_value(value: object, declared: Declaration, what: str) -> float | str | None:
     """Return an allowed word, or a quantity in SI; raise MechanismError for one beyond all machines, with which no procedure calculates."""
-    if words := declared.get("words"):
-        if value in words:
-            return str(value)
+    words = declared.words
+    if value in words:
+        return None if declared.kinds else str(value)
+    if not declared.kinds:
         raise MechanismError(f"{what} must be one of {', '.join(words)}; found {format_value(value)}.{did_you_mean(str(value), words)}")
-    if isinstance(value, str) and value and value == declared["word_for_none"]:
-        return None
-    number = parse_quantity(value, declared["kind"], what)
+    number = parse_quantity(value, declared.kind, what)
     if abs(number) > MAX_INPUT:
         raise MechanismError(f"{what} must be at most {MAX_INPUT:g} in SI; found {format_value(value)}")
     return number
@@ -147,26 +121,22 @@ def option_of(name: str) -> str:
 def describe_inputs(defaults: Any) -> list[tuple[str, str]]:
     """Return for each input its option with the unit, and its meaning with the default."""
     return [
-        (f"{option_of(one.name)} {_value_word(one.metadata)}", _describe_input(one, getattr(defaults, one.name)))
-        for one in fields(defaults)
+        (f"{option_of(name)} {_value_word(declared)}", _describe_input(declared, getattr(defaults, name)))
+        for name, declared in fields_of(type(defaults)).items()
     ]
 
 
-def _value_word(declared: Mapping[str, Any]) -> str:
+def _value_word(declared: Declaration) -> str:
     """Return what an input takes: a unit, or the words to choose from."""
-    if words := declared.get("words"):
-        return "|".join(words)
-    unit = QUANTITY_KINDS[declared["kind"]].si_unit
-    return f"<{DISPLAY_UNITS.get(unit, (1.0, unit))[1] or 'number'}>"
+    return f"<{DISPLAY_UNITS.get(declared.unit, (1.0, declared.unit))[1] or 'number'}>" if declared.kinds else "|".join(declared.words)
 
 
-def _describe_input(one: Field[Any], default: object) -> str:
+def _describe_input(declared: Declaration, default: object) -> str:
     """Return the meaning of an input and its default."""
-    declared = one.metadata
     if default is None:
-        return f"{declared['meaning']}  [optional]"
-    text = default if isinstance(default, str) else format_quantity(float(str(default)), QUANTITY_KINDS[declared["kind"]].si_unit)
-    return f"{declared['meaning']}  [default: {text}]"
+        return f"{declared.meaning}  [optional]"
+    text = default if isinstance(default, str) else format_quantity(float(str(default)), declared.unit)
+    return f"{declared.meaning}  [default: {text}]"
 
 
 def parse_assignments(
