@@ -16,6 +16,7 @@ from governor_mechanism.integrators.step_record import (
     NEAR_SINGULAR_QUALITY,
     NO_STEPS,
     STEERING_QUALITY,
+    UNDETERMINED,
     IntegrationStatus,
     StepRecord,
     domain_status,
@@ -42,7 +43,7 @@ def make_attempt(functions: EquationFunctions[Equation]) -> Callable[..., None]:
         progress.error = -1.0
         progress.retry_factor = 0.0
         if lowest_quality < 0.0:
-            if lowest_quality == FAR_OUTSIDE_DOMAIN:
+            if lowest_quality in (FAR_OUTSIDE_DOMAIN, UNDETERMINED):
                 progress.retry_factor = 0.25
             return
         is_too_near = lowest_quality < min(MIN_STAGE_QUALITY, CROSSING_QUALITY_RATIO * quality)
@@ -231,7 +232,7 @@ def set_progress(progress: RecordArray, t: float, end: float, limits: StepLimits
     progress.reach = min(end - t, limits.max_step * limits.max_steps)  # a later end cannot be reached
     # A step below the rounding of the time would not advance it, as in an interval that is hardly longer than that.
     progress.min_step = max(1e-13 * progress.reach, 2.0**-52 * abs(end))
-    progress.quality = 1.0
+    progress.quality = progress.lowest_quality = 1.0
     progress.is_at_kink = progress.is_last = 0
     progress.n_reached = progress.n_retries = progress.n_kink_retries = progress.n_stiff = progress.n_calm = 0
     progress.window_steps = n_accepted
@@ -259,7 +260,8 @@ def check_limits(progress: RecordArray, counts: IntArray, limits: StepLimits, en
     if n_accepted + counts[StepCounter.REJECTED] >= limits.max_steps:
         progress.status = IntegrationStatus.STEP_LIMIT
     elif not min(progress.min_step, end - progress.t) <= progress.step < math.inf:
-        progress.status = IntegrationStatus.STALLED
+        is_jammed = progress.lowest_quality == UNDETERMINED
+        progress.status = IntegrationStatus.UNDETERMINED if is_jammed else IntegrationStatus.STALLED
 
 
 def _make_choice_of_step(ends: StepEnds) -> Callable[..., None]:

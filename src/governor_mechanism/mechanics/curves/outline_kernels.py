@@ -117,7 +117,8 @@ def distance_from_pieces(
     """
     c, nearest, kind = pieces.shape[1] - N_PIECE_VALUES, OutlineDistance(bound, 0.0, 0.0, 0.0, 0.0), 0.0
     for i in range(first_piece, first_piece + n_pieces):
-        if math.hypot(x - pieces[i, c], y - pieces[i, c + 1]) - pieces[i, c + 4] > nearest.value:
+        dx, dy, reach = x - pieces[i, c], y - pieces[i, c + 1], nearest.value + pieces[i, c + 4]
+        if dx * dx + dy * dy > reach * reach:
             continue  # a piece is no farther from its start than its length
         is_straight = pieces[i, c + 5] == 0.0
         distance = _distance_from_line(pieces, i, x, y) if is_straight else _distance_from_arc(pieces, i, x, y)
@@ -146,7 +147,8 @@ def find_nearest_point(
     for k in range(first_point, first_point + n_points):
         x = offset.x + offset.cosine * pieces[k, c] - offset.sine * pieces[k, c + 1]
         y = offset.y + offset.sine * pieces[k, c] + offset.cosine * pieces[k, c + 1]
-        if math.hypot(x - bound.x, y - bound.y) - bound.radius < least:
+        dx, dy, reach = x - bound.x, y - bound.y, bound.radius + max(least, 0.0)
+        if dx * dx + dy * dy < reach * reach:
             value = distance_from_pieces(pieces, first_piece, n_pieces, x, y, least if least > 0.0 else math.inf).value
             if value < least:
                 nearest, least = k, value

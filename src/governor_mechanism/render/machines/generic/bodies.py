@@ -169,7 +169,7 @@ def _body_shapes(placed: PlacedMechanism, body: Body, outline: _BodyOutline) -> 
     if own_outlines := _bodies_with_outlines(placed.mechanism).get(body.name):
         for one in own_outlines:
             corners = tuple((x + one.origin.x, y + one.origin.y) for x, y in outline_points(one.outline))
-            hangs = _may_have_ball(placed.extents, body) and not is_inside(corners, 0.0, 0.0)
+            hangs = body.can_rotate and body.mass > 0.0 and not is_inside(corners, 0.0, 0.0)
             points = [*_joint_and_force_points(placed.extents, body), (0.0, 0.0)] if hangs else outline.points
             beyond = [point for point in points if not is_inside(corners, *point)]
             yield from (make_bar("plate", (one.origin.x, one.origin.y), point, outline.width) for point in beyond)
