@@ -40,7 +40,12 @@ suppress_warnings = ["config.cache"]
 # Markdown
 myst_enable_extensions = ["dollarmath", "deflist"]
 myst_heading_anchors = 4
-nb_execution_mode = "off"
+nb_execution_mode = "cache"  # a notebook is run when it has changed, and shown with what its cells print and draw
+nb_execution_in_temp = True
+nb_execution_raise_on_error = True
+nb_execution_timeout = 300
+nb_ipywidgets_js = {}  # which would come from the network: `gm.explore` shows a picture instead
+nb_mime_priority_overrides = [("html", "application/vnd.jupyter.widget-view+json", None)]
 html_math_renderer = "mathml"
 
 # Examples: docs/examples/ is run, and shown with its output and pictures. A button copies a piece of code without its prompt.
@@ -63,6 +68,7 @@ sphinx_gallery_conf = {
     "show_signature": False,
 }
 copybutton_prompt_text = "$ "
+copybutton_selector = "div.highlight:not(.cell_output *, .sphx-glr-script-out *) pre"  # code, not what it prints
 
 # Python API: types stand in annotations, so they are shown with the parameters.
 autodoc_typehints = "description"

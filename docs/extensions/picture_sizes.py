@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import re
+from base64 import b64decode
 from collections.abc import Callable
 from functools import cache
+from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -36,13 +38,22 @@ def complete_pictures(page: str, find_file: Callable[[str], Path | None]) -> str
     """
 
     def complete(match: re.Match[str]) -> str:
-        path = find_file(match["source"])
-        size = None if path is None or "width=" in match["before"] + match["after"] else measure(path)
+        size = None if "width=" in match["before"] + match["after"] else _size_of(match["source"], find_file)
         attributes = f' width="{size[0]}" height="{size[1]}"' if size else ""
         lazy = "" if "loading=" in match[0] else ' loading="lazy"'
         return f'<img{lazy}{attributes} {match["before"]}src="{match["source"]}"{match["after"]}>'
 
     return PICTURE.sub(complete, page)
+
+
+def _size_of(source: str, find_file: Callable[[str], Path | None]) -> tuple[int, int] | None:
+    """Return the size of a picture that stands in a file or, as those of notebooks, in the page itself."""
+    kind, _, data = source.partition(";base64,")
+    if kind.startswith("data:image/"):
+        with Image.open(BytesIO(b64decode(data))) as picture:
+            return picture.size
+    path = None if ":" in source else find_file(source)
+    return measure(path) if path else None
 
 
 @cache

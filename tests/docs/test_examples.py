@@ -2,6 +2,7 @@
 
 import runpy
 import shutil
+from base64 import b64encode
 
 import pytest
 from PIL import Image
@@ -82,6 +83,8 @@ def test_pictures_get_their_size_and_load_late(tmp_path):
     Image.new("RGB", (40, 30)).save(tmp_path / "a.png")
     (tmp_path / "b.svg").write_text('<svg viewBox="0 0 12.4 7"/>')
     page = '<p><img alt="a" src="x/a.png"/><img src="b.svg"><img width="5" src="a.png" loading="eager"><img src="http://b.org/c.png"></p>'
+    inside = f'<img src="data:image/png;base64,{b64encode((tmp_path / "a.png").read_bytes()).decode()}">'
+    assert complete_pictures(inside, {}.get).startswith('<img loading="lazy" width="40" height="30" src="data:')
     files = {"x/a.png": tmp_path / "a.png", "a.png": tmp_path / "a.png", "b.svg": tmp_path / "b.svg"}
     assert complete_pictures(page, files.get) == (
         '<p><img loading="lazy" width="40" height="30" alt="a" src="x/a.png"/><img loading="lazy" width="12" height="7" src="b.svg">'
