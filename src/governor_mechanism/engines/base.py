@@ -28,21 +28,11 @@ from governor_mechanism.units.quantities import format_value
 
 @dataclass(frozen=True, kw_only=True)
 class ExpectedWork:
-    """Work of all runs of a request, as expected after the first of them.
+    """Work of all runs of a request, as expected after the first of them."""
 
-    Attributes
-    ----------
-    first_run_time
-        Time of the first run, s. In a new process it includes what runs only once.
-    n_evaluations
-        Number of evaluations of the equations of motion.
-    n_reported
-        Number of reported times.
-    """
-
-    first_run_time: float
-    n_evaluations: float
-    n_reported: int
+    first_run_time: float  # time of the first run, s. In a new process it includes what runs only once.
+    n_evaluations: float  # number of evaluations of the equations of motion
+    n_reported: int  # number of reported times
 
 
 Reason = str | Callable[[ExpectedWork | None], str]
@@ -195,22 +185,12 @@ class Runner(ABC):
         What is requested.
     evaluator
         Evaluator of the scene.
-
-    Attributes
-    ----------
-    setup_time
-        Time of preparations that the cost of a run lists separately, s.
-    iterations
-        Number of iterations of the joint solver, if it iterates.
-    method
-        Integration method as text, if the engine has a choice.
-    expected_work
-        Work of all runs, as expected after the first of them; None before, and where there is only one.
     """
 
-    setup_time: float = 0.0
-    iterations: int = 0
-    method: str = ""
+    setup_time: float = 0.0  # time of preparations that the cost of a run lists separately, s
+    iterations: int = 0  # number of iterations of the joint solver, if it iterates
+    method: str = ""  # integration method as text, if the engine has a choice
+    # work of all runs, as expected after the first of them; None before, and where there is only one
     expected_work: ExpectedWork | None = None
 
     def __init__(self, engine: str, settings: dict[str, Any], request: RunRequest, evaluator: ReadingEvaluator) -> None:

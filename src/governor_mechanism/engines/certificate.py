@@ -177,34 +177,24 @@ REQUEST_TO_FIRST_RUN_RATIO = 4.5
 
 @dataclass(frozen=True, kw_only=True)
 class ErrorControlSettings:
-    """Settings common to the engines with error control; the defaults serve all shipped scenes.
+    """Settings common to the engines with error control; the defaults serve all shipped scenes."""
 
-    Attributes
-    ----------
-    max_step_ratio
-        Largest step size in units of the scene's step scale, whatever the tolerance.
-    first_step_ratio
-        First step size as a fraction of the largest one.
-    event_step_ratio
-        Largest step size while event functions are monitored, as a fraction of the largest step: they are sampled five times in a
-        step.
-    monitor_interval_ratio
-        Spacing of the monitor times in units of the time scale (for reduced also of the coordinate scale): limits and singular
-        configurations are searched between them.
-    max_interpolation_steps
-        Step limit from a monitor time to a time before the next one: a handful suffices, except into a change point.
-    max_stagnant_runs
-        Successive halvings of the steps without improvement after which the best run is accepted; a single one may be chance.
-    max_step_work
-        Default of `max_steps`, times the number of joints plus `JOINTS_OF_FIXED_WORK`: a certified run ends within some 20 s.
-    """
-
-    max_step_ratio: float = 2.5
-    first_step_ratio: float = 0.004
+    max_step_ratio: float = 2.5  # largest step size in units of the scene's step scale, whatever the tolerance
+    first_step_ratio: float = 0.004  # first step size as a fraction of the largest one
+    # largest step size while event functions are monitored, as a fraction of the largest step: they are
+    # sampled five times in a step
     event_step_ratio: float = 0.2
+    # spacing of the monitor times in units of the time scale (for reduced also of the coordinate scale):
+    # limits and singular configurations are searched between them
     monitor_interval_ratio: float = 0.25
+    # step limit from a monitor time to a time before the next one: a handful suffices, except into a change
+    # point
     max_interpolation_steps: int = 100
+    # successive halvings of the steps without improvement after which the best run is accepted; a single one
+    # may be chance
     max_stagnant_runs: int = 2
+    # default of `max_steps`, times the number of joints plus `JOINTS_OF_FIXED_WORK`: a certified run ends
+    # within some 20 s
     max_step_work: float = 1e6
 
 
@@ -219,21 +209,11 @@ def initial_tolerance(accuracy: float) -> float:
 
 @dataclass(frozen=True, kw_only=True)
 class ErrorControlledEngine(Engine):
-    """Engine with error control: it halves its steps until the error of a run meets the accuracy.
+    """Engine with error control: it halves its steps until the error of a run meets the accuracy."""
 
-    Attributes
-    ----------
-    tolerance
-        Error of one step relative to the scales; None chooses it from the accuracy.
-    max_steps
-        Largest number of steps of one run; None chooses it from the size of the mechanism.
-    settings
-        Numerical settings.
-    """
-
-    tolerance: float | None = None
-    max_steps: int | None = None
-    settings: ErrorControlSettings = field(default_factory=ErrorControlSettings)
+    tolerance: float | None = None  # error of one step relative to the scales; None chooses it from the accuracy
+    max_steps: int | None = None  # largest number of steps of one run; None chooses it from the size of the mechanism
+    settings: ErrorControlSettings = field(default_factory=ErrorControlSettings)  # numerical settings
 
     def __post_init__(self) -> None:
         """Raise MechanismError if the tolerance or the step limit is out of range."""

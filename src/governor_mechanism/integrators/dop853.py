@@ -110,33 +110,15 @@ N_STIFF_STEPS, N_NONSTIFF_STEPS = 15, 6
 
 
 class StepLimits(NamedTuple):
-    """Limits of one integration.
+    """Limits of one integration."""
 
-    Attributes
-    ----------
-    tolerance
-        Error of one step, relative to the error scale.
-    step
-        First step size, s.
-    max_step
-        Largest step size, s.
-    max_steps
-        Largest number of accepted and rejected steps together.
-    min_stiff_steps
-        Fewest remaining steps with which a stiff equation ends the integration; infinity if it never does.
-    coarser_steps
-        Steps of another run: at most half of each is taken.
-    steps
-        Record of the steps.
-    """
-
-    tolerance: float
-    step: float
-    max_step: float
-    max_steps: int
-    min_stiff_steps: float
-    coarser_steps: StepRecord = NO_STEPS
-    steps: StepRecord = NO_STEPS
+    tolerance: float  # error of one step, relative to the error scale
+    step: float  # first step size, s
+    max_step: float  # largest step size, s
+    max_steps: int  # largest number of accepted and rejected steps together
+    min_stiff_steps: float  # fewest remaining steps with which a stiff equation ends the integration; infinity if it never does
+    coarser_steps: StepRecord = NO_STEPS  # steps of another run: at most half of each is taken
+    steps: StepRecord = NO_STEPS  # record of the steps
 
 
 Integration = Callable[

@@ -50,42 +50,22 @@ PROGRESS_DTYPE = record_dtype(
 
 
 class StepBuffers(NamedTuple):
-    """Stages of a step and of trial steps, and what errors and event functions are relative to.
+    """Stages of a step and of trial steps, and what errors and event functions are relative to."""
 
-    Attributes
-    ----------
-    stages
-        Stages of a step.
-    trial_stages
-        Stages of the steps that locate events.
-    error_scale
-        Scale of every integrated component; shape (integrated components,).
-    event_tolerances
-        Rounding of the event functions; shape (event functions,).
-    arming_tolerances
-        How far below zero each event function must have been before it can rise: its rounding, and 0 once it has been; same shape.
-    event_values
-        Event functions at the samples of a step; after an event the last row holds those at the event; shape (samples, event functions).
-    trial_event_values
-        Buffer; shape (event functions,).
-    is_rising
-        Buffer; shape (event functions,).
-    progress
-        Progress of the integration, a record of `PROGRESS_DTYPE`; shape (1,).
-    n_kinks
-        Number of event functions, the last ones, that are kinks of the derivative: steps end there, see `step_ends`.
-    """
-
-    stages: Stages
-    trial_stages: Stages
-    error_scale: FloatArray
-    event_tolerances: FloatArray
+    stages: Stages  # stages of a step
+    trial_stages: Stages  # stages of the steps that locate events
+    error_scale: FloatArray  # scale of every integrated component; shape (integrated components,)
+    event_tolerances: FloatArray  # rounding of the event functions; shape (event functions,)
+    # how far below zero each event function must have been before it can rise: its rounding, and 0 once it
+    # has been; same shape
     arming_tolerances: FloatArray
+    # event functions at the samples of a step; after an event the last row holds those at the event; shape
+    # (samples, event functions)
     event_values: FloatArray
-    trial_event_values: FloatArray
-    is_rising: BoolArray
-    progress: RecordArray
-    n_kinks: int
+    trial_event_values: FloatArray  # buffer; shape (event functions,)
+    is_rising: BoolArray  # buffer; shape (event functions,)
+    progress: RecordArray  # progress of the integration, a record of `PROGRESS_DTYPE`; shape (1,)
+    n_kinks: int  # number of event functions, the last ones, that are kinks of the derivative: steps end there, see `step_ends`
 
 
 def make_step_buffers(
@@ -134,33 +114,24 @@ class EquationFunctions(Generic[Equation]):
     """Compiled functions of an equation; times are local, as those of its inputs.
 
     The quality of a stage is 1, less near a singular state, 0 where the equation is always singular, and negative outside its domain.
-
-    Attributes
-    ----------
-    evaluate
-        Fill a column of derivatives (components, stages) at a time and state, count the evaluation, and return the quality.
-    take_step
-        Fill the stages of a step from a time, of a length, from a state, and return the lowest quality; see `make_take_step`.
-    finish_step
-        Fill the state and derivative with which the next step starts, at a time, from the end of a step of a quality; return their quality.
-    project
-        Move a state at a time into the domain.
-    project_errors
-        Remove from the errors of a step near a singular state what `finish_step` removes.
-    evaluate_events
-        Fill the event functions at a time and state whose derivative was evaluated last.
-    sample_events
-        Fill the event functions at a fraction of a step, interpolated.
-    check_step
-        Return the quality of the end of an accepted step, cut at its event, from its start (local time, s), length (s), state there,
-        stages, and quality so far: a negative one if the motion ends within the step.
     """
 
+    # fill a column of derivatives (components, stages) at a time and state, count the evaluation, and return
+    # the quality
     evaluate: Callable[[Equation, float, FloatArray, FloatArray, int], float]
+    # fill the stages of a step from a time, of a length, from a state, and return the lowest quality; see
+    # `make_take_step`
     take_step: Callable[[Equation, float, float, FloatArray, Stages], float]
+    # fill the state and derivative with which the next step starts, at a time, from the end of a step of a
+    # quality; return their quality
     finish_step: Callable[[Equation, float, float, Stages], float]
-    project: Callable[[Equation, float, FloatArray], None]
+    project: Callable[[Equation, float, FloatArray], None]  # move a state at a time into the domain
+    # remove from the errors of a step near a singular state what `finish_step` removes
     project_errors: Callable[[Equation, FloatArray], None]
+    # fill the event functions at a time and state whose derivative was evaluated last
     evaluate_events: Callable[[Equation, float, FloatArray, FloatArray], None]
+    # fill the event functions at a fraction of a step, interpolated
     sample_events: Callable[[Equation, EventStep, float, FloatArray], None]
+    # return the quality of the end of an accepted step, cut at its event, from its start (local time, s),
+    # length (s), state there, stages, and quality so far: a negative one if the motion ends within the step
     check_step: Callable[[Equation, float, float, FloatArray, Stages, float], float]

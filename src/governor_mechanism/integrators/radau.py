@@ -44,27 +44,13 @@ MIN_STEP_RATIO = 1e-13
 
 
 class RadauLimits(NamedTuple):
-    """Limits of one integration.
+    """Limits of one integration."""
 
-    Attributes
-    ----------
-    tolerance
-        Error of one step, relative to the error scale.
-    step
-        First step size, s.
-    max_steps
-        Largest number of accepted and rejected steps together.
-    coarser_steps
-        Steps of another run: at most half of each is taken.
-    steps
-        Record of the steps.
-    """
-
-    tolerance: float
-    step: float
-    max_steps: int
-    coarser_steps: StepRecord = NO_STEPS
-    steps: StepRecord = NO_STEPS
+    tolerance: float  # error of one step, relative to the error scale
+    step: float  # first step size, s
+    max_steps: int  # largest number of accepted and rejected steps together
+    coarser_steps: StepRecord = NO_STEPS  # steps of another run: at most half of each is taken
+    steps: StepRecord = NO_STEPS  # record of the steps
 
 
 @dataclass(frozen=True)
@@ -72,25 +58,19 @@ class StiffEquationFunctions(Generic[Equation]):
     """Compiled functions of a stiff equation; times are local, as those of its inputs.
 
     Qualities are negative where a state is outside the domain of the equation.
-
-    Attributes
-    ----------
-    start_step
-        Prepare the evaluations of a step from the present state.
-    evaluate
-        Fill the derivative at a time and state, count the evaluation, and return the quality; the last argument is the stage.
-    evaluate_jacobian
-        Fill the Jacobian (components, coupled components) at a time and state with a given derivative, and return the quality.
-    finish_step
-        Make a state at a time the present one, fill its derivative, and return how the integration goes on: DONE if nothing ends it.
-    write_output
-        Fill a row of outputs at a time from an interpolated state.
     """
 
-    start_step: Callable[[Equation], None]
+    start_step: Callable[[Equation], None]  # prepare the evaluations of a step from the present state
+    # fill the derivative at a time and state, count the evaluation, and return the quality; the last argument
+    # is the stage
     evaluate: Callable[[Equation, float, FloatArray, FloatArray, int], float]
+    # fill the Jacobian (components, coupled components) at a time and state with a given derivative, and
+    # return the quality
     evaluate_jacobian: Callable[[Equation, float, FloatArray, FloatArray, FloatArray], float]
+    # make a state at a time the present one, fill its derivative, and return how the integration goes on:
+    # DONE if nothing ends it
     finish_step: Callable[[Equation, float, FloatArray, FloatArray], IntegrationStatus]
+    # fill a row of outputs at a time from an interpolated state
     write_output: Callable[[Equation, float, FloatArray, FloatArray], None]
 
 

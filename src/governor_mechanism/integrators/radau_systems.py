@@ -60,38 +60,19 @@ class RadauTableau(NamedTuple):
     """Coefficients of the method with s stages, of order 2 s - 1.
 
     With the matrix A of the method, A^-1 = V diag(eigenvalues) V^-1. Of each pair of complex eigenvalues only one is listed.
-
-    Attributes
-    ----------
-    nodes
-        Start and stages as fractions of the step; shape (s + 1,).
-    inverse_matrix
-        A^-1; shape (s, s).
-    real_eigenvalue
-        Real eigenvalue of A^-1.
-    complex_eigenvalues
-        Its complex eigenvalues with a positive imaginary part; shape (pairs,).
-    to_real
-        Row of V^-1 of the real eigenvalue; shape (s,).
-    to_complex
-        Rows of V^-1 of the complex eigenvalues; shape (pairs, s).
-    from_real
-        Column of V of the real eigenvalue; shape (s,).
-    from_complex
-        Columns of V of the complex eigenvalues, twice as large: the real part of the product counts the conjugate pair; shape (s, pairs).
-    error_weights
-        Weights of the stage increments in the error estimate of order s; shape (s,).
     """
 
-    nodes: FloatArray
-    inverse_matrix: FloatArray
-    real_eigenvalue: float
-    complex_eigenvalues: ComplexArray
-    to_real: FloatArray
-    to_complex: ComplexArray
-    from_real: FloatArray
+    nodes: FloatArray  # start and stages as fractions of the step; shape (s + 1,)
+    inverse_matrix: FloatArray  # a^-1; shape (s, s)
+    real_eigenvalue: float  # real eigenvalue of A^-1
+    complex_eigenvalues: ComplexArray  # its complex eigenvalues with a positive imaginary part; shape (pairs,)
+    to_real: FloatArray  # row of V^-1 of the real eigenvalue; shape (s,)
+    to_complex: ComplexArray  # rows of V^-1 of the complex eigenvalues; shape (pairs, s)
+    from_real: FloatArray  # column of V of the real eigenvalue; shape (s,)
+    # columns of V of the complex eigenvalues, twice as large: the real part of the product counts the
+    # conjugate pair; shape (s, pairs)
     from_complex: ComplexArray
-    error_weights: FloatArray
+    error_weights: FloatArray  # weights of the stage increments in the error estimate of order s; shape (s,)
 
 
 @cache
@@ -160,62 +141,25 @@ class RadauBuffers(NamedTuple):
     """Method and buffers of one integration.
 
     A state begins with the components on which the derivative depends (n_coupled); those after them are quadratures.
-
-    Attributes
-    ----------
-    tableau
-        Coefficients of the method, with s stages.
-    error_scale
-        Scale of every component; shape (components,).
-    jacobian
-        Derivatives of the state derivative by the coupled components; shape (components, n_coupled).
-    real_factors
-        LU factors of the matrix of the real eigenvalue; shape (n_coupled, n_coupled).
-    complex_factors
-        Those of the complex eigenvalues; shape (pairs, n_coupled, n_coupled).
-    pivots
-        Their row exchanges, of the real matrix last; shape (pairs + 1, n_coupled).
-    increments
-        Differences of the states at the stages from the start; shape (s, components).
-    previous_increments
-        Those of the step before; shape (s, components).
-    residuals
-        Derivatives at the stages, then residuals of the collocation equations; shape (s, components).
-    real_update
-        Update of the iteration along the real eigenvector; shape (components,).
-    complex_updates
-        Those along the complex eigenvectors; shape (pairs, components).
-    stage_state
-        State at a stage or at an output time; shape (components,).
-    start_derivative
-        Derivative at the start of the step; shape (components,).
-    errors
-        Errors of the step; shape (components,).
-    weights
-        Weights of start and stages in an interpolated state; shape (s + 1,).
-    progress
-        Progress of the integration, a record of `RADAU_PROGRESS_DTYPE`; shape (1,).
-    counts
-        Counters, indexed by `StepCounter`.
     """
 
-    tableau: RadauTableau
-    error_scale: FloatArray
-    jacobian: FloatArray
-    real_factors: FloatArray
-    complex_factors: ComplexArray
-    pivots: IntArray
-    increments: FloatArray
-    previous_increments: FloatArray
-    residuals: FloatArray
-    real_update: FloatArray
-    complex_updates: ComplexArray
-    stage_state: FloatArray
-    start_derivative: FloatArray
-    errors: FloatArray
-    weights: FloatArray
-    progress: RecordArray
-    counts: IntArray
+    tableau: RadauTableau  # coefficients of the method, with s stages
+    error_scale: FloatArray  # scale of every component; shape (components,)
+    jacobian: FloatArray  # derivatives of the state derivative by the coupled components; shape (components, n_coupled)
+    real_factors: FloatArray  # LU factors of the matrix of the real eigenvalue; shape (n_coupled, n_coupled)
+    complex_factors: ComplexArray  # those of the complex eigenvalues; shape (pairs, n_coupled, n_coupled)
+    pivots: IntArray  # their row exchanges, of the real matrix last; shape (pairs + 1, n_coupled)
+    increments: FloatArray  # differences of the states at the stages from the start; shape (s, components)
+    previous_increments: FloatArray  # those of the step before; shape (s, components)
+    residuals: FloatArray  # derivatives at the stages, then residuals of the collocation equations; shape (s, components)
+    real_update: FloatArray  # update of the iteration along the real eigenvector; shape (components,)
+    complex_updates: ComplexArray  # those along the complex eigenvectors; shape (pairs, components)
+    stage_state: FloatArray  # state at a stage or at an output time; shape (components,)
+    start_derivative: FloatArray  # derivative at the start of the step; shape (components,)
+    errors: FloatArray  # errors of the step; shape (components,)
+    weights: FloatArray  # weights of start and stages in an interpolated state; shape (s + 1,)
+    progress: RecordArray  # progress of the integration, a record of `RADAU_PROGRESS_DTYPE`; shape (1,)
+    counts: IntArray  # counters, indexed by `StepCounter`
 
 
 def make_radau_buffers(

@@ -31,42 +31,20 @@ class StepCounter(IntEnum):
 
 
 class Stages(NamedTuple):
-    """Stage values and buffers of one step.
+    """Stage values and buffers of one step."""
 
-    Attributes
-    ----------
-    derivatives
-        Derivative of each component at the stages; shape (components, 16).
-    stage_state
-        State at a stage before stage 11, and buffer; shape (components,).
-    last_stage_state
-        State at stage 11; shape (components,).
-    end
-        State at the end of the step, as the method gives it, or at the stage that left the domain; shape (components,).
-    next_state
-        State from which the next step starts; shape (components,).
-    next_derivative
-        Its derivative; shape (components, 1).
-    errors
-        Errors per second of order 5 and of order 3; shape (2, integrated components).
-    dense
-        Coefficients of the dense output; shape (components, 7).
-    counts
-        Counters, indexed by `StepCounter`.
-    n_coupled
-        Number of leading components on which the derivative depends.
-    """
-
-    derivatives: FloatArray
-    stage_state: FloatArray
-    last_stage_state: FloatArray
+    derivatives: FloatArray  # derivative of each component at the stages; shape (components, 16)
+    stage_state: FloatArray  # state at a stage before stage 11, and buffer; shape (components,)
+    last_stage_state: FloatArray  # state at stage 11; shape (components,)
+    # state at the end of the step, as the method gives it, or at the stage that left the domain; shape
+    # (components,)
     end: FloatArray
-    next_state: FloatArray
-    next_derivative: FloatArray
-    errors: FloatArray
-    dense: FloatArray
-    counts: IntArray
-    n_coupled: int
+    next_state: FloatArray  # state from which the next step starts; shape (components,)
+    next_derivative: FloatArray  # its derivative; shape (components, 1)
+    errors: FloatArray  # errors per second of order 5 and of order 3; shape (2, integrated components)
+    dense: FloatArray  # coefficients of the dense output; shape (components, 7)
+    counts: IntArray  # counters, indexed by `StepCounter`
+    n_coupled: int  # number of leading components on which the derivative depends
 
 
 def make_stages(

@@ -204,24 +204,15 @@ def judge_length(
 
 @dataclass(frozen=True)
 class StepEnds:
-    """Compiled functions for the ends of steps.
+    """Compiled functions for the ends of steps."""
 
-    Attributes
-    ----------
-    choose_length
-        Return the length of the next step: that given, or a shorter one up to a kink.
-    finish_and_sample
-        Finish a step, sample its event functions, and return the quality of the state after it.
-    correct_length
-        Compare a finished step with the first kink: return whether it ends there, and the length with which to try again, or 0; its last
-        arguments are those of `judge_length`.
-    cut_at_event
-        Cut a finished step at the first event, and return the fraction that precedes it, or NO_EVENT.
-    """
-
-    choose_length: Callable[..., float]
+    choose_length: Callable[..., float]  # return the length of the next step: that given, or a shorter one up to a kink
+    # finish a step, sample its event functions, and return the quality of the state after it
     finish_and_sample: Callable[..., float]
+    # compare a finished step with the first kink: return whether it ends there, and the length with which to
+    # try again, or 0; its last arguments are those of `judge_length`
     correct_length: Callable[..., tuple[bool, float]]
+    # cut a finished step at the first event, and return the fraction that precedes it, or NO_EVENT
     cut_at_event: Callable[..., float]
 
 

@@ -104,24 +104,14 @@ INSIDE_STEP_TOLERANCE = 1e-9
 
 
 class StepRecord(NamedTuple):
-    """Ends of the accepted steps of a run, in the order of time.
+    """Ends of the accepted steps of a run, in the order of time."""
 
-    Attributes
-    ----------
-    ends
-        Times at which steps end, s; shape (capacity,).
-    n_steps
-        Number of recorded steps; shape (1,).
-    largest_quality
-        Largest quality of a step so far; shape (1,). It measures what is far from a singular configuration.
-    singular_amplification
-        Sum over the steps near singular configurations of their length over the cube of the smallest angle (rad) from it, s; shape (1,).
-        A constraint violation d changes the rates by d times this.
-    """
-
-    ends: FloatArray
-    n_steps: IntArray
+    ends: FloatArray  # times at which steps end, s; shape (capacity,)
+    n_steps: IntArray  # number of recorded steps; shape (1,)
+    # largest quality of a step so far; shape (1,). It measures what is far from a singular configuration.
     largest_quality: FloatArray
+    # sum over the steps near singular configurations of their length over the cube of the smallest angle
+    # (rad) from it, s; shape (1,). A constraint violation d changes the rates by d times this.
     singular_amplification: FloatArray
 
 

@@ -18,21 +18,11 @@ MAX_COUNTED_STEPS = 2.0**40
 
 @dataclass(frozen=True)
 class TimeGrid:
-    """Times of a run at which its state is recorded.
+    """Times of a run at which its state is recorded."""
 
-    Attributes
-    ----------
-    monitor_times
-        Recorded times, s, ascending from 0; shape (n,).
-    reported_indices
-        Index of each reported time in `monitor_times`.
-    min_steps
-        Smallest number of steps in each interval; shape (n - 1,).
-    """
-
-    monitor_times: FloatArray
-    reported_indices: IntArray
-    min_steps: IntArray
+    monitor_times: FloatArray  # recorded times, s, ascending from 0; shape (n,)
+    reported_indices: IntArray  # index of each reported time in `monitor_times`
+    min_steps: IntArray  # smallest number of steps in each interval; shape (n - 1,)
 
     def truncate(self, n_times: int) -> TimeGrid:
         """Return the grid of the first `n_times` monitor times."""

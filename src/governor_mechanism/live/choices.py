@@ -60,24 +60,12 @@ Document = Mapping[str, Any]
 
 @dataclass(frozen=True, kw_only=True)
 class Choice:
-    """A word or a switch of a scene file.
+    """A word or a switch of a scene file."""
 
-    Attributes
-    ----------
-    key
-        Dotted key.
-    words
-        What it is.
-    value
-        The word, or whether it is on.
-    options
-        Words to choose from; empty for a switch.
-    """
-
-    key: str
-    words: str
-    value: Value
-    options: tuple[str, ...] = ()
+    key: str  # dotted key
+    words: str  # what it is
+    value: Value  # the word, or whether it is on
+    options: tuple[str, ...] = ()  # words to choose from; empty for a switch
 
 
 class Offer(NamedTuple):

@@ -31,57 +31,23 @@ THEMES: Final = ("light", "dark")
 
 @dataclass(frozen=True, kw_only=True)
 class Request:
-    """What a page asks for.
+    """What a page asks for."""
 
-    Attributes
-    ----------
-    action
-        What is to be done, a key of `FIELDS`.
-    values
-        Numbers by key in their units, of a change.
-    is_last
-        Whether a change is the last one of a drag.
-    key
-        Key of a choice.
-    value
-        The word that is chosen, or whether something is on.
-    time
-        Time that the page shows, or from which the motion goes on, s.
-    duration
-        Time by which a motion goes on, s.
-    tab
-        Name of the tab to which a motion belongs.
-    is_new
-        Whether a motion goes on from the run of the document, and not from the motion before.
-    number
-        Number of the request, which its answer repeats.
-    ending
-        Kind of a file that the browser saves.
-    name
-        Name of a scene file that is written into the folder of the opened one.
-    overwrites
-        Whether a file may be replaced that is already there.
-    theme
-        Colours of a picture.
-    assembly
-        Number of the way in which the joints close.
-    """
-
-    action: str
-    values: Mapping[str, float] = field(default_factory=dict)
-    is_last: bool = True
-    key: str = ""
-    value: str | bool = False
-    time: float = 0.0
-    duration: float = 0.0
-    tab: str = ""
-    is_new: bool = False
-    number: float = 0.0
-    ending: str = ""
-    name: str = ""
-    overwrites: bool = False
-    theme: str = "light"
-    assembly: int = 1
+    action: str  # what is to be done, a key of `FIELDS`
+    values: Mapping[str, float] = field(default_factory=dict)  # numbers by key in their units, of a change
+    is_last: bool = True  # whether a change is the last one of a drag
+    key: str = ""  # key of a choice
+    value: str | bool = False  # the word that is chosen, or whether something is on
+    time: float = 0.0  # time that the page shows, or from which the motion goes on, s
+    duration: float = 0.0  # time by which a motion goes on, s
+    tab: str = ""  # name of the tab to which a motion belongs
+    is_new: bool = False  # whether a motion goes on from the run of the document, and not from the motion before
+    number: float = 0.0  # number of the request, which its answer repeats
+    ending: str = ""  # kind of a file that the browser saves
+    name: str = ""  # name of a scene file that is written into the folder of the opened one
+    overwrites: bool = False  # whether a file may be replaced that is already there
+    theme: str = "light"  # colours of a picture
+    assembly: int = 1  # number of the way in which the joints close
 
 
 def parse_message(text: str) -> Request:

@@ -50,51 +50,28 @@ class Coordinate:
 
 @dataclass(frozen=True, kw_only=True)
 class Grip:
-    """A point of the drawing that a person drags.
+    """A point of the drawing that a person drags."""
 
-    Attributes
-    ----------
-    name
-        What it is.
-    place
-        Its place in the picture, units.
-    effects
-        For each quantity that follows it, its key and the changes by a unit of the picture to the right and down.
-    start
-        Value of its quantity where the motion starts, of what moves that start and not the mechanism; None for others.
-    """
-
-    name: str
-    place: tuple[float, float]
+    name: str  # what it is
+    place: tuple[float, float]  # its place in the picture, units
+    # for each quantity that follows it, its key and the changes by a unit of the picture to the right and
+    # down
     effects: tuple[tuple[str, float, float], ...]
+    # value of its quantity where the motion starts, of what moves that start and not the mechanism; None for
+    # others
     start: float | None = None
 
 
 @dataclass(frozen=True, kw_only=True)
 class Travel:
-    """Where what is drawn goes while the leading coordinate takes other values at the start.
+    """Where what is drawn goes while the leading coordinate takes other values at the start."""
 
-    Attributes
-    ----------
-    key
-        Key of the quantity that says where the motion starts.
-    values
-        Its first and its last value, in its unit; the samples between them are equally far apart.
-    is_closed
-        Whether the last sample is the first one again.
-    ends
-        Why it ends at either end, as sentences.
-    tracks
-        Tracks of what moves, as a page has them.
-    shapes
-        Role of each shape of the drawing, and the number of its track; None for a shape without one.
-    """
-
-    key: str
-    values: tuple[float, float]
-    is_closed: bool
-    ends: tuple[str, str]
-    tracks: Sequence[Mapping[str, Any]]
+    key: str  # key of the quantity that says where the motion starts
+    values: tuple[float, float]  # its first and its last value, in its unit; the samples between them are equally far apart
+    is_closed: bool  # whether the last sample is the first one again
+    ends: tuple[str, str]  # why it ends at either end, as sentences
+    tracks: Sequence[Mapping[str, Any]]  # tracks of what moves, as a page has them
+    # role of each shape of the drawing, and the number of its track; None for a shape without one
     shapes: Sequence[tuple[str, int | None]]
 
 

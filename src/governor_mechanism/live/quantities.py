@@ -49,29 +49,14 @@ RANGE_FACTOR: Final = 2.0
 
 @dataclass(frozen=True, kw_only=True)
 class Quantity:
-    """A number of a scene file with its unit.
+    """A number of a scene file with its unit."""
 
-    Attributes
-    ----------
-    key
-        Dotted key; items of lists by name, or by number from 1.
-    group
-        Table that it belongs to.
-    words
-        What it is.
-    value
-        Value in its unit.
-    unit
-        Unit as written; empty for a number in SI.
-    low, high
-        Ends of its slider.
-    """
-
-    key: str
-    group: str
-    words: str
-    value: float
-    unit: str
+    key: str  # dotted key; items of lists by name, or by number from 1
+    group: str  # table that it belongs to
+    words: str  # what it is
+    value: float  # value in its unit
+    unit: str  # unit as written; empty for a number in SI
+    # low, high: ends of its slider
     low: float
     high: float
 

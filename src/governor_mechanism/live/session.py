@@ -54,30 +54,14 @@ MAX_MOTIONS: Final = 8
 
 @dataclass(frozen=True, kw_only=True)
 class Snapshot:
-    """The answer to one state of the document.
+    """The answer to one state of the document."""
 
-    Attributes
-    ----------
-    document
-        The document; that of the run is an earlier one where there is a problem.
-    run
-        The last possible run.
-    problem
-        Why the present values allow none; empty if they do.
-    number
-        Number of changes before it.
-    is_bounded
-        Whether its steps were bounded, since a hand held something.
-    is_brief
-        Whether the run ends earlier than that of the scene, since a hand moved.
-    """
-
-    document: Mapping[str, Any]
-    run: Trajectory
-    problem: str
-    number: int
-    is_bounded: bool = False
-    is_brief: bool = False
+    document: Mapping[str, Any]  # the document; that of the run is an earlier one where there is a problem
+    run: Trajectory  # the last possible run
+    problem: str  # why the present values allow none; empty if they do
+    number: int  # number of changes before it
+    is_bounded: bool = False  # whether its steps were bounded, since a hand held something
+    is_brief: bool = False  # whether the run ends earlier than that of the scene, since a hand moved
 
 
 class Session:

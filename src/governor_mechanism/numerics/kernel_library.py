@@ -87,21 +87,11 @@ def find_obstacle(index: Mapping[str, Any], wanted_platform: str) -> str:
 
 @dataclass(frozen=True)
 class _Library:
-    """The library, if it can be used.
+    """The library, if it can be used."""
 
-    Attributes
-    ----------
-    obstacle
-        Why it cannot be used; empty if it can.
-    code
-        The loaded file.
-    kernels
-        What the index says of each kernel, by module and name.
-    """
-
-    obstacle: str = ""
-    code: Any = None
-    kernels: Mapping[str, Any] = field(default_factory=dict)
+    obstacle: str = ""  # why it cannot be used; empty if it can
+    code: Any = None  # the loaded file
+    kernels: Mapping[str, Any] = field(default_factory=dict)  # what the index says of each kernel, by module and name
 
 
 @cache

@@ -38,21 +38,11 @@ Definition = tuple[str, str]
 
 @dataclass(frozen=True)
 class _Module:
-    """Text of a module.
+    """Text of a module."""
 
-    Attributes
-    ----------
-    name
-        Its name, as in an import.
-    tree
-        Its syntax tree.
-    has_inner_imports
-        Whether functions may import.
-    """
-
-    name: str
-    tree: ast.Module
-    has_inner_imports: bool
+    name: str  # its name, as in an import
+    tree: ast.Module  # its syntax tree
+    has_inner_imports: bool  # whether functions may import
 
     @cached_property
     def definitions(self) -> dict[str, list[ast.stmt]]:
@@ -93,15 +83,9 @@ def _is_text(statement: ast.AST) -> bool:
 
 @dataclass
 class KernelSources:
-    """Search for the definitions that kernels come from.
+    """Search for the definitions that kernels come from."""
 
-    Attributes
-    ----------
-    texts
-        Text of every module by its name.
-    """
-
-    texts: Mapping[str, str]
+    texts: Mapping[str, str]  # text of every module by its name
     _modules: dict[str, _Module] = field(default_factory=dict, repr=False)
     _members: set[str] = field(default_factory=set, repr=False)
 

@@ -50,43 +50,21 @@ MAX_EXTRAPOLATED_SINE = 0.05
 
 @dataclass(frozen=True, kw_only=True)
 class DeadCentre(Recorded):
-    """A position at which a reading turns back while the drive goes on.
+    """A position at which a reading turns back while the drive goes on."""
 
-    Attributes
-    ----------
-    reading
-        Name of the reading.
-    drive
-        Value of the driving reading, SI.
-    value
-        Value of the reading, SI.
-    is_highest
-        Whether the reading has a maximum there.
-    """
-
-    reading: str
-    drive: float
-    value: float
-    is_highest: bool
+    reading: str  # name of the reading
+    drive: float  # value of the driving reading, SI
+    value: float  # value of the reading, SI
+    is_highest: bool  # whether the reading has a maximum there
 
 
 @dataclass(frozen=True, kw_only=True)
 class Toggle(Recorded):
-    """A position beyond which the drive cannot go.
+    """A position beyond which the drive cannot go."""
 
-    Attributes
-    ----------
-    drive
-        Value of the driving reading, SI.
-    couplers
-        Couplers whose transmission angle is 0 or 180 degrees there.
-    reason
-        What happens there, in words.
-    """
-
-    drive: float
-    couplers: tuple[str, ...]
-    reason: str
+    drive: float  # value of the driving reading, SI
+    couplers: tuple[str, ...]  # couplers whose transmission angle is 0 or 180 degrees there
+    reason: str  # what happens there, in words
 
 
 class DriveTravel:
@@ -239,18 +217,10 @@ _REASONS = {
 
 @dataclass(frozen=True, kw_only=True)
 class FourBar(Recorded):
-    """A four-bar loop on the ground.
+    """A four-bar loop on the ground."""
 
-    Attributes
-    ----------
-    links
-        Names of the input, the coupler and the output.
-    lengths
-        Lengths of ground, input, coupler and output, m.
-    """
-
-    links: tuple[str, str, str]
-    lengths: tuple[float, float, float, float]
+    links: tuple[str, str, str]  # names of the input, the coupler and the output
+    lengths: tuple[float, float, float, float]  # lengths of ground, input, coupler and output, m
 
     derived = ("grashof",)
 
@@ -316,21 +286,11 @@ MAX_EXAMINED_POSES = 7
 
 @dataclass(frozen=True)
 class CountedJoints(Recorded):
-    """Joints of one kind.
+    """Joints of one kind."""
 
-    Attributes
-    ----------
-    kind
-        Word for the joint, as "pin".
-    count
-        Number of them.
-    constraints
-        Number of constraints of each.
-    """
-
-    kind: str
-    count: int
-    constraints: int
+    kind: str  # word for the joint, as "pin"
+    count: int  # number of them
+    constraints: int  # number of constraints of each
 
     def __str__(self) -> str:
         """Return the term of the count, as "2 x 4 pins"."""
@@ -339,24 +299,12 @@ class CountedJoints(Recorded):
 
 @dataclass(frozen=True, kw_only=True)
 class Mobility(Recorded):
-    """Mobility of a mechanism without its drives.
+    """Mobility of a mechanism without its drives."""
 
-    Attributes
-    ----------
-    bodies
-        Number of moving bodies.
-    guided
-        Number of coordinates that are given because bodies are described as ones that do not turn, or only turn.
-    joints
-        Joints by their kind.
-    true
-        Degrees of freedom: coordinates minus the rank of the joint equations, where it is largest in the motion.
-    """
-
-    bodies: int
-    guided: int
-    joints: tuple[CountedJoints, ...]
-    true: int
+    bodies: int  # number of moving bodies
+    guided: int  # number of coordinates that are given because bodies are described as ones that do not turn, or only turn
+    joints: tuple[CountedJoints, ...]  # joints by their kind
+    true: int  # degrees of freedom: coordinates minus the rank of the joint equations, where it is largest in the motion
 
     derived = ("gruebler", "redundant")
 

@@ -31,24 +31,12 @@ QUANTITY_UNITS = {"angle": "rad", "length": "m", "angular_speed": "rad/s", "rati
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class DescribedValue(Recorded):
-    """A named value with its unit.
+    """A named value with its unit."""
 
-    Attributes
-    ----------
-    name
-        Name, as in a scene file.
-    value
-        Number in SI, word, text of a function, or None for a value that is left out.
-    unit
-        SI unit; empty for a number without one.
-    meaning
-        What it is; may be empty.
-    """
-
-    name: str
-    value: float | str | None
-    unit: str = ""
-    meaning: str = ""
+    name: str  # name, as in a scene file
+    value: float | str | None  # number in SI, word, text of a function, or None for a value that is left out
+    unit: str = ""  # SI unit; empty for a number without one
+    meaning: str = ""  # what it is; may be empty
 
     @property
     def text(self) -> str:
@@ -133,24 +121,12 @@ def _describe_points(positions: tuple[float, ...], values: tuple[float, ...], un
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class DescribedItem(Recorded):
-    """Something that a scene lists: an effect, a force element, a coupling, an event.
+    """Something that a scene lists: an effect, a force element, a coupling, an event."""
 
-    Attributes
-    ----------
-    name
-        Name in messages and results.
-    kind
-        What it is, as "gear".
-    text
-        The rest in words.
-    values
-        Its numbers, if it has any.
-    """
-
-    name: str
-    kind: str
-    text: str
-    values: tuple[DescribedValue, ...] = ()
+    name: str  # name in messages and results
+    kind: str  # what it is, as "gear"
+    text: str  # the rest in words
+    values: tuple[DescribedValue, ...] = ()  # its numbers, if it has any
 
     def as_json(self) -> dict[str, Any]:
         """Return the fields by name, without values if there are none."""
@@ -159,62 +135,29 @@ class DescribedItem(Recorded):
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class DescribedPart(Recorded):
-    """One part of a scene in words.
+    """One part of a scene in words."""
 
-    Attributes
-    ----------
-    name
-        Name of the part.
-    machine
-        Name of the machine in scene files.
-    plane
-        "turning" or "fixed".
-    spindle
-        How its spindle turns, in words; empty in a fixed plane.
-    dimensions
-        Dimensions in SI.
-    effects
-        Effects.
-    bodies, joints
-        Names of the bodies, and of the joints of the mechanism.
-    coordinate
-        Name of the leading coordinate.
-    law
-        The law that it proves, in words; empty without one.
-    """
-
-    name: str
-    machine: str
-    plane: str
-    spindle: str
-    dimensions: tuple[DescribedValue, ...]
-    effects: tuple[DescribedItem, ...]
+    name: str  # name of the part
+    machine: str  # name of the machine in scene files
+    plane: str  # "turning" or "fixed"
+    spindle: str  # how its spindle turns, in words; empty in a fixed plane
+    dimensions: tuple[DescribedValue, ...]  # dimensions in SI
+    effects: tuple[DescribedItem, ...]  # effects
+    # bodies, joints: names of the bodies, and of the joints of the mechanism
     bodies: tuple[str, ...]
     joints: tuple[str, ...]
-    coordinate: str
-    law: str = ""
+    coordinate: str  # name of the leading coordinate
+    law: str = ""  # the law that it proves, in words; empty without one
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class EngineAnswer:
-    """What an engine says about a scene.
+    """What an engine says about a scene."""
 
-    Attributes
-    ----------
-    name
-        Name of the engine.
-    supported
-        Whether it can run the scene.
-    reason
-        Why not, or why "auto" takes it; empty for the others.
-    is_chosen
-        Whether "auto" takes it.
-    """
-
-    name: str
-    supported: bool
-    reason: str
-    is_chosen: bool
+    name: str  # name of the engine
+    supported: bool  # whether it can run the scene
+    reason: str  # why not, or why "auto" takes it; empty for the others
+    is_chosen: bool  # whether "auto" takes it
 
     def __str__(self) -> str:
         if self.is_chosen:

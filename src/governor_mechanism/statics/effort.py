@@ -27,29 +27,17 @@ POSITION_TOLERANCE = 1e-12
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class GovernorEffort:
-    """Effort, lift and power for a relative change of speed, at positions of equilibrium; arrays of shape (n,).
+    """Effort, lift and power for a relative change of speed, at positions of equilibrium; arrays of shape (n,)."""
 
-    Attributes
-    ----------
-    speed_change
-        Relative increase p of the speed.
-    against
-        Name of the reading of the sleeve.
-    effort
-        Mean force at the sleeve while it yields to the change of speed, N or N m; 0 where there is no equilibrium speed.
-    lift
-        Travel of the sleeve to the equilibrium at the increased speed, m or rad; 0 where `has_lift` is false.
-    power
-        Effort times lift, J; 0 where `has_lift` is false.
-    has_lift
-        Whether the position is stable and the equilibrium at the increased speed lies within the travel, before any fold.
-    """
-
-    speed_change: float
-    against: str
+    speed_change: float  # relative increase p of the speed
+    against: str  # name of the reading of the sleeve
+    # mean force at the sleeve while it yields to the change of speed, N or N m; 0 where there is no
+    # equilibrium speed
     effort: FloatArray
-    lift: FloatArray
-    power: FloatArray
+    lift: FloatArray  # travel of the sleeve to the equilibrium at the increased speed, m or rad; 0 where `has_lift` is false
+    power: FloatArray  # effort times lift, J; 0 where `has_lift` is false
+    # whether the position is stable and the equilibrium at the increased speed lies within the travel, before
+    # any fold
     has_lift: NDArray[np.bool_]
 
     __repr__ = short_repr

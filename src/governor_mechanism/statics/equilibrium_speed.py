@@ -209,41 +209,25 @@ before a dead centre leaves.
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class WorkingRange(Recorded):
-    """Both ends of the working range, inner end (smaller ball radius) first; arrays of shape (2,).
+    """Both ends of the working range, inner end (smaller ball radius) first; arrays of shape (2,)."""
 
-    Attributes
-    ----------
-    limited_by
-        'values' if the range was given, 'stops' if it is that of the scene's stops, or 'travel'.
-    coordinate
-        Leading coordinate, SI.
-    radius
-        Distance of the ball from the spindle axis, m.
-    sleeve
-        Reading of the sleeve, SI.
-    force
-        Controlling force of one ball, N.
-    speed
-        Equilibrium speed, rad/s.
-    falling_speed
-        Speed below which the governor begins to fall against the resistance, rad/s; the equilibrium speed without resistance.
-    rising_speed
-        Speed above which it begins to rise against the resistance, rad/s; the equilibrium speed without resistance.
-    stable
-        Whether the equilibria between the ends are stable. If not, the range of speed says nothing about the sensitiveness.
-    work_capacity
-        Work that the governor does from the inner to the outer end, J: the area under the controlling-force curve, for all balls.
-    """
-
-    limited_by: str
-    coordinate: FloatArray
-    radius: FloatArray
-    sleeve: FloatArray
-    force: FloatArray
-    speed: FloatArray
+    limited_by: str  # 'values' if the range was given, 'stops' if it is that of the scene's stops, or 'travel'
+    coordinate: FloatArray  # leading coordinate, SI
+    radius: FloatArray  # distance of the ball from the spindle axis, m
+    sleeve: FloatArray  # reading of the sleeve, SI
+    force: FloatArray  # controlling force of one ball, N
+    speed: FloatArray  # equilibrium speed, rad/s
+    # speed below which the governor begins to fall against the resistance, rad/s; the equilibrium speed
+    # without resistance
     falling_speed: FloatArray
+    # speed above which it begins to rise against the resistance, rad/s; the equilibrium speed without
+    # resistance
     rising_speed: FloatArray
+    # whether the equilibria between the ends are stable. If not, the range of speed says nothing about the
+    # sensitiveness.
     stable: bool
+    # work that the governor does from the inner to the outer end, J: the area under the controlling-force
+    # curve, for all balls
     work_capacity: float
 
     __repr__ = short_repr

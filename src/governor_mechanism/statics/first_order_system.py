@@ -17,29 +17,16 @@ from governor_mechanism.units.text_table import format_table, short_repr
 
 @dataclass(frozen=True, kw_only=True)
 class Mode:
-    """One mode of small motions: a real eigenvalue, or a pair of complex ones.
+    """One mode of small motions: a real eigenvalue, or a pair of complex ones."""
 
-    Attributes
-    ----------
-    eigenvalue
-        Eigenvalue, 1/s; that of a pair with positive imaginary part.
-    error_estimate
-        Estimated error of the eigenvalue, 1/s.
-    natural_frequency
-        Magnitude of the eigenvalue, rad/s.
-    damping_ratio
-        Damping ratio: 0 undamped, 1 a real negative eigenvalue, negative if the motion grows.
-    amplitudes
-        Complex amplitude by output, SI; the largest in units of its scale is 1. A reading that turns steadily has that of its rate.
-    is_conserved
-        Whether this is the zero eigenvalue of a conserved quantity, such as the momentum of a free spindle.
-    """
-
-    eigenvalue: complex
-    error_estimate: float
-    natural_frequency: float
-    damping_ratio: float
+    eigenvalue: complex  # eigenvalue, 1/s; that of a pair with positive imaginary part
+    error_estimate: float  # estimated error of the eigenvalue, 1/s
+    natural_frequency: float  # magnitude of the eigenvalue, rad/s
+    damping_ratio: float  # damping ratio: 0 undamped, 1 a real negative eigenvalue, negative if the motion grows
+    # complex amplitude by output, SI; the largest in units of its scale is 1. A reading that turns steadily
+    # has that of its rate.
     amplitudes: Mapping[str, complex]
+    # whether this is the zero eigenvalue of a conserved quantity, such as the momentum of a free spindle
     is_conserved: bool = False
 
     __repr__ = short_repr
@@ -113,23 +100,12 @@ class Onset(StrEnum):
 
 @dataclass(frozen=True, eq=False)
 class FirstOrderSystem:
-    """A first-order system x' = f(x) at a steady state, where f vanishes.
+    """A first-order system x' = f(x) at a steady state, where f vanishes."""
 
-    Attributes
-    ----------
-    derivative
-        The function f.
-    state
-        Steady state; shape (n,).
-    scales
-        Change of each component that changes the motion considerably; shape (n,).
-    n_conserved
-        Number of quantities, such as momenta, that stay constant. Each brings an eigenvalue zero.
-    """
-
-    derivative: VectorFunction = field(repr=False)
-    state: FloatArray = field(repr=False)
-    scales: FloatArray = field(repr=False)
+    derivative: VectorFunction = field(repr=False)  # the function f
+    state: FloatArray = field(repr=False)  # steady state; shape (n,)
+    scales: FloatArray = field(repr=False)  # change of each component that changes the motion considerably; shape (n,)
+    # number of quantities, such as momenta, that stay constant. Each brings an eigenvalue zero.
     n_conserved: int = field(default=0, repr=False)
 
     def _scaled_derivative(self, displacement: FloatArray) -> FloatArray:

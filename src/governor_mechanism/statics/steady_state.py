@@ -58,33 +58,15 @@ RESIDUAL_TOLERANCE = 1e-10
 
 @dataclass(frozen=True, eq=False)
 class SteadyState:
-    """A steady state: coordinates z, rates along the cyclic directions.
+    """A steady state: coordinates z, rates along the cyclic directions."""
 
-    Attributes
-    ----------
-    accelerations
-        The function a(z, z').
-    z
-        Coordinates; shape (n,).
-    rates
-        Rates; shape (n,).
-    positions
-        Indices of the coordinates that stay constant and describe the state together with `cyclic`; shape (m,).
-    cyclic
-        Directions of the cyclic coordinates; shape (n, n - m).
-    scales
-        Scales of the coordinates; shape (n,).
-    time_scale
-        Characteristic time, s.
-    """
-
-    accelerations: Accelerations
-    z: FloatArray
-    rates: FloatArray
-    positions: IntArray
-    cyclic: FloatArray
-    scales: FloatArray
-    time_scale: float
+    accelerations: Accelerations  # the function a(z, z')
+    z: FloatArray  # coordinates; shape (n,)
+    rates: FloatArray  # rates; shape (n,)
+    positions: IntArray  # indices of the coordinates that stay constant and describe the state together with `cyclic`; shape (m,)
+    cyclic: FloatArray  # directions of the cyclic coordinates; shape (n, n - m)
+    scales: FloatArray  # scales of the coordinates; shape (n,)
+    time_scale: float  # characteristic time, s
 
     @property
     def is_steady(self) -> bool:

@@ -94,40 +94,21 @@ _Result = TypeVar("_Result")
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class GovernorStatics:
-    """Statics of the part of a scene that turns with a spindle, alone.
+    """Statics of the part of a scene that turns with a spindle, alone."""
 
-    Attributes
-    ----------
-    scene
-        That part as a scene.
-    spindle_speed
-        Last speed of the scene, or the first if nothing is in equilibrium at the last; of a free or geared spindle the speed at which it
-        starts, rad/s.
-    curve
-        Equilibrium speed over the travel, with the insensitivity band if a resistance is given.
-    equilibrium
-        The equilibrium at that speed nearest to the end of the run, stable ones first; None if there is none.
-    mode
-        The mode of small motions about it that decays most slowly; None if it cannot be linearised.
-    controlling_force
-        Controlling force over the travel with the working range; None if there is none, as without balls.
-    range_of
-        What limits the working range: "values" that are given, "stops", "travel", or what the "run" covers.
-    at_equilibrium
-        Controlling force at the equilibrium, with effort and power.
-    notes
-        Reasons why something is missing, one sentence each.
-    """
-
-    scene: Scene
+    scene: Scene  # that part as a scene
+    # last speed of the scene, or the first if nothing is in equilibrium at the last; of a free or geared
+    # spindle the speed at which it starts, rad/s
     spindle_speed: float
-    curve: SpeedCurve
+    curve: SpeedCurve  # equilibrium speed over the travel, with the insensitivity band if a resistance is given
+    # the equilibrium at that speed nearest to the end of the run, stable ones first; None if there is none
     equilibrium: Equilibrium | None
-    mode: Mode | None
+    mode: Mode | None  # the mode of small motions about it that decays most slowly; None if it cannot be linearised
+    # controlling force over the travel with the working range; None if there is none, as without balls
     controlling_force: ControllingForce | None
-    range_of: str
-    at_equilibrium: ControllingForce | None
-    notes: tuple[str, ...]
+    range_of: str  # what limits the working range: "values" that are given, "stops", "travel", or what the "run" covers
+    at_equilibrium: ControllingForce | None  # controlling force at the equilibrium, with effort and power
+    notes: tuple[str, ...]  # reasons why something is missing, one sentence each
 
     @property
     def is_beyond_stops(self) -> bool:

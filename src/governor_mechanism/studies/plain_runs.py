@@ -21,18 +21,10 @@ SLEEVE_READING = "sleeve_lift"
 
 @dataclass(frozen=True, kw_only=True)
 class FittedParameter:
-    """A fitted parameter.
+    """A fitted parameter."""
 
-    Attributes
-    ----------
-    value
-        Least-squares estimate.
-    standard_error
-        Standard error of the estimate, from the residuals of the fit.
-    """
-
-    value: float
-    standard_error: float
+    value: float  # least-squares estimate
+    standard_error: float  # standard error of the estimate, from the residuals of the fit
 
     def __str__(self) -> str:
         """Return value and standard error."""

@@ -53,33 +53,17 @@ TURNING_EVENTS: Final = frozenset((EventKind.TURNING_POINT, EventKind.CHANGE_POI
 
 @dataclass(frozen=True, kw_only=True)
 class Sensitivity(Recorded):
-    """Derivative of a number taken from a run by a key of the scene.
+    """Derivative of a number taken from a run by a key of the scene."""
 
-    Attributes
-    ----------
-    of
-        Name of the number.
-    by
-        The key.
-    value
-        Derivative, SI; None where it does not exist.
-    error
-        Error of the derivative, SI; None where it does not exist.
-    unit
-        Unit of the derivative, SI.
-    elasticity
-        Relative change of the number by relative change of the key; None where it does not exist, or the number is zero.
-    refusal
-        Why there is no derivative; empty if there is one.
-    """
-
-    of: str
-    by: str
-    value: float | None
-    error: float | None
-    unit: str
+    of: str  # name of the number
+    by: str  # the key
+    value: float | None  # derivative, SI; None where it does not exist
+    error: float | None  # error of the derivative, SI; None where it does not exist
+    unit: str  # unit of the derivative, SI
+    # relative change of the number by relative change of the key; None where it does not exist, or the number
+    # is zero
     elasticity: float | None = None
-    refusal: str = ""
+    refusal: str = ""  # why there is no derivative; empty if there is one
 
 
 def _text_of(row: Sensitivity) -> str:

@@ -64,33 +64,15 @@ CLOSED_FORMS: dict[str, Callable[[Scene, str], ClosedFormEvent]] = {SlideValve.n
 
 @dataclass(frozen=True, kw_only=True)
 class ValveEvent:
-    """One valve event: crank angles (rad, 0 to 2 pi), and strokes as fractions of the piston stroke from the event's own end.
+    """One valve event: crank angles (rad, 0 to 2 pi), and strokes as fractions of the piston stroke from the event's own end."""
 
-    Attributes
-    ----------
-    name
-        Name of the event.
-    simulated
-        Crank angle by the mechanism, rad.
-    simulated_stroke
-        Stroke by the mechanism; nan without a piston.
-    exact
-        Crank angle by the closed form, rad; nan for a machine without one, as all that follow.
-    theory
-        Crank angle by Zeuner's law with infinitely long rods, rad.
-    exact_stroke
-        Stroke by the closed form.
-    theory_stroke
-        Stroke by Zeuner's law.
-    """
-
-    name: str
-    simulated: float
-    simulated_stroke: float = math.nan
-    exact: float = math.nan
-    theory: float = math.nan
-    exact_stroke: float = math.nan
-    theory_stroke: float = math.nan
+    name: str  # name of the event
+    simulated: float  # crank angle by the mechanism, rad
+    simulated_stroke: float = math.nan  # stroke by the mechanism; nan without a piston
+    exact: float = math.nan  # crank angle by the closed form, rad; nan for a machine without one, as all that follow
+    theory: float = math.nan  # crank angle by Zeuner's law with infinitely long rods, rad
+    exact_stroke: float = math.nan  # stroke by the closed form
+    theory_stroke: float = math.nan  # stroke by Zeuner's law
 
     @property
     def shift(self) -> float:
@@ -213,33 +195,17 @@ DEFAULT_COUNT = 41
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class ValveGear(Recorded):
-    """A valve gear in n positions from full forward to full back gear. In back gear the crank turns the other way.
+    """A valve gear in n positions from full forward to full back gear. In back gear the crank turns the other way."""
 
-    Attributes
-    ----------
-    title
-        Title of the scene.
-    scenes
-        The scene in each position.
-    timings
-        Its valve events.
-    positions
-        Positions of the reversing gear, from 1 in full forward to -1 in full back gear; shape (n,).
-    leads
-        Leads of crank end and head end, m; shape (n, 2).
-    cut_offs
-        Strokes at cut-off of crank end and head end, as fractions; nan where a port does not open once in a turn; shape (n, 2).
-    travel
-        Travel of the valve, m; shape (n,).
-    """
-
-    title: str
-    scenes: tuple[Scene, ...]
-    timings: tuple[ValveTiming, ...]
-    positions: FloatArray
-    leads: FloatArray
+    title: str  # title of the scene
+    scenes: tuple[Scene, ...]  # the scene in each position
+    timings: tuple[ValveTiming, ...]  # its valve events
+    positions: FloatArray  # positions of the reversing gear, from 1 in full forward to -1 in full back gear; shape (n,)
+    leads: FloatArray  # leads of crank end and head end, m; shape (n, 2)
+    # strokes at cut-off of crank end and head end, as fractions; nan where a port does not open once in a
+    # turn; shape (n, 2)
     cut_offs: FloatArray
-    travel: FloatArray
+    travel: FloatArray  # travel of the valve, m; shape (n,)
 
     @property
     def name(self) -> str:

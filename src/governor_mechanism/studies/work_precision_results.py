@@ -19,60 +19,26 @@ REFERENCE_MARGIN_RATIO = 100.0
 
 @dataclass(frozen=True, kw_only=True)
 class WorkPrecisionPoint(Recorded):
-    """One setting of an engine variant: its errors against the reference and its cost, run without a certificate.
-
-    Attributes
-    ----------
-    variant
-        Name of the engine variant.
-    engine
-        The engine with this setting.
-    setting
-        The setting as text.
-    error
-        Largest of `errors`, that of `worst_reading`.
-    worst_reading
-        Reading or rate with the largest error.
-    errors
-        Errors of readings and rates away from events, in their scales.
-    event_time_error
-        Error of the event times, s; None for a scene without contacts.
-    max_error
-        Larger of error and event_time_error in time scales: what an accuracy refers to.
-    wall_time
-        Shortest time of `n_repeats` whole runs, s.
-    n_repeats
-        Number of timed runs.
-    wall_times
-        Time of each of them, ascending, s.
-    step
-        Longest step of the finest run, s.
-    evaluations
-        Evaluations of the equations of motion.
-    joint_gap
-        Largest joint gap, in length scales of the mechanism.
-    drift
-        Energy drift in its scale.
-    """
+    """One setting of an engine variant: its errors against the reference and its cost, run without a certificate."""
 
     hidden = ("variant", "engine")
     derived = ("settings",)
 
-    variant: str
-    engine: Engine
-    setting: str
-    error: float
-    worst_reading: str
-    errors: Mapping[str, float]
-    event_time_error: float | None
-    max_error: float
-    wall_time: float
-    n_repeats: int
-    wall_times: tuple[float, ...]
-    step: float
-    evaluations: int
-    joint_gap: float
-    drift: float
+    variant: str  # name of the engine variant
+    engine: Engine  # the engine with this setting
+    setting: str  # the setting as text
+    error: float  # largest of `errors`, that of `worst_reading`
+    worst_reading: str  # reading or rate with the largest error
+    errors: Mapping[str, float]  # errors of readings and rates away from events, in their scales
+    event_time_error: float | None  # error of the event times, s; None for a scene without contacts
+    max_error: float  # larger of error and event_time_error in time scales: what an accuracy refers to
+    wall_time: float  # shortest time of `n_repeats` whole runs, s
+    n_repeats: int  # number of timed runs
+    wall_times: tuple[float, ...]  # time of each of them, ascending, s
+    step: float  # longest step of the finest run, s
+    evaluations: int  # evaluations of the equations of motion
+    joint_gap: float  # largest joint gap, in length scales of the mechanism
+    drift: float  # energy drift in its scale
 
     @property
     def settings(self) -> dict[str, object]:
@@ -82,30 +48,14 @@ class WorkPrecisionPoint(Recorded):
 
 @dataclass(frozen=True, kw_only=True)
 class EngineVariant(Recorded):
-    """One way to use an engine, coarse settings first.
+    """One way to use an engine, coarse settings first."""
 
-    Attributes
-    ----------
-    name
-        Name of the variant.
-    points
-        The measured settings.
-    order
-        Order of the error in the step; None where it cannot be fitted.
-    refusal
-        Why the engine cannot run the scene; empty if it can.
-    notes
-        Settings without a result, and why.
-    time_limit
-        Time that a setting may take, s, where finer settings are left out because of it.
-    """
-
-    name: str
-    points: tuple[WorkPrecisionPoint, ...]
-    order: FittedParameter | None = None
-    refusal: str = ""
-    notes: tuple[str, ...] = ()
-    time_limit: float | None = None
+    name: str  # name of the variant
+    points: tuple[WorkPrecisionPoint, ...]  # the measured settings
+    order: FittedParameter | None = None  # order of the error in the step; None where it cannot be fitted
+    refusal: str = ""  # why the engine cannot run the scene; empty if it can
+    notes: tuple[str, ...] = ()  # settings without a result, and why
+    time_limit: float | None = None  # time that a setting may take, s, where finer settings are left out because of it
 
     @property
     def best_point(self) -> WorkPrecisionPoint | None:

@@ -49,18 +49,10 @@ _SUPPORTED: Final = "an expression has numbers, names, + - * / ^, brackets and f
 
 @dataclass(frozen=True)
 class Measured:
-    """A number, or an array of numbers, in SI with its unit.
+    """A number, or an array of numbers, in SI with its unit."""
 
-    Attributes
-    ----------
-    value
-        Number or array, SI.
-    unit
-        Exponents of kg, m and s.
-    """
-
-    value: float | FloatArray
-    unit: Unit = PLAIN
+    value: float | FloatArray  # number or array, SI
+    unit: Unit = PLAIN  # exponents of kg, m and s
 
 
 @dataclass(frozen=True)
@@ -338,15 +330,9 @@ ARITHMETIC: Final[Mapping[str, Function]] = {
 
 
 class EvaluatedText(TextWithValue):
-    """The text of an expression, as a file has it, with its value.
+    """The text of an expression, as a file has it, with its value."""
 
-    Attributes
-    ----------
-    measured
-        The value with its unit; None if it has none, which is reported where the expression is evaluated.
-    """
-
-    measured: Measured | None
+    measured: Measured | None  # the value with its unit; None if it has none, which is reported where the expression is evaluated
 
     def __new__(cls, text: str, measured: Measured | None) -> EvaluatedText:
         """Return the text with a value."""

@@ -33,15 +33,9 @@ ROOT_TOLERANCE = 1e-12
 
 @dataclass(frozen=True)
 class _ReadingValues(Measured):
-    """A reading over the travel; functions of a reading need more than its values.
+    """A reading over the travel; functions of a reading need more than its values."""
 
-    Attributes
-    ----------
-    name
-        Name of the reading.
-    """
-
-    name: str = ""
+    name: str = ""  # name of the reading
 
 
 class _Travel:

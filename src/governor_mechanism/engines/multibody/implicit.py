@@ -39,68 +39,32 @@ class PartitionedEquation(NamedTuple):
 
     Its state has the independent coordinates, their velocities, the lags, and the energy states, of which nothing depends.
     The dependence is the largest change of a dependent coordinate relative to that of an independent one, both in their scales.
-
-    Attributes
-    ----------
-    system
-        Mechanism and force elements as arrays.
-    projected_system
-        The same with infinite masses of the independent coordinates: a projection changes the others alone.
-    workspace
-        Arrays of one evaluation, overwritten.
-    input_cubics
-        Local cubics of the input functions and their integrals; shape (functions, 5).
-    components
-        Index in the full state of each component; shape (components,).
-    n_independent
-        Number of independent coordinates.
-    error_scale
-        Scale of each component of the full state; shape (full components,).
-    constraint_tolerance
-        Largest constraint violation left by the projection, m.
-    max_distance
-        Distance from the origin beyond which a body has flown away, m.
-    limits
-        Readings with limits.
-    step_start
-        Full state at the start of the last step, and its local time, s; shape (full components + 1,).
-    present_time
-        Local time of the present full state, s; shape (1,).
-    full_state
-        Present full state; shape (full components,).
-    stage_poses
-        Poses at the last evaluation of each stage, from which the next projection starts; shape (stages, coordinates).
-    buffer
-        Full state of one evaluation; shape (full components,).
-    derivative
-        Its derivative; shape (full components,).
-    shifted_derivative
-        Derivative at a shifted state; shape (components,).
-    dependence
-        The dependence at the last Jacobian, and the largest allowed one, 0 before the first Jacobian; shape (2,).
-    counts
-        Counters, indexed by `StepCounter`.
     """
 
-    system: System
+    system: System  # mechanism and force elements as arrays
+    # the same with infinite masses of the independent coordinates: a projection changes the others alone
     projected_system: System
-    workspace: SystemWorkspace
-    input_cubics: FloatArray
-    components: IntArray
-    n_independent: int
-    error_scale: FloatArray
-    constraint_tolerance: float
-    max_distance: float
-    limits: LimitRows
-    step_start: FloatArray
-    present_time: FloatArray
-    full_state: FloatArray
+    workspace: SystemWorkspace  # arrays of one evaluation, overwritten
+    input_cubics: FloatArray  # local cubics of the input functions and their integrals; shape (functions, 5)
+    components: IntArray  # index in the full state of each component; shape (components,)
+    n_independent: int  # number of independent coordinates
+    error_scale: FloatArray  # scale of each component of the full state; shape (full components,)
+    constraint_tolerance: float  # largest constraint violation left by the projection, m
+    max_distance: float  # distance from the origin beyond which a body has flown away, m
+    limits: LimitRows  # readings with limits
+    step_start: FloatArray  # full state at the start of the last step, and its local time, s; shape (full components + 1,)
+    present_time: FloatArray  # local time of the present full state, s; shape (1,)
+    full_state: FloatArray  # present full state; shape (full components,)
+    # poses at the last evaluation of each stage, from which the next projection starts; shape (stages,
+    # coordinates)
     stage_poses: FloatArray
-    buffer: FloatArray
-    derivative: FloatArray
-    shifted_derivative: FloatArray
+    buffer: FloatArray  # full state of one evaluation; shape (full components,)
+    derivative: FloatArray  # its derivative; shape (full components,)
+    shifted_derivative: FloatArray  # derivative at a shifted state; shape (components,)
+    # the dependence at the last Jacobian, and the largest allowed one, 0 before the first Jacobian; shape
+    # (2,)
     dependence: FloatArray
-    counts: IntArray
+    counts: IntArray  # counters, indexed by `StepCounter`
 
 
 @jit_in_place

@@ -71,26 +71,14 @@ class MultibodySettings(ErrorControlSettings):
 
 
 class LimitRows(NamedTuple):
-    """Readings with limits.
+    """Readings with limits."""
 
-    Attributes
-    ----------
-    rows
-        Output rows of the readings.
-    bounds
-        Low and high limit of each, SI; shape (readings, 2).
-    row_values
-        Buffer; shape (readings, 5).
-    jacobian
-        Buffer; shape (readings, 2, 3).
-    start_values, end_values, sample_values
-        Buffers: value and rate of each reading at the start, the end and inside of a step, SI; shape (readings, 2).
-    """
-
-    rows: ConstraintRows
-    bounds: FloatArray
-    row_values: FloatArray
-    jacobian: FloatArray
+    rows: ConstraintRows  # output rows of the readings
+    bounds: FloatArray  # low and high limit of each, SI; shape (readings, 2)
+    row_values: FloatArray  # buffer; shape (readings, 5)
+    jacobian: FloatArray  # buffer; shape (readings, 2, 3)
+    # start_values, end_values, sample_values: buffers: value and rate of each reading at the start, the end
+    # and inside of a step, SI; shape (readings, 2)
     start_values: FloatArray
     end_values: FloatArray
     sample_values: FloatArray
@@ -138,45 +126,21 @@ SINGULAR_CONSTRAINT_TOLERANCE_RATIO = 1e-3
 
 
 class MultibodyEquation(NamedTuple):
-    """Equation of a mechanism in one contact mode.
+    """Equation of a mechanism in one contact mode."""
 
-    Attributes
-    ----------
-    system
-        Mechanism, force elements and contact mode as arrays.
-    workspace
-        Arrays of one evaluation, overwritten.
-    input_cubics
-        Local cubics of the input functions and their integrals; shape (functions, 5).
-    constraint_tolerance
-        Largest constraint violation left by the projection, m.
-    max_distance
-        Distance from the origin beyond which a body has flown away, m.
-    shafts
-        Indices of the bodies that must not turn back.
-    limits
-        Readings with limits.
-    step_start
-        Result: state at the start of the step in which the motion ends, and its local time, s; shape (components + 1,).
-    derivative
-        Buffer; shape (components,).
-    projected_state
-        Buffer; shape (components,).
-    counts
-        Counters, indexed by `StepCounter`.
-    """
-
-    system: System
-    workspace: SystemWorkspace
-    input_cubics: FloatArray
-    constraint_tolerance: float
-    max_distance: float
-    shafts: IntArray
-    limits: LimitRows
+    system: System  # mechanism, force elements and contact mode as arrays
+    workspace: SystemWorkspace  # arrays of one evaluation, overwritten
+    input_cubics: FloatArray  # local cubics of the input functions and their integrals; shape (functions, 5)
+    constraint_tolerance: float  # largest constraint violation left by the projection, m
+    max_distance: float  # distance from the origin beyond which a body has flown away, m
+    shafts: IntArray  # indices of the bodies that must not turn back
+    limits: LimitRows  # readings with limits
+    # result: state at the start of the step in which the motion ends, and its local time, s; shape
+    # (components + 1,)
     step_start: FloatArray
-    derivative: FloatArray
-    projected_state: FloatArray
-    counts: IntArray
+    derivative: FloatArray  # buffer; shape (components,)
+    projected_state: FloatArray  # buffer; shape (components,)
+    counts: IntArray  # counters, indexed by `StepCounter`
 
 
 @jit_in_place

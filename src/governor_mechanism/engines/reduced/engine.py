@@ -42,24 +42,13 @@ class ReducedEngine(ErrorControlledEngine):
     """Engine of order 8 with error control for mechanisms with one degree of freedom; the fastest one.
 
     The error estimate is twice the difference from a run that takes at most half of every step, along a table of its own.
-
-    Attributes
-    ----------
-    name
-        Name of the engine.
-    effects
-        Effects that it can simulate.
-    joints
-        Joints that it can simulate.
-    settings
-        Numerical settings.
     """
 
-    name: ClassVar[str] = "reduced"
-    effects: ClassVar[frozenset[type[Effect]]] = EFFECT_TYPES - {Clearance}
-    joints: ClassVar[frozenset[type[Joint]]] = JOINT_TYPES
+    name: ClassVar[str] = "reduced"  # name of the engine
+    effects: ClassVar[frozenset[type[Effect]]] = EFFECT_TYPES - {Clearance}  # effects that it can simulate
+    joints: ClassVar[frozenset[type[Joint]]] = JOINT_TYPES  # joints that it can simulate
 
-    settings: ReducedSettings = field(default_factory=ReducedSettings)
+    settings: ReducedSettings = field(default_factory=ReducedSettings)  # numerical settings
 
     def _refuses(self, scene: Scene) -> str:
         """Return why the engine cannot run a scene: it integrates one coordinate of one part and one shaft."""

@@ -85,26 +85,14 @@ MAX_STEP_OUTSIDE_TABLE = 3.0
 
 
 class ReducedEquation(NamedTuple):
-    """Equation along a table.
+    """Equation along a table."""
 
-    Attributes
-    ----------
-    model
-        The reduced model.
-    piece
-        Piece of its table found last, from which the next search starts; shape (1,).
-    counts
-        Counters, indexed by `StepCounter`.
-    accuracy
-        How far the coordinate may lie beyond the table between two stages, SI: the accuracy of the motion.
-    step_start
-        Result: state at the start of the step in which a shaft turns back, and its local time, s; shape (N_STATES + 1,).
-    """
-
-    model: ReducedModel
-    piece: IntArray
-    counts: IntArray
-    accuracy: float
+    model: ReducedModel  # the reduced model
+    piece: IntArray  # piece of its table found last, from which the next search starts; shape (1,)
+    counts: IntArray  # counters, indexed by `StepCounter`
+    accuracy: float  # how far the coordinate may lie beyond the table between two stages, SI: the accuracy of the motion
+    # result: state at the start of the step in which a shaft turns back, and its local time, s; shape
+    # (N_STATES + 1,)
     step_start: FloatArray
 
 

@@ -35,21 +35,11 @@ def set_fields(record: RecordArray, values: Mapping[str, float]) -> None:
 
 @dataclass(frozen=True)
 class ConstraintTable:
-    """All joints of a mechanism as constraint rows.
+    """All joints of a mechanism as constraint rows."""
 
-    Attributes
-    ----------
-    rows
-        Constraint rows.
-    joint_indices
-        Index of the joint to which each row belongs; shape (rows,).
-    motions
-        Prescribed motions; the field `drive` of a row is an index into them.
-    """
-
-    rows: ConstraintRows
-    joint_indices: IntArray
-    motions: tuple[PrescribedMotion, ...]
+    rows: ConstraintRows  # constraint rows
+    joint_indices: IntArray  # index of the joint to which each row belongs; shape (rows,)
+    motions: tuple[PrescribedMotion, ...]  # prescribed motions; the field `drive` of a row is an index into them
 
 
 def make_constraint_table(

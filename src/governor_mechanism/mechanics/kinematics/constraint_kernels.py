@@ -89,20 +89,12 @@ class ConstraintRows(NamedTuple):
     """All constraint rows of a mechanism.
 
     They are few arrays, because each array costs time in every call.
-
-    Attributes
-    ----------
-    table
-        Records of `CONSTRAINT_ROW_DTYPE`; shape (rows,).
-    row_bodies
-        First, second and, if any row has one, third body of each row, as in `table`; shape (rows, sides).
-    curve_segments
-        Polynomial segments of all guide curves: start (m; rad for closed ones), then coefficients, highest power first; shape
-        (segments, columns).
     """
 
-    table: RecordArray
-    row_bodies: IntArray
+    table: RecordArray  # records of `CONSTRAINT_ROW_DTYPE`; shape (rows,)
+    row_bodies: IntArray  # first, second and, if any row has one, third body of each row, as in `table`; shape (rows, sides)
+    # polynomial segments of all guide curves: start (m; rad for closed ones), then coefficients, highest
+    # power first; shape (segments, columns)
     curve_segments: FloatArray
 
 

@@ -40,30 +40,14 @@ SINGULAR_PIVOT_RATIO = 1e-11
 
 
 class AssemblyArrays(NamedTuple):
-    """The joints of a mechanism with one degree of freedom, and its leading coordinate, as arrays.
+    """The joints of a mechanism with one degree of freedom, and its leading coordinate, as arrays."""
 
-    Attributes
-    ----------
-    rows
-        Rows of the joints, and last the row of the leading coordinate.
-    coordinate_wraps
-        Whether the coordinate is the angle of a line, which is known up to whole turns.
-    free_indices
-        Indices of the coordinates of poses.ravel() that may change.
-    pose_scales
-        Scales of all coordinates; shape (3 bodies,).
-    row_scales
-        Factors that make the residuals of the rows dimensionless; shape (rows,).
-    coordinate_scale
-        Scale of the coordinate, m or rad.
-    """
-
-    rows: ConstraintRows
-    coordinate_wraps: bool
-    free_indices: IntArray
-    pose_scales: FloatArray
-    row_scales: FloatArray
-    coordinate_scale: float
+    rows: ConstraintRows  # rows of the joints, and last the row of the leading coordinate
+    coordinate_wraps: bool  # whether the coordinate is the angle of a line, which is known up to whole turns
+    free_indices: IntArray  # indices of the coordinates of poses.ravel() that may change
+    pose_scales: FloatArray  # scales of all coordinates; shape (3 bodies,)
+    row_scales: FloatArray  # factors that make the residuals of the rows dimensionless; shape (rows,)
+    coordinate_scale: float  # scale of the coordinate, m or rad
 
 
 class AssemblyWorkspace(NamedTuple):

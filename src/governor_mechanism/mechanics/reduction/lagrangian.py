@@ -92,45 +92,19 @@ def acts_elsewhere(element: ForceElement, prefix: str, part: Part) -> bool:
 
 @dataclass(frozen=True)
 class PathCoefficients:
-    """The Lagrangian coefficients at n values of the coordinate.
+    """The Lagrangian coefficients at n values of the coordinate."""
 
-    Attributes
-    ----------
-    coordinate
-        Leading coordinate q, SI; shape (n,).
-    poses
-        Poses; shape (n, bodies, 3).
-    tangents
-        First derivative of the poses; shape (n, bodies, 3).
-    curvatures
-        Second derivative of the poses; shape (n, bodies, 3).
-    inertia
-        I in the kinetic energy I q'^2 / 2; shape (n,).
-    inertia_derivative
-        I'; shape (n,).
-    spindle_inertia
-        Moment of inertia J of the bodies about the spindle, kg m2; shape (n,).
-    spindle_inertia_derivative
-        J'; shape (n,).
-    spindle_inertia_second_derivative
-        J''; shape (n,).
-    potential_derivative
-        V' of the potential energy V; shape (n,).
-    potential_second_derivative
-        V''; shape (n,).
-    """
-
-    coordinate: FloatArray
-    poses: FloatArray
-    tangents: FloatArray
-    curvatures: FloatArray
-    inertia: FloatArray
-    inertia_derivative: FloatArray
-    spindle_inertia: FloatArray
-    spindle_inertia_derivative: FloatArray
-    spindle_inertia_second_derivative: FloatArray
-    potential_derivative: FloatArray
-    potential_second_derivative: FloatArray
+    coordinate: FloatArray  # leading coordinate q, SI; shape (n,)
+    poses: FloatArray  # poses; shape (n, bodies, 3)
+    tangents: FloatArray  # first derivative of the poses; shape (n, bodies, 3)
+    curvatures: FloatArray  # second derivative of the poses; shape (n, bodies, 3)
+    inertia: FloatArray  # i in the kinetic energy I q'^2 / 2; shape (n,)
+    inertia_derivative: FloatArray  # i'; shape (n,)
+    spindle_inertia: FloatArray  # moment of inertia J of the bodies about the spindle, kg m2; shape (n,)
+    spindle_inertia_derivative: FloatArray  # j'; shape (n,)
+    spindle_inertia_second_derivative: FloatArray  # j''; shape (n,)
+    potential_derivative: FloatArray  # v' of the potential energy V; shape (n,)
+    potential_second_derivative: FloatArray  # v''; shape (n,)
 
     def force_terms(self, speed_squared: FloatArray | float) -> FloatArray:
         """Return V' and -J' w^2 / 2 (2, n), which sum up to the generalised force against the coordinate."""

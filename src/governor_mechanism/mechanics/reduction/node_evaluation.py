@@ -54,57 +54,25 @@ OUTPUT_LIMIT_DTYPE = record_dtype(("output_index", "i8"), ("low", "f8"), ("high"
 
 
 class ReductionArrays(NamedTuple):
-    """A mechanism with one degree of freedom as arrays, from which its Lagrangian coefficients and its motion table follow.
+    """A mechanism with one degree of freedom as arrays, from which its Lagrangian coefficients and its motion table follow."""
 
-    Attributes
-    ----------
-    assembly
-        Joints and leading coordinate.
-    mass
-        Mass, mass and moment of inertia of each body; shape (3 bodies,).
-    bodies
-        Mass properties, about the mass centres; shape (bodies,).
-    has_centrifugal_forces
-        Whether the plane rotates with the spindle and centrifugal forces act.
-    output_rows
-        Rows of the outputs of the table, then those along which force elements act.
-    forces
-        Forces along the outputs that are tabulated, records of `OUTPUT_FORCE_DTYPE`; the input of a load is its number.
-    n_loads
-        Number of inputs of force elements.
-    output_scales
-        Scales of the outputs in the table, which come first in the rows of the outputs; shape (outputs,).
-    limits
-        Records of `OUTPUT_LIMIT_DTYPE`, which end the table; shape (limits,).
-    steady_speed
-        Magnitude of a constant spindle speed, rad/s; negative if the speed changes.
-    time_scale
-        Characteristic time, s.
-    low
-        Lower bound of the coordinate.
-    high
-        Upper bound of the coordinate.
-    full_turn
-        Whole turn of a coordinate that is an angle, rad; else 0.
-    is_conservative
-        Whether the quadratic and the potential column hold all forces.
-    """
-
-    assembly: AssemblyArrays
-    mass: FloatArray
-    bodies: RecordArray
-    has_centrifugal_forces: bool
-    output_rows: ConstraintRows
+    assembly: AssemblyArrays  # joints and leading coordinate
+    mass: FloatArray  # mass, mass and moment of inertia of each body; shape (3 bodies,)
+    bodies: RecordArray  # mass properties, about the mass centres; shape (bodies,)
+    has_centrifugal_forces: bool  # whether the plane rotates with the spindle and centrifugal forces act
+    output_rows: ConstraintRows  # rows of the outputs of the table, then those along which force elements act
+    # forces along the outputs that are tabulated, records of `OUTPUT_FORCE_DTYPE`; the input of a load is its
+    # number
     forces: RecordArray
-    n_loads: int
-    output_scales: FloatArray
-    limits: RecordArray
-    steady_speed: float
-    time_scale: float
-    low: float
-    high: float
-    full_turn: float
-    is_conservative: bool
+    n_loads: int  # number of inputs of force elements
+    output_scales: FloatArray  # scales of the outputs in the table, which come first in the rows of the outputs; shape (outputs,)
+    limits: RecordArray  # records of `OUTPUT_LIMIT_DTYPE`, which end the table; shape (limits,)
+    steady_speed: float  # magnitude of a constant spindle speed, rad/s; negative if the speed changes
+    time_scale: float  # characteristic time, s
+    low: float  # lower bound of the coordinate
+    high: float  # upper bound of the coordinate
+    full_turn: float  # whole turn of a coordinate that is an angle, rad; else 0
+    is_conservative: bool  # whether the quadratic and the potential column hold all forces
 
 
 class ReductionWorkspace(NamedTuple):

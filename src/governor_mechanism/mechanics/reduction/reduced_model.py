@@ -12,60 +12,26 @@ from governor_mechanism.types import FloatArray, IntArray, RecordArray
 
 
 class ModeLayout(NamedTuple):
-    """First index of each part of a contact mode, in their order.
+    """First index of each part of a contact mode, in their order."""
 
-    Attributes
-    ----------
-    held
-        Whether the mechanism is held at rest.
-    contacts
-        State of each contact: 1, -1, 0 or HELD, see `mechanics.contact.rules`.
-    springs
-        Whether each one-sided spring is taut.
-    tables
-        Segment of each table of a reading.
-    kinks
-        Whether each kink is monitored.
-    """
-
-    held: int
-    contacts: int
-    springs: int
-    tables: int
-    kinks: int
+    held: int  # whether the mechanism is held at rest
+    contacts: int  # state of each contact: 1, -1, 0 or HELD, see `mechanics.contact.rules`
+    springs: int  # whether each one-sided spring is taut
+    tables: int  # segment of each table of a reading
+    kinks: int  # whether each kink is monitored
 
 
 class EventLayout(NamedTuple):
-    """First index of each kind of event function, in their order.
+    """First index of each kind of event function, in their order."""
 
-    Attributes
-    ----------
-    sticks
-        Rate of each contact, against its sliding.
-    high_stops
-        Value of each contact beyond its high stop.
-    low_stops
-        Value of each contact beyond its low stop.
-    springs
-        Elongation of each one-sided spring, or its negative value while it is taut.
-    release_up
-        Static force upwards beyond what holds the mechanism.
-    release_down
-        Static force downwards beyond that.
-    table_ends
-        Value of each table beyond the upper and the lower end of its segment, in turn.
-    kinks
-        Those of gas.
-    """
-
-    sticks: int
-    high_stops: int
-    low_stops: int
-    springs: int
-    release_up: int
-    release_down: int
-    table_ends: int
-    kinks: int
+    sticks: int  # rate of each contact, against its sliding
+    high_stops: int  # value of each contact beyond its high stop
+    low_stops: int  # value of each contact beyond its low stop
+    springs: int  # elongation of each one-sided spring, or its negative value while it is taut
+    release_up: int  # static force upwards beyond what holds the mechanism
+    release_down: int  # static force downwards beyond that
+    table_ends: int  # value of each table beyond the upper and the lower end of its segment, in turn
+    kinks: int  # those of gas
 
 
 def lay_out_mode(n_contacts: int, n_springs: int, n_tables: int) -> ModeLayout:
@@ -158,64 +124,32 @@ SHAFT_TORQUE_DTYPE = record_dtype(
 
 
 class ReducedModel(NamedTuple):
-    """The motion table and the forces along it; few arrays, because each one adds to the cost of a kernel call.
+    """The motion table and the forces along it; few arrays, because each one adds to the cost of a kernel call."""
 
-    Attributes
-    ----------
-    coefficients, intervals, neighbours, periodicity
-        As in `PiecewiseTable`.
-    parameters
-        Record of `MODEL_PARAMETERS_DTYPE`; shape (1,).
-    one_sided_springs
-        Records of `ONE_SIDED_SPRING_DTYPE`; shape (springs,).
-    output_forces
-        Force laws that the table does not contain, records of `OUTPUT_FORCE_DTYPE`. Outputs are counted from those of the table on; an
-        index of COORDINATE is the coordinate.
-    contacts
-        Records of `CONTACT_DTYPE`; shape (contacts,).
-    shaft_torques
-        Records of `SHAFT_TORQUE_DTYPE`.
-    shaft_forces
-        Gas on the shaft, like `output_forces`.
-    shaft_outputs
-        Outputs of bodies on the shaft along which gas acts or on which loads depend.
-    kinks
-        Kinks of gas, records of `EVENT_FUNCTION_DTYPE`; shape (kinks,).
-    table_segments
-        Segments of all tables of readings, records of `TABLE_SEGMENT_DTYPE`.
-    input_terms
-        Records of `INPUT_TERM_DTYPE`; those of tables are set where a segment begins.
-    inputs
-        Values of the inputs at the last evaluation; shape (inputs,).
-    mode_layout
-        Layout of the contact mode.
-    event_layout
-        Layout of the event functions.
-    input_cubics
-        Cubics of the inputs in local time, highest power first, then the integral at local time 0; shape (inputs, 5).
-    mode
-        Contact mode, see `ModeLayout`.
-    """
-
+    # coefficients, intervals, neighbours, periodicity: as in `PiecewiseTable`
     coefficients: FloatArray
     intervals: FloatArray
     neighbours: IntArray
     periodicity: FloatArray
-    parameters: RecordArray
-    one_sided_springs: RecordArray
+    parameters: RecordArray  # record of `MODEL_PARAMETERS_DTYPE`; shape (1,)
+    one_sided_springs: RecordArray  # records of `ONE_SIDED_SPRING_DTYPE`; shape (springs,)
+    # force laws that the table does not contain, records of `OUTPUT_FORCE_DTYPE`. Outputs are counted from
+    # those of the table on; an index of COORDINATE is the coordinate.
     output_forces: RecordArray
-    contacts: RecordArray
-    shaft_torques: RecordArray
-    shaft_forces: RecordArray
-    shaft_outputs: ShaftOutputs
-    kinks: RecordArray
-    table_segments: RecordArray
-    input_terms: RecordArray
-    inputs: FloatArray
-    mode_layout: ModeLayout
-    event_layout: EventLayout
+    contacts: RecordArray  # records of `CONTACT_DTYPE`; shape (contacts,)
+    shaft_torques: RecordArray  # records of `SHAFT_TORQUE_DTYPE`
+    shaft_forces: RecordArray  # gas on the shaft, like `output_forces`
+    shaft_outputs: ShaftOutputs  # outputs of bodies on the shaft along which gas acts or on which loads depend
+    kinks: RecordArray  # kinks of gas, records of `EVENT_FUNCTION_DTYPE`; shape (kinks,)
+    table_segments: RecordArray  # segments of all tables of readings, records of `TABLE_SEGMENT_DTYPE`
+    input_terms: RecordArray  # records of `INPUT_TERM_DTYPE`; those of tables are set where a segment begins
+    inputs: FloatArray  # values of the inputs at the last evaluation; shape (inputs,)
+    mode_layout: ModeLayout  # layout of the contact mode
+    event_layout: EventLayout  # layout of the event functions
+    # cubics of the inputs in local time, highest power first, then the integral at local time 0; shape
+    # (inputs, 5)
     input_cubics: FloatArray
-    mode: IntArray
+    mode: IntArray  # contact mode, see `ModeLayout`
 
     def with_own_results(self) -> "ReducedModel":
         """Return the model with arrays of its own for what an integration changes."""

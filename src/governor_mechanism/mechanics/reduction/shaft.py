@@ -18,24 +18,14 @@ from governor_mechanism.types import GROUND_INDEX, FloatArray
 
 @dataclass(frozen=True, kw_only=True)
 class ShaftTrain:
-    """Bodies geared to one shaft, itself included; without bodies if there is no shaft.
+    """Bodies geared to one shaft, itself included; without bodies if there is no shaft."""
 
-    Attributes
-    ----------
-    rotors
-        Names of all bodies that only rotate.
-    motion
-        Ratio to the shaft, and angle (rad) where that of the shaft is zero, of each body that turns with it; the shaft is the first.
-    spindle_ratio
-        Ratio of the spindle speed to that of the shaft; 0 if the speed of the spindle is given.
-    has_reaction
-        Whether the bodies of the turning plane act on the shaft.
-    """
-
-    rotors: tuple[str, ...]
+    rotors: tuple[str, ...]  # names of all bodies that only rotate
+    # ratio to the shaft, and angle (rad) where that of the shaft is zero, of each body that turns with it;
+    # the shaft is the first
     motion: dict[str, tuple[float, float]]
-    spindle_ratio: float
-    has_reaction: bool
+    spindle_ratio: float  # ratio of the spindle speed to that of the shaft; 0 if the speed of the spindle is given
+    has_reaction: bool  # whether the bodies of the turning plane act on the shaft
 
     def ratio(self, body: str) -> float:
         """Return the ratio of a body to the shaft; 0 for the ground."""
@@ -103,33 +93,17 @@ def shaft_readings(scene: Scene, train: ShaftTrain) -> set[str]:
 
 
 class ShaftOutputs(NamedTuple):
-    """Output rows of bodies on the shaft, and the arrays of their evaluation.
+    """Output rows of bodies on the shaft, and the arrays of their evaluation."""
 
-    Attributes
-    ----------
-    rows
-        The output rows.
-    poses
-        Poses of the mass centres where the angle of the shaft is zero, m and rad; shape (bodies, 3), or (0, 3) without rows.
-    tangents
-        Their derivatives by the angle of the shaft, with the shape of `poses`.
-    turned_poses
-        Poses at the last evaluation, with the shape of `poses`.
-    row_values
-        Values of the rows at the last evaluation; shape (rows, columns).
-    jacobian
-        Derivatives of the rows by the poses of both bodies there; shape (rows, 2, 3).
-    derivatives
-        Derivatives of the rows by the angle of the shaft there, m/rad or 1; shape (rows,).
-    """
-
-    rows: ConstraintRows
+    rows: ConstraintRows  # the output rows
+    # poses of the mass centres where the angle of the shaft is zero, m and rad; shape (bodies, 3), or (0, 3)
+    # without rows
     poses: FloatArray
-    tangents: FloatArray
-    turned_poses: FloatArray
-    row_values: FloatArray
-    jacobian: FloatArray
-    derivatives: FloatArray
+    tangents: FloatArray  # their derivatives by the angle of the shaft, with the shape of `poses`
+    turned_poses: FloatArray  # poses at the last evaluation, with the shape of `poses`
+    row_values: FloatArray  # values of the rows at the last evaluation; shape (rows, columns)
+    jacobian: FloatArray  # derivatives of the rows by the poses of both bodies there; shape (rows, 2, 3)
+    derivatives: FloatArray  # derivatives of the rows by the angle of the shaft there, m/rad or 1; shape (rows,)
 
     def with_own_results(self) -> "ShaftOutputs":
         """Return the outputs with arrays of their own for the results of an evaluation."""

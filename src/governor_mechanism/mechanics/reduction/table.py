@@ -70,51 +70,21 @@ class PeriodIndex(IntEnum):
 
 
 class PiecewiseTable(NamedTuple):
-    """Pieces of the table in the order in which they were added, and the state of its construction.
+    """Pieces of the table in the order in which they were added, and the state of its construction."""
 
-    Attributes
-    ----------
-    intervals
-        Ends, midpoint and 1 / half width of each piece, see `PieceColumn`; shape (pieces, 4).
-    neighbours
-        Index of the piece below and above, or NO_INDEX; shape (pieces, 2).
-    coefficients
-        Power-series coefficients of the columns; shape (pieces, columns, 12).
-    nodes
-        Poses and their first two derivatives at the Chebyshev nodes; shape (pieces, 12, 3, 3 bodies).
-    n_pieces
-        Number of pieces; shape (1,).
-    end_pieces
-        Index of the lowest and the highest piece; shape (2,).
-    end_reasons
-        Why the table ends below and above; shape (2,).
-    next_widths
-        Width of the next piece below and above; shape (2,).
-    periodicity
-        The period, and how far the construction is, see `PeriodIndex`; shape (5,).
-    pose_increment
-        Change of the poses over a period; shape (3 bodies,).
-    column_scales
-        Scales of the fit errors of the columns; shape (columns,).
-    node_scales
-        Scales of the fit errors of poses and tangents; shape (2, 3 bodies).
-    initial_node
-        Poses at the start and their first two derivatives; shape (3, 3 bodies).
-    """
-
-    intervals: FloatArray
-    neighbours: IntArray
-    coefficients: FloatArray
-    nodes: FloatArray
-    n_pieces: IntArray
-    end_pieces: IntArray
-    end_reasons: IntArray
-    next_widths: FloatArray
-    periodicity: FloatArray
-    pose_increment: FloatArray
-    column_scales: FloatArray
-    node_scales: FloatArray
-    initial_node: FloatArray
+    intervals: FloatArray  # ends, midpoint and 1 / half width of each piece, see `PieceColumn`; shape (pieces, 4)
+    neighbours: IntArray  # index of the piece below and above, or NO_INDEX; shape (pieces, 2)
+    coefficients: FloatArray  # power-series coefficients of the columns; shape (pieces, columns, 12)
+    nodes: FloatArray  # poses and their first two derivatives at the Chebyshev nodes; shape (pieces, 12, 3, 3 bodies)
+    n_pieces: IntArray  # number of pieces; shape (1,)
+    end_pieces: IntArray  # index of the lowest and the highest piece; shape (2,)
+    end_reasons: IntArray  # why the table ends below and above; shape (2,)
+    next_widths: FloatArray  # width of the next piece below and above; shape (2,)
+    periodicity: FloatArray  # the period, and how far the construction is, see `PeriodIndex`; shape (5,)
+    pose_increment: FloatArray  # change of the poses over a period; shape (3 bodies,)
+    column_scales: FloatArray  # scales of the fit errors of the columns; shape (columns,)
+    node_scales: FloatArray  # scales of the fit errors of poses and tangents; shape (2, 3 bodies)
+    initial_node: FloatArray  # poses at the start and their first two derivatives; shape (3, 3 bodies)
 
 
 def allocate_table(

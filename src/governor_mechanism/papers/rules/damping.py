@@ -50,23 +50,7 @@ MAX_DAMPING = 1e3
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class DashpotCheck(RuleCheck):
-    """Settling time of the engine after a load step, against the dashpot.
-
-    Attributes
-    ----------
-    dampings
-        Dashpots on the sleeve, N s/m; shape (n,), ascending.
-    settling_times
-        Time from the load step until the sleeve stays within the settling band, s; infinite if it does not; shape (n,).
-    undamped_growth_rate
-        Growth rate of the motion without dashpot, 1/s.
-    limit
-        Dashpot at the limit of stability, N s/m.
-    limit_frequency
-        Frequency of the hunting that begins there, rad/s.
-    histories
-        Dashpot, N s/m, times, s, and lift of the sleeve, m, of some runs.
-    """
+    """Settling time of the engine after a load step, against the dashpot."""
 
     title: ClassVar[str] = "damping"
     source: ClassVar[str] = (
@@ -76,11 +60,14 @@ class DashpotCheck(RuleCheck):
         "'No friction, no governor', that of a dashpot; set right, it brings the new steady state in the shortest time."
     )
 
-    dampings: FloatArray
+    dampings: FloatArray  # dashpots on the sleeve, N s/m; shape (n,), ascending
+    # time from the load step until the sleeve stays within the settling band, s; infinite if it does not;
+    # shape (n,)
     settling_times: FloatArray
-    undamped_growth_rate: float
-    limit: float
-    limit_frequency: float
+    undamped_growth_rate: float  # growth rate of the motion without dashpot, 1/s
+    limit: float  # dashpot at the limit of stability, N s/m
+    limit_frequency: float  # frequency of the hunting that begins there, rad/s
+    # dashpot, N s/m, times, s, and lift of the sleeve, m, of some runs
     histories: tuple[tuple[float, FloatArray, FloatArray], ...]
 
     @property
@@ -180,23 +167,7 @@ RATIO_STEP = 0.01
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class DryFrictionCheck(RuleCheck):
-    """Largest displacement from which the sleeve comes to rest, in an engine that hunts without friction.
-
-    Attributes
-    ----------
-    friction
-        Friction on the sleeve, N.
-    dampings
-        Dashpots on the sleeve, N s/m; shape (n,).
-    growth_rates
-        Growth rate of the hunting without friction, 1/s; shape (n,).
-    limits
-        Displacement of the sleeve beyond which the hunting grows, m; shape (n,).
-    predicted_limits
-        The same by harmonic balance, m; shape (n,).
-    histories
-        Displacement over that of harmonic balance, times, s, and lift of the sleeve, m, of runs without dashpot.
-    """
+    """Largest displacement from which the sleeve comes to rest, in an engine that hunts without friction."""
 
     title: ClassVar[str] = "dry friction instead of a dashpot"
     source: ClassVar[str] = "I. A. Vyshnegradskii (1877), after L. S. Pontryagin, Ordinary Differential Equations, section 27"
@@ -204,11 +175,12 @@ class DryFrictionCheck(RuleCheck):
         "'No friction, no governor': does the dry friction at the sleeve do, where the theory means that of a dashpot?"
     )
 
-    friction: float
-    dampings: FloatArray
-    growth_rates: FloatArray
-    limits: FloatArray
-    predicted_limits: FloatArray
+    friction: float  # friction on the sleeve, N
+    dampings: FloatArray  # dashpots on the sleeve, N s/m; shape (n,)
+    growth_rates: FloatArray  # growth rate of the hunting without friction, 1/s; shape (n,)
+    limits: FloatArray  # displacement of the sleeve beyond which the hunting grows, m; shape (n,)
+    predicted_limits: FloatArray  # the same by harmonic balance, m; shape (n,)
+    # displacement over that of harmonic balance, times, s, and lift of the sleeve, m, of runs without dashpot
     histories: tuple[tuple[float, FloatArray, FloatArray], ...]
 
     @property

@@ -50,29 +50,7 @@ FIRST_ORDER_TOLERANCE = 2e-3
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class DeadBandCheck(RuleCheck):
-    """Speeds at which the sleeve breaks away and at which it comes to rest, under dry friction.
-
-    Attributes
-    ----------
-    frictions
-        Friction on the sleeve, N; shape (n,).
-    measured_widths
-        Difference of the speeds at which it rises and falls, over the equilibrium speed; shape (n,).
-    static_widths
-        Insensitivity of the governor alone, from its equilibria; shape (n,).
-    paper_widths
-        W / (P + Q); shape (n,).
-    loads_before
-        Loads from which the engine goes to half load; shape (m,).
-    rest_deviations
-        Speed at rest over the equilibrium speed, minus 1; shape (m,).
-    rest_friction
-        Friction of these runs, N.
-    band
-        Ends of the insensitivity band over the equilibrium speed, minus 1, with that friction.
-    histories
-        Times, s, and speeds over the equilibrium speed, minus 1, of the runs from the lowest and the highest load.
-    """
+    """Speeds at which the sleeve breaks away and at which it comes to rest, under dry friction."""
 
     title: ClassVar[str] = "dead band of speed"
     source: ClassVar[str] = "L. Zehnder, Dinglers Polytechnisches Journal 225 (1877), pp. 1-14"
@@ -80,14 +58,16 @@ class DeadBandCheck(RuleCheck):
         "Under a resistance W the speeds at which the sleeve rises and falls lie delta = W / (P + Q) apart, over the mean speed."
     )
 
-    frictions: FloatArray
-    measured_widths: FloatArray
-    static_widths: FloatArray
-    paper_widths: FloatArray
-    loads_before: FloatArray
-    rest_deviations: FloatArray
-    rest_friction: float
-    band: tuple[float, float]
+    frictions: FloatArray  # friction on the sleeve, N; shape (n,)
+    measured_widths: FloatArray  # difference of the speeds at which it rises and falls, over the equilibrium speed; shape (n,)
+    static_widths: FloatArray  # insensitivity of the governor alone, from its equilibria; shape (n,)
+    paper_widths: FloatArray  # w / (P + Q); shape (n,)
+    loads_before: FloatArray  # loads from which the engine goes to half load; shape (m,)
+    rest_deviations: FloatArray  # speed at rest over the equilibrium speed, minus 1; shape (m,)
+    rest_friction: float  # friction of these runs, N
+    band: tuple[float, float]  # ends of the insensitivity band over the equilibrium speed, minus 1, with that friction
+    # times, s, and speeds over the equilibrium speed, minus 1, of the runs from the lowest and the highest
+    # load
     histories: tuple[tuple[FloatArray, FloatArray], ...]
 
     @property
@@ -120,17 +100,7 @@ class DeadBandCheck(RuleCheck):
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class RegulatingForceCheck(RuleCheck):
-    """Dead bands of a weak and a strong governor under the same friction.
-
-    Attributes
-    ----------
-    frictions
-        Friction on the sleeve, N; shape (n,).
-    sleeve_forces
-        Static force of the governor on its sleeve, N: weak and strong governor; shape (2,).
-    widths
-        Difference of the speeds at which the sleeve rises and falls, over the equilibrium speed; shape (2, n).
-    """
+    """Dead bands of a weak and a strong governor under the same friction."""
 
     title: ClassVar[str] = "force of the governor"
     source: ClassVar[str] = "Fr. Dubois, Dinglers Polytechnisches Journal 327 (1912), p. 618"
@@ -138,9 +108,9 @@ class RegulatingForceCheck(RuleCheck):
         "A governor moves against K = epsilon S: to answer to small changes of speed it needs a large force S on its sleeve."
     )
 
-    frictions: FloatArray
-    sleeve_forces: FloatArray
-    widths: FloatArray
+    frictions: FloatArray  # friction on the sleeve, N; shape (n,)
+    sleeve_forces: FloatArray  # static force of the governor on its sleeve, N: weak and strong governor; shape (2,)
+    widths: FloatArray  # difference of the speeds at which the sleeve rises and falls, over the equilibrium speed; shape (2, n)
 
     @property
     def relative_widths(self) -> FloatArray:

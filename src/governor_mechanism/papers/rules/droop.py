@@ -60,27 +60,7 @@ USEFUL_TIME = 60.0
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class DroopCheck(RuleCheck):
-    """Growth of small disturbances against the droop of the governor.
-
-    Attributes
-    ----------
-    offsets
-        Distance of the suspension from the axis, m; shape (n,); the last governor is astatic.
-    droops
-        Relative change of the equilibrium speed over the travel of the throttle, at the slope of the operating point; shape (n,).
-    dampings
-        Dashpots on the sleeve, N s/m; shape (m,).
-    growth_rates
-        Largest growth rate, 1/s; shape (m, n).
-    astatic_growth_rates
-        Largest growth rate with the astatic governor, 1/s, by the dashpot, N s/m.
-    histories
-        Droop, times, s, and relative deviation of the speed of a run with droop and of one without.
-    simulated_growth_rate
-        Growth rate of the oscillation in the run without droop, 1/s, with a load a little below the operating point.
-    predicted_growth_rate
-        Growth rate of the equations linearised about its last steady state, 1/s.
-    """
+    """Growth of small disturbances against the droop of the governor."""
 
     title: ClassVar[str] = "droop"
     source: ClassVar[str] = "L. Zehnder (1877) after L. Kargl; I. A. Vyshnegradskii (1877), after L. S. Pontryagin, section 27"
@@ -88,14 +68,19 @@ class DroopCheck(RuleCheck):
         "An astatic governor, which has the same speed in every position, cannot regulate: 'no non-uniformity, no governor'."
     )
 
-    offsets: FloatArray
+    offsets: FloatArray  # distance of the suspension from the axis, m; shape (n,); the last governor is astatic
+    # relative change of the equilibrium speed over the travel of the throttle, at the slope of the operating
+    # point; shape (n,)
     droops: FloatArray
-    dampings: FloatArray
-    growth_rates: FloatArray
-    astatic_growth_rates: Mapping[float, float]
+    dampings: FloatArray  # dashpots on the sleeve, N s/m; shape (m,)
+    growth_rates: FloatArray  # largest growth rate, 1/s; shape (m, n)
+    astatic_growth_rates: Mapping[float, float]  # largest growth rate with the astatic governor, 1/s, by the dashpot, N s/m
+    # droop, times, s, and relative deviation of the speed of a run with droop and of one without
     histories: tuple[tuple[float, FloatArray, FloatArray], ...]
+    # growth rate of the oscillation in the run without droop, 1/s, with a load a little below the operating
+    # point
     simulated_growth_rate: float
-    predicted_growth_rate: float
+    predicted_growth_rate: float  # growth rate of the equations linearised about its last steady state, 1/s
 
     @property
     def best_astatic(self) -> tuple[float, float]:

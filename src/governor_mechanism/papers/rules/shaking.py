@@ -47,19 +47,7 @@ THRESHOLD_TOLERANCE = 2e-3
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class ShakingCheck(RuleCheck):
-    """Motion of the sleeve in every turn, against insensitivity over fluctuation of speed.
-
-    Attributes
-    ----------
-    ratios
-        Insensitivity over coefficient of fluctuation of speed; shape (n,).
-    amplitudes
-        Motion of the sleeve in the last turn, m; shape (n,).
-    fluctuation
-        Coefficient of fluctuation of speed.
-    thresholds
-        Ratio from which on the sleeve rests, by the moment of inertia of the flywheel, kg m2.
-    """
+    """Motion of the sleeve in every turn, against insensitivity over fluctuation of speed."""
 
     title: ClassVar[str] = "insensitivity at least the fluctuation of speed"
     source: ClassVar[str] = "L. Zehnder, Dinglers Polytechnisches Journal 225 (1877), pp. 1-14"
@@ -67,10 +55,10 @@ class ShakingCheck(RuleCheck):
         "A governor that is more sensitive than the flywheel (delta < epsilon) leaves its position at every turn: it shakes."
     )
 
-    ratios: FloatArray
-    amplitudes: FloatArray
-    fluctuation: float
-    thresholds: Mapping[float, float]
+    ratios: FloatArray  # insensitivity over coefficient of fluctuation of speed; shape (n,)
+    amplitudes: FloatArray  # motion of the sleeve in the last turn, m; shape (n,)
+    fluctuation: float  # coefficient of fluctuation of speed
+    thresholds: Mapping[float, float]  # ratio from which on the sleeve rests, by the moment of inertia of the flywheel, kg m2
 
     @property
     def verdict(self) -> Verdict:
@@ -98,27 +86,17 @@ class ShakingCheck(RuleCheck):
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class OilBrakeCheck(RuleCheck):
-    """Shaking and recovery against the dashpot.
-
-    Attributes
-    ----------
-    dampings
-        Dashpots on the sleeve, N s/m; shape (n,), ascending.
-    amplitudes
-        Motion of the sleeve in the last turn, m; shape (n,).
-    decay_rates
-        Decay of the slowest motion with mean torque, 1/s; shape (n,).
-    thresholds
-        Ratio of insensitivity to fluctuation from which on the sleeve rests, with the weakest and the strongest dashpot.
-    """
+    """Shaking and recovery against the dashpot."""
 
     title: ClassVar[str] = "an oil brake against shaking"
     source: ClassVar[str] = "L. Zehnder, Dinglers Polytechnisches Journal 225 (1877), pp. 1-14"
     statement: ClassVar[str] = "An oil brake reduces the shaking of every governor to a minimum without making it less sensitive."
 
-    dampings: FloatArray
-    amplitudes: FloatArray
-    decay_rates: FloatArray
+    dampings: FloatArray  # dashpots on the sleeve, N s/m; shape (n,), ascending
+    amplitudes: FloatArray  # motion of the sleeve in the last turn, m; shape (n,)
+    decay_rates: FloatArray  # decay of the slowest motion with mean torque, 1/s; shape (n,)
+    # ratio of insensitivity to fluctuation from which on the sleeve rests, with the weakest and the strongest
+    # dashpot
     thresholds: tuple[float, float]
 
     @property
@@ -216,21 +194,14 @@ CHANGE_TOLERANCE = 0.03
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class ClearanceCheck(RuleCheck):
-    """Motion of the sleeve in a turn against the clearance between links and sleeve, of two governors.
-
-    Attributes
-    ----------
-    clearances
-        Clearances, m; shape (n,), the first 0.
-    amplitudes
-        Largest motion of the sleeve in one of the last turns, m, by the name of the governor; shape (n,) each.
-    """
+    """Motion of the sleeve in a turn against the clearance between links and sleeve, of two governors."""
 
     title: ClassVar[str] = "clearance against shaking"
     source: ClassVar[str] = "L. Zehnder, Dinglers Polytechnisches Journal 225 (1877), pp. 1-14"
     statement: ClassVar[str] = "Some clearance in the joints keeps the small irregularities of the engine away from the governor."
 
-    clearances: FloatArray
+    clearances: FloatArray  # clearances, m; shape (n,), the first 0
+    # largest motion of the sleeve in one of the last turns, m, by the name of the governor; shape (n,) each
     amplitudes: Mapping[str, FloatArray]
 
     def relative_motion(self, name: str) -> FloatArray:

@@ -167,47 +167,26 @@ def _offset_problems(inputs: GovernedEngineInputs) -> Iterator[str]:
 
 @dataclass(frozen=True, kw_only=True)
 class GovernorDesign(Recorded):
-    """A Porter governor with its gear; SI.
+    """A Porter governor with its gear; SI."""
 
-    Attributes
-    ----------
-    governor
-        Dimensions and masses.
-    gear_ratio
-        Turns of the spindle in a turn of the shaft.
-    mass_ratio
-        Mass of the sleeve over that of one ball.
-    full_load_angle, no_load_angle
-        Arm angles, rad.
-    full_load_lift, no_load_lift
-        Lifts of the sleeve from its place at vertical arms, m.
-    full_load_speed, no_load_speed
-        Equilibrium speeds of the shaft at these lifts, rad/s.
-    sleeve_force
-        Force that holds down the sleeve at standstill, N.
-    insensitivity
-        Degree of insensitivity with the resistance at the sleeve.
-    effort
-        Mean force at the sleeve while it yields to the whole change of speed from full load to no load, N.
-    work_capacity
-        That force times the travel of the sleeve, J.
-    speed_limits
-        Lowest and highest speed of the shaft when the resistance holds the sleeve, without the fluctuation in a turn, rad/s.
-    """
-
-    governor: PendulumGovernor
-    gear_ratio: float
-    mass_ratio: float
+    governor: PendulumGovernor  # dimensions and masses
+    gear_ratio: float  # turns of the spindle in a turn of the shaft
+    mass_ratio: float  # mass of the sleeve over that of one ball
+    # full_load_angle, no_load_angle: arm angles, rad
     full_load_angle: float
     no_load_angle: float
+    # full_load_lift, no_load_lift: lifts of the sleeve from its place at vertical arms, m
     full_load_lift: float
     no_load_lift: float
+    # full_load_speed, no_load_speed: equilibrium speeds of the shaft at these lifts, rad/s
     full_load_speed: float
     no_load_speed: float
-    sleeve_force: float
-    insensitivity: float
-    effort: float
-    work_capacity: float
+    sleeve_force: float  # force that holds down the sleeve at standstill, N
+    insensitivity: float  # degree of insensitivity with the resistance at the sleeve
+    effort: float  # mean force at the sleeve while it yields to the whole change of speed from full load to no load, N
+    work_capacity: float  # that force times the travel of the sleeve, J
+    # lowest and highest speed of the shaft when the resistance holds the sleeve, without the fluctuation in a
+    # turn, rad/s
     speed_limits: tuple[float, float]
 
     derived = ("sleeve_travel",)
@@ -364,25 +343,15 @@ def _gear_and_mass_ratio(inputs: GovernedEngineInputs, offset: float) -> tuple[f
 
 @dataclass(frozen=True, kw_only=True)
 class LoopMotion:
-    """Small motions of engine and governor about an equilibrium.
+    """Small motions of engine and governor about an equilibrium."""
 
-    Attributes
-    ----------
-    load_fraction
-        Load over the rated torque.
-    coefficients
-        Coefficients a (1/s), b (1/s2), c (1/s3) of the characteristic polynomial s^3 + a s^2 + b s + c.
-    x, y
-        Vyshnegradskii's parameters; stable if x y > 1.
-    roots
-        Roots of the polynomial, 1/s, the least damped first.
-    """
-
-    load_fraction: float
+    load_fraction: float  # load over the rated torque
+    # coefficients a (1/s), b (1/s2), c (1/s3) of the characteristic polynomial s^3 + a s^2 + b s + c
     coefficients: CharacteristicCoefficients
+    # x, y: vyshnegradskii's parameters; stable if x y > 1
     x: float
     y: float
-    roots: tuple[complex, complex, complex]
+    roots: tuple[complex, complex, complex]  # roots of the polynomial, 1/s, the least damped first
 
     @property
     def decay_rate(self) -> float:
@@ -398,24 +367,12 @@ class LoopMotion:
 
 @dataclass(frozen=True, kw_only=True)
 class DashpotDesign(Recorded):
-    """A dashpot at the sleeve.
+    """A dashpot at the sleeve."""
 
-    Attributes
-    ----------
-    damping
-        Its damping, N s/m.
-    is_given
-        Whether it was an input.
-    smallest_stable_damping
-        Damping with x y = 1 at the worst load, N s/m.
-    motions
-        The motions at full, half and no load.
-    """
-
-    damping: float
-    is_given: bool
-    smallest_stable_damping: float
-    motions: tuple[LoopMotion, ...]
+    damping: float  # its damping, N s/m
+    is_given: bool  # whether it was an input
+    smallest_stable_damping: float  # damping with x y = 1 at the worst load, N s/m
+    motions: tuple[LoopMotion, ...]  # the motions at full, half and no load
 
     derived = ("decay_rate", "stability_margin")
 

@@ -77,23 +77,13 @@ class Travel:
 
 @dataclass(frozen=True, kw_only=True)
 class SleeveSpring(Recorded):
-    """A spring on the sleeve, and what it makes of the exact governor.
+    """A spring on the sleeve, and what it makes of the exact governor."""
 
-    Attributes
-    ----------
-    forces
-        Its forces in the lowest and the highest position, N.
-    rate
-        Its rate, N/m.
-    compression
-        Its initial compression, in the lowest position, m.
-    speeds
-        Speeds at which the exact governor stands still in the lowest and the highest position under this spring, rad/s.
-    """
-
-    forces: tuple[float, float]
-    rate: float
-    compression: float
+    forces: tuple[float, float]  # its forces in the lowest and the highest position, N
+    rate: float  # its rate, N/m
+    compression: float  # its initial compression, in the lowest position, m
+    # speeds at which the exact governor stands still in the lowest and the highest position under this
+    # spring, rad/s
     speeds: tuple[float, float]
 
     derived = ("sensitiveness",)

@@ -70,28 +70,15 @@ POINTS_PER_PERIOD = 200
 
 @dataclass(frozen=True, kw_only=True)
 class ParabolaStart:
-    """The lowest position on the parabola x^2 = c y of the lowest speed; lengths m, angle rad.
+    """The lowest position on the parabola x^2 = c y of the lowest speed; lengths m, angle rad."""
 
-    Attributes
-    ----------
-    double_parameter
-        c.
-    empirical_abscissa
-        Distance from the axis by the empirical rule.
-    abscissa, ordinate
-        Distance x1 from the axis that is taken, and height y1 above the vertex.
-    arm_angle
-        Angle a1 of the arm from the vertical, the slope of the parabola.
-    radius_of_curvature
-        Radius of curvature there.
-    """
-
-    double_parameter: float
-    empirical_abscissa: float
+    double_parameter: float  # c
+    empirical_abscissa: float  # distance from the axis by the empirical rule
+    # abscissa, ordinate: distance x1 from the axis that is taken, and height y1 above the vertex
     abscissa: float
     ordinate: float
-    arm_angle: float
-    radius_of_curvature: float
+    arm_angle: float  # angle a1 of the arm from the vertical, the slope of the parabola
+    radius_of_curvature: float  # radius of curvature there
 
     @property
     def parameter(self) -> float:

@@ -29,42 +29,21 @@ def default_engines(value: float) -> tuple[Engine, ...]:
 
 @dataclass(frozen=True, kw_only=True)
 class HardCase:
-    """A family of scenes over a hard parameter.
+    """A family of scenes over a hard parameter."""
 
-    Attributes
-    ----------
-    name
-        Name on the command line, such as "dead-centre".
-    title
-        What is hard, as a line of text.
-    parameter
-        The hard parameter with its unit, as a label.
-    values
-        Values of the hard parameter.
-    make_document
-        The scene at a value.
-    solve
-        The solution at a value and times (n,), s, independent of the engines; None: another engine is the reference.
-    named_ends
-        Outcomes, apart from the end of the duration, with which a run may end, and why.
-    refused_values
-        Values at which the scene itself must be refused.
-    short_values
-        Values of the short form of the study.
-    engines
-        The engines at a value.
-    """
-
-    name: str
-    title: str
-    parameter: str
-    values: tuple[float, ...]
-    make_document: Callable[[float], Document]
+    name: str  # name on the command line, such as "dead-centre"
+    title: str  # what is hard, as a line of text
+    parameter: str  # the hard parameter with its unit, as a label
+    values: tuple[float, ...]  # values of the hard parameter
+    make_document: Callable[[float], Document]  # the scene at a value
+    # the solution at a value and times (n,), s, independent of the engines; None: another engine is the
+    # reference
     solve: Callable[[float, FloatArray], Solution] | None = None
+    # outcomes, apart from the end of the duration, with which a run may end, and why
     named_ends: Mapping[Outcome, str] = field(default_factory=dict)
-    refused_values: tuple[float, ...] = ()
-    short_values: tuple[float, ...] = ()
-    engines: Callable[[float], tuple[Engine, ...]] = default_engines
+    refused_values: tuple[float, ...] = ()  # values at which the scene itself must be refused
+    short_values: tuple[float, ...] = ()  # values of the short form of the study
+    engines: Callable[[float], tuple[Engine, ...]] = default_engines  # the engines at a value
 
 
 SAMPLES_PER_RUN = 100

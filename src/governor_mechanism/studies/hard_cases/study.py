@@ -53,45 +53,19 @@ class Verdict(Enum):
 
 @dataclass(frozen=True, kw_only=True)
 class HardCaseRow:
-    """One run of a hard case.
+    """One run of a hard case."""
 
-    Attributes
-    ----------
-    case
-        Name of the case.
-    value
-        Value of the hard parameter.
-    engine
-        Name of the engine.
-    verdict
-        What the run shows.
-    outcome
-        Name of the outcome; empty without a run.
-    reference
-        What the error is measured against.
-    error
-        Largest true error of a reading or rate, in units of its scale; None without a reference.
-    estimate
-        Error estimate of the run; None if it has none.
-    reached
-        Fraction of the duration that the run reached.
-    wall_time
-        Time of the run, s.
-    message
-        Cause of an end, refusal or failure.
-    """
-
-    case: str
-    value: float
-    engine: str
-    verdict: Verdict
-    outcome: str = ""
-    reference: str = ""
-    error: float | None = None
-    estimate: float | None = None
-    reached: float = 0.0
-    wall_time: float = 0.0
-    message: str = ""
+    case: str  # name of the case
+    value: float  # value of the hard parameter
+    engine: str  # name of the engine
+    verdict: Verdict  # what the run shows
+    outcome: str = ""  # name of the outcome; empty without a run
+    reference: str = ""  # what the error is measured against
+    error: float | None = None  # largest true error of a reading or rate, in units of its scale; None without a reference
+    estimate: float | None = None  # error estimate of the run; None if it has none
+    reached: float = 0.0  # fraction of the duration that the run reached
+    wall_time: float = 0.0  # time of the run, s
+    message: str = ""  # cause of an end, refusal or failure
 
 
 @dataclass(frozen=True, kw_only=True)

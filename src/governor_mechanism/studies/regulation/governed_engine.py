@@ -55,24 +55,12 @@ SPEED_READINGS = ("spindle_speed",)
 
 @dataclass(frozen=True, kw_only=True)
 class OperatingPoint:
-    """An equilibrium of a governed engine.
+    """An equilibrium of a governed engine."""
 
-    Attributes
-    ----------
-    coordinate
-        Coordinate of the governor, SI.
-    sleeve_lift
-        Lift of the sleeve, m.
-    shaft_speed
-        Speed of the shaft, rad/s.
-    torque
-        Mean torque of the engine, and the load, N m.
-    """
-
-    coordinate: float
-    sleeve_lift: float
-    shaft_speed: float
-    torque: float
+    coordinate: float  # coordinate of the governor, SI
+    sleeve_lift: float  # lift of the sleeve, m
+    shaft_speed: float  # speed of the shaft, rad/s
+    torque: float  # mean torque of the engine, and the load, N m
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

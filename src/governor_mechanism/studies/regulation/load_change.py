@@ -110,24 +110,12 @@ def _period(times: FloatArray, deviation: FloatArray, begin: float) -> float:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class TurnAverage:
-    """Mean speed over one turn, as a function of time.
+    """Mean speed over one turn, as a function of time."""
 
-    Attributes
-    ----------
-    times
-        Middle of each turn, s; shape (n,).
-    periods
-        Time that each turn takes, s; shape (n,).
-    speeds
-        Mean speed over it, rad/s; shape (n,).
-    fluctuations
-        Highest less lowest speed in it, over the mean; shape (n,).
-    """
-
-    times: FloatArray
-    periods: FloatArray
-    speeds: FloatArray
-    fluctuations: FloatArray
+    times: FloatArray  # middle of each turn, s; shape (n,)
+    periods: FloatArray  # time that each turn takes, s; shape (n,)
+    speeds: FloatArray  # mean speed over it, rad/s; shape (n,)
+    fluctuations: FloatArray  # highest less lowest speed in it, over the mean; shape (n,)
 
 
 def average_over_turns(

@@ -72,24 +72,12 @@ BORDER_TOLERANCE = 1e-5
 
 @dataclass(frozen=True, kw_only=True)
 class BorderPoint:
-    """A point of the border between stability and hunting.
+    """A point of the border between stability and hunting."""
 
-    Attributes
-    ----------
-    x
-        Value of the first parameter, SI.
-    mean
-        Value of the second parameter at the border with mean torque, SI.
-    cyclic
-        The same under the cyclic torque; None if the scene has a mean torque.
-    frequency
-        Frequency of hunting with mean torque at the border, rad/s.
-    """
-
-    x: float
-    mean: float
-    cyclic: float | None
-    frequency: float
+    x: float  # value of the first parameter, SI
+    mean: float  # value of the second parameter at the border with mean torque, SI
+    cyclic: float | None  # the same under the cyclic torque; None if the scene has a mean torque
+    frequency: float  # frequency of hunting with mean torque at the border, rad/s
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

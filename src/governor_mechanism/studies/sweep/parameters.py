@@ -88,26 +88,13 @@ class AxisRequest:
 
 @dataclass(frozen=True, kw_only=True)
 class SweepAxis(Recorded):
-    """One key of a scene and its values.
+    """One key of a scene and its values."""
 
-    Attributes
-    ----------
-    key
-        Dotted key of the scene document.
-    kind
-        Kind of quantity (key of QUANTITY_KINDS); empty if only words are allowed.
-    values
-        Numbers in SI, or words.
-    document_values
-        The same values as they are written into the document.
-    scene_value
-        Value that the scene itself has, SI or a word; None if its document leaves the key out.
-    """
-
-    key: str
-    kind: str
-    values: tuple[float | str | bool, ...]
-    document_values: tuple[Any, ...]
+    key: str  # dotted key of the scene document
+    kind: str  # kind of quantity (key of QUANTITY_KINDS); empty if only words are allowed
+    values: tuple[float | str | bool, ...]  # numbers in SI, or words
+    document_values: tuple[Any, ...]  # the same values as they are written into the document
+    # value that the scene itself has, SI or a word; None if its document leaves the key out
     scene_value: float | str | bool | None = None
 
     record = ("key", "unit", "values")

@@ -46,30 +46,14 @@ MIN_SWING_RATIO = 10.0
 
 @dataclass(frozen=True, kw_only=True)
 class RunQuantity(Recorded):
-    """A number taken from a run by a rule or by a function of the caller.
+    """A number taken from a run by a rule or by a function of the caller."""
 
-    Attributes
-    ----------
-    name
-        Name of the column.
-    rule
-        Rule such as "max arm_angle" or "duration"; empty for a function.
-    function
-        Function of the run; None for a rule.
-    unit
-        SI unit; empty if it is not known.
-    scale
-        Coordinate scale, SI; a change below scale times accuracy counts as none.
-    min_swing
-        Change between two turning points below which they count as noise, SI.
-    """
-
-    name: str
-    rule: str = ""
-    function: Callable[[Any], float] | None = None
-    unit: str = ""
-    scale: float = 0.0
-    min_swing: float = 0.0
+    name: str  # name of the column
+    rule: str = ""  # rule such as "max arm_angle" or "duration"; empty for a function
+    function: Callable[[Any], float] | None = None  # function of the run; None for a rule
+    unit: str = ""  # SI unit; empty if it is not known
+    scale: float = 0.0  # coordinate scale, SI; a change below scale times accuracy counts as none
+    min_swing: float = 0.0  # change between two turning points below which they count as noise, SI
 
     record = ("name", "unit")
 

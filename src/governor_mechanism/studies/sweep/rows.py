@@ -144,24 +144,12 @@ _TIME_PATTERN = re.compile(r",? at (?:about )?t = ")
 
 @dataclass(frozen=True, kw_only=True)
 class RowEnding(Recorded):
-    """A way in which some rows of a sweep end.
+    """A way in which some rows of a sweep end."""
 
-    Attributes
-    ----------
-    outcome
-        Outcome of the rows.
-    cause
-        Cause that their messages have in common; empty if they differ.
-    count
-        Number of the rows.
-    rows
-        Their indices; shape (count,).
-    """
-
-    outcome: str
-    cause: str
-    count: int
-    rows: IntArray
+    outcome: str  # outcome of the rows
+    cause: str  # cause that their messages have in common; empty if they differ
+    count: int  # number of the rows
+    rows: IntArray  # their indices; shape (count,)
 
     hidden = ("rows",)
 

@@ -42,27 +42,15 @@ from governor_mechanism.verification.user_kernel.simulated import Quantity, Seri
 
 @dataclass(frozen=True)
 class KernelRow(ComparisonRow):
-    """One comparison with a kernel, in `unit`; `expected` is the kernel's result, NaN where it gave none.
+    """One comparison with a kernel, in `unit`; `expected` is the kernel's result, NaN where it gave none."""
 
-    Attributes
-    ----------
-    error_estimate
-        Estimate of the simulation's own error; part of `allowed`.
-    scale
-        Value to which the tolerance is relative.
-    inputs
-        What varies from row to row, by name with its unit, SI.
-    arguments
-        With what the kernel was called, by its own names and in its own units.
-    problem
-        Why the kernel gave no number; empty if it did.
-    """
-
-    error_estimate: float = 0.0
-    scale: float = 0.0
+    error_estimate: float = 0.0  # estimate of the simulation's own error; part of `allowed`
+    scale: float = 0.0  # value to which the tolerance is relative
+    # what varies from row to row, by name with its unit, SI
     inputs: Mapping[str, tuple[float, str]] = field(default_factory=dict)
+    # with what the kernel was called, by its own names and in its own units
     arguments: Mapping[str, tuple[float, str]] = field(default_factory=dict)
-    problem: str = ""
+    problem: str = ""  # why the kernel gave no number; empty if it did
 
     @property
     def relative_error(self) -> float:

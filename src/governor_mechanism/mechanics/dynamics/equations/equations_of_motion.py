@@ -190,27 +190,16 @@ def evaluate_state_derivative(
 
 @dataclass(frozen=True)
 class InverseDynamics:
-    """Accelerations, joint forces and power of a known motion at n times.
+    """Accelerations, joint forces and power of a known motion at n times."""
 
-    Attributes
-    ----------
-    accelerations
-        Accelerations of the mass centres, m/s2 and rad/s2; shape (n, bodies, 3).
-    joint_forces
-        Force (N) and moment about the joint's point on the second body (N m) that each joint row exerts on that body, in
-        the order of `make_constraint_table`; shape (n, rows, 3).
-    pivot_ratios
-        Smallest pivot ratio of J M^-1 J^T; 0 where rows are linearly dependent; shape (n,).
-    power
-        Power of drives and of forces without a potential, W; shape (n,).
-    contact_forces
-        Force along the output of each contact that holds it or slides under a normal force, N or N m; shape (n, contacts).
-    """
-
-    accelerations: FloatArray
+    accelerations: FloatArray  # accelerations of the mass centres, m/s2 and rad/s2; shape (n, bodies, 3)
+    # force (N) and moment about the joint's point on the second body (N m) that each joint row exerts on that
+    # body, in the order of `make_constraint_table`; shape (n, rows, 3)
     joint_forces: FloatArray
-    pivot_ratios: FloatArray
-    power: FloatArray
+    pivot_ratios: FloatArray  # smallest pivot ratio of J M^-1 J^T; 0 where rows are linearly dependent; shape (n,)
+    power: FloatArray  # power of drives and of forces without a potential, W; shape (n,)
+    # force along the output of each contact that holds it or slides under a normal force, N or N m; shape (n,
+    # contacts)
     contact_forces: FloatArray
 
 

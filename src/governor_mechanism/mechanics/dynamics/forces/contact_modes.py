@@ -23,30 +23,15 @@ from governor_mechanism.types import RecordArray
 
 @dataclass(frozen=True)
 class ContactMode:
-    """Discrete state of all contacts and one-sided springs of a scene.
+    """Discrete state of all contacts and one-sided springs of a scene."""
 
-    Attributes
-    ----------
-    held_values
-        Value at which each contact holds its output, m or rad; None where it holds nothing.
-    sliding_signs
-        Sign of the rate that friction opposes at each contact; 0 without friction.
-    taut
-        Whether each one-sided spring pulls.
-    is_locked
-        Whether the held outputs leave no degree of freedom.
-    segments
-        Segment of each table of a reading: 0 below its first point, 1 behind it, and so on.
-    broken
-        Gears that have broken.
-    """
-
+    # value at which each contact holds its output, m or rad; None where it holds nothing
     held_values: tuple[float | None, ...] = ()
-    sliding_signs: tuple[int, ...] = ()
-    taut: tuple[bool, ...] = ()
-    is_locked: bool = False
-    segments: tuple[int, ...] = ()
-    broken: tuple[str, ...] = ()
+    sliding_signs: tuple[int, ...] = ()  # sign of the rate that friction opposes at each contact; 0 without friction
+    taut: tuple[bool, ...] = ()  # whether each one-sided spring pulls
+    is_locked: bool = False  # whether the held outputs leave no degree of freedom
+    segments: tuple[int, ...] = ()  # segment of each table of a reading: 0 below its first point, 1 behind it, and so on
+    broken: tuple[str, ...] = ()  # gears that have broken
 
 
 def active_forces_of(scene: Scene, mode: ContactMode) -> tuple[OutputForce, ...]:

@@ -43,24 +43,12 @@ RUBBING_DTYPE = record_dtype(
 
 
 class StateLayout(NamedTuple):
-    """First index of each part of a state after the poses of the body origins.
+    """First index of each part of a state after the poses of the body origins."""
 
-    Attributes
-    ----------
-    velocities
-        Velocities of the body origins.
-    work
-        Work as in `StateHistory`, J; up to here reach the velocities.
-    dissipated_energy
-        The dissipated part of the work, J.
-    lags
-        Values of inputs that follow others with a lag.
-    """
-
-    velocities: int
-    work: int
-    dissipated_energy: int
-    lags: int
+    velocities: int  # velocities of the body origins
+    work: int  # work as in `StateHistory`, J; up to here reach the velocities
+    dissipated_energy: int  # the dissipated part of the work, J
+    lags: int  # values of inputs that follow others with a lag
 
 
 def lay_out_state(n_bodies: int) -> StateLayout:
@@ -74,140 +62,66 @@ class System(NamedTuple):
 
     Poses refer to the origin of each body: its mass centre, or the ground pin of a point mass. The last of the joints' rows
     are those of held outputs, before the rows are reordered to a narrow band.
-
-    Attributes
-    ----------
-    state_layout
-        Layout of a state.
-    constraint_rows
-        Rows of the joints and of held outputs.
-    force_elements
-        Forces of the force elements, records of `OUTPUT_FORCE_DTYPE`.
-    row_pairs
-        Pairs of rows that share a body, see `find_coupled_rows`; shape (pairs, 4).
-    bandwidth
-        Half bandwidth of J M^-1 J^T, without the diagonal.
-    bodies
-        Records of `BODY_DTYPE`; shape (bodies,).
-    inverse_mass
-        Inverse mass (twice) and inverse moment of inertia about the origin, 0 for coordinates that cannot change; shape (bodies, 3). For a
-        shaft it changes with the poses, see `update_inverse_mass`. It includes the stand-in inertia.
-    equal_mass_metric
-        The inverse masses that the bodies would have if all had the same mass, 1; shape (bodies, 3). In this metric the rows of the joints
-        are nearly dependent near a change point alone, not where a light body carries a heavy one.
-    stand_in_inertia
-        Mass (twice) and moment of inertia in `inverse_mass` that a massless coordinate does not have; shape (bodies, 3).
-    has_stand_in_inertia
-        Whether any of it is not 0.
-    planes
-        Records of `PLANE_DTYPE`.
-    output_rows
-        Rows of the outputs along which effects act or on which loads depend, then of those along which force elements act.
-    output_forces
-        Records of `OUTPUT_FORCE_DTYPE`.
-    rubbing
-        Friction of parts that slide on each other, records of `RUBBING_DTYPE`.
-    event_functions
-        Records of `EVENT_FUNCTION_DTYPE`.
-    input_terms
-        Records of `INPUT_TERM_DTYPE`, in the order of their evaluation.
-    lags
-        Records of `LAG_DTYPE`.
-    n_inputs
-        Number of inputs.
     """
 
-    state_layout: StateLayout
-    constraint_rows: ConstraintRows
-    force_elements: RecordArray
-    row_pairs: IntArray
-    bandwidth: int
-    bodies: RecordArray
+    state_layout: StateLayout  # layout of a state
+    constraint_rows: ConstraintRows  # rows of the joints and of held outputs
+    force_elements: RecordArray  # forces of the force elements, records of `OUTPUT_FORCE_DTYPE`
+    row_pairs: IntArray  # pairs of rows that share a body, see `find_coupled_rows`; shape (pairs, 4)
+    bandwidth: int  # half bandwidth of J M^-1 J^T, without the diagonal
+    bodies: RecordArray  # records of `BODY_DTYPE`; shape (bodies,)
+    # inverse mass (twice) and inverse moment of inertia about the origin, 0 for coordinates that cannot
+    # change; shape (bodies, 3). For a shaft it changes with the poses, see `update_inverse_mass`. It includes
+    # the stand-in inertia.
     inverse_mass: FloatArray
+    # the inverse masses that the bodies would have if all had the same mass, 1; shape (bodies, 3). In this
+    # metric the rows of the joints are nearly dependent near a change point alone, not where a light body
+    # carries a heavy one.
     equal_mass_metric: FloatArray
+    # mass (twice) and moment of inertia in `inverse_mass` that a massless coordinate does not have; shape
+    # (bodies, 3)
     stand_in_inertia: FloatArray
-    has_stand_in_inertia: bool
-    planes: RecordArray
+    has_stand_in_inertia: bool  # whether any of it is not 0
+    planes: RecordArray  # records of `PLANE_DTYPE`
+    # rows of the outputs along which effects act or on which loads depend, then of those along which force
+    # elements act
     output_rows: ConstraintRows
-    output_forces: RecordArray
-    rubbing: RecordArray
-    event_functions: RecordArray
-    input_terms: RecordArray
-    lags: RecordArray
-    n_inputs: int
+    output_forces: RecordArray  # records of `OUTPUT_FORCE_DTYPE`
+    rubbing: RecordArray  # friction of parts that slide on each other, records of `RUBBING_DTYPE`
+    event_functions: RecordArray  # records of `EVENT_FUNCTION_DTYPE`
+    input_terms: RecordArray  # records of `INPUT_TERM_DTYPE`, in the order of their evaluation
+    lags: RecordArray  # records of `LAG_DTYPE`
+    n_inputs: int  # number of inputs
 
 
 class SystemWorkspace(NamedTuple):
-    """Work arrays of one evaluation, so that the kernels allocate nothing in their loops.
+    """Work arrays of one evaluation, so that the kernels allocate nothing in their loops."""
 
-    Attributes
-    ----------
-    row_values
-        Prescribed motion, residual and gamma of each row; shape (rows, 5).
-    jacobian
-        Jacobian of each row with respect to the poses of its bodies; shape (rows, sides, 3).
-    band
-        Band of J M^-1 J^T; shape (rows, bandwidth + 1).
-    factor
-        Its Cholesky factor, with the shape of `band`.
-    eigen
-        Workspace for the eigenproblem of a singular `band`; shape (2, rows, rows).
-    equal_mass_band
-        As `band`, in the metric of equal masses.
-    multipliers
-        Lagrange multipliers, N; shape (rows,).
-    multiplier_corrections
-        Their corrections by iterative refinement, N; shape (rows,).
-    generalised_forces
-        Applied forces, N and N m; shape (bodies, 3).
-    stand_in_forces
-        Inertia forces of the stand-ins, N and N m; shape (bodies, 3).
-    output_row_values
-        As `row_values`, for the outputs; shape (outputs, 5).
-    output_jacobian
-        As `jacobian`, for the outputs; shape (outputs, 2, 3).
-    inverse_mass
-        As that of the system, at the poses of the last evaluation; shape (bodies, 3).
-    plane_motion
-        Speed (rad/s), acceleration if the speed is given (rad/s2), moment of inertia (kg m2) and its rate (kg m2/s) of each plane;
-        shape (planes, 4).
-    inputs
-        Values of the inputs; shape (inputs,).
-    force_elements
-        As those of the system, with the switches of gas at the last evaluation.
-    is_armed
-        Whether each event function of a kink is monitored; shape (event functions,).
-    rubbing_multipliers
-        Lagrange multipliers without friction of what slides, and those by a unit force along each slip; shape (rubbing + 1, rows).
-    rubbing_accelerations
-        Accelerations by these unit forces, m/s2 and rad/s2; shape (rubbing, bodies, 3).
-    rubbing_matrix
-        Buffer of the equations of the normal forces; shape (rubbing, rubbing).
-    rubbing_forces
-        Friction along each slip, N; shape (rubbing,).
-    """
-
-    row_values: FloatArray
-    jacobian: FloatArray
-    band: FloatArray
-    factor: FloatArray
-    eigen: FloatArray
-    equal_mass_band: FloatArray
-    multipliers: FloatArray
-    multiplier_corrections: FloatArray
-    generalised_forces: FloatArray
-    stand_in_forces: FloatArray
-    output_row_values: FloatArray
-    output_jacobian: FloatArray
-    inverse_mass: FloatArray
+    row_values: FloatArray  # prescribed motion, residual and gamma of each row; shape (rows, 5)
+    jacobian: FloatArray  # jacobian of each row with respect to the poses of its bodies; shape (rows, sides, 3)
+    band: FloatArray  # band of J M^-1 J^T; shape (rows, bandwidth + 1)
+    factor: FloatArray  # its Cholesky factor, with the shape of `band`
+    eigen: FloatArray  # workspace for the eigenproblem of a singular `band`; shape (2, rows, rows)
+    equal_mass_band: FloatArray  # as `band`, in the metric of equal masses
+    multipliers: FloatArray  # lagrange multipliers, N; shape (rows,)
+    multiplier_corrections: FloatArray  # their corrections by iterative refinement, N; shape (rows,)
+    generalised_forces: FloatArray  # applied forces, N and N m; shape (bodies, 3)
+    stand_in_forces: FloatArray  # inertia forces of the stand-ins, N and N m; shape (bodies, 3)
+    output_row_values: FloatArray  # as `row_values`, for the outputs; shape (outputs, 5)
+    output_jacobian: FloatArray  # as `jacobian`, for the outputs; shape (outputs, 2, 3)
+    inverse_mass: FloatArray  # as that of the system, at the poses of the last evaluation; shape (bodies, 3)
+    # speed (rad/s), acceleration if the speed is given (rad/s2), moment of inertia (kg m2) and its rate (kg
+    # m2/s) of each plane; shape (planes, 4)
     plane_motion: FloatArray
-    inputs: FloatArray
-    force_elements: RecordArray
-    is_armed: BoolArray
+    inputs: FloatArray  # values of the inputs; shape (inputs,)
+    force_elements: RecordArray  # as those of the system, with the switches of gas at the last evaluation
+    is_armed: BoolArray  # whether each event function of a kink is monitored; shape (event functions,)
+    # lagrange multipliers without friction of what slides, and those by a unit force along each slip; shape
+    # (rubbing + 1, rows)
     rubbing_multipliers: FloatArray
-    rubbing_accelerations: FloatArray
-    rubbing_matrix: FloatArray
-    rubbing_forces: FloatArray
+    rubbing_accelerations: FloatArray  # accelerations by these unit forces, m/s2 and rad/s2; shape (rubbing, bodies, 3)
+    rubbing_matrix: FloatArray  # buffer of the equations of the normal forces; shape (rubbing, rubbing)
+    rubbing_forces: FloatArray  # friction along each slip, N; shape (rubbing,)
 
 
 def count_output_forces(system: System) -> IntArray:

@@ -58,21 +58,11 @@ EventFunctionRecord = tuple[EventFunctionKind, int, int, float, float, float, in
 
 
 class EventTolerances(NamedTuple):
-    """Rounding levels of event functions.
+    """Rounding levels of event functions."""
 
-    Attributes
-    ----------
-    outputs
-        That of the value of each output, m or rad.
-    force
-        That of a constraint force, N.
-    time
-        Characteristic time of the scene, s; the rounding level of a rate is that of the value divided by it.
-    """
-
-    outputs: Mapping[str, float]
-    force: float
-    time: float
+    outputs: Mapping[str, float]  # that of the value of each output, m or rad
+    force: float  # that of a constraint force, N
+    time: float  # characteristic time of the scene, s; the rounding level of a rate is that of the value divided by it
 
 
 def make_event_functions(
