@@ -28,6 +28,8 @@ RGB_MASK = 0xFFFFFF
 BLEND_TOLERANCE = 64
 """Difference per channel, of 255, below which two blends count as equal: a quarter of an edge's contrast. It makes the file a sixth
 smaller."""
+RESTORED_TOLERANCE = 40
+"""The same where a pixel comes back to the colour it had first, as the edges of what does not move do."""
 MAX_CLOSED_GAP = 6
 """Longest row of unchanged pixels between changed ones that is written again. It makes large moving shapes some 4 % smaller."""
 MAX_FRAME_DELAY = 65535
@@ -57,7 +59,8 @@ class Palette:
             blend_table = np.array(chosen.getpalette(), dtype=np.uint8).reshape(-1, 3)[:count]
         self.colours: NDArray[np.uint8] = np.concatenate([exact_table, blend_table])
         self._nearest_index = self._build_lookup_table(len(exact_table))
-        self.is_replaceable = self._find_replaceable(len(exact_table))
+        self.is_replaceable = self._find_replaceable(len(exact_table), BLEND_TOLERANCE)
+        self.is_restored = self._find_replaceable(len(exact_table), RESTORED_TOLERANCE)
 
     def _build_lookup_table(self, n_exact: int) -> NDArray[np.uint8]:
         """Return the index of the nearest palette colour for each cell of the colour cube."""
@@ -70,14 +73,14 @@ class Palette:
         table[_find_cells(pack_pixels(_with_opacity(self.colours[:n_exact])))] = np.arange(n_exact)
         return table
 
-    def _find_replaceable(self, n_exact: int) -> NDArray[np.bool_]:
-        """Return where an index (axis 0) may stay on the screen in place of another (axis 1).
+    def _find_replaceable(self, n_exact: int, tolerance: int) -> NDArray[np.bool_]:
+        """Return where an index (axis 0) may stay on the screen in place of another (axis 1) that differs by less than a tolerance.
 
         Moving edges change from one blend to the next all the time: small changes are omitted. A flat area is always shown exactly, so
         nothing stays behind a shape that has moved away.
         """
         colours = self.colours.astype(np.int32)
-        replaceable: NDArray[np.bool_] = np.abs(colours[:, None] - colours[None]).max(axis=2) < BLEND_TOLERANCE
+        replaceable: NDArray[np.bool_] = np.abs(colours[:, None] - colours[None]).max(axis=2) < tolerance
         replaceable[:, :n_exact] = False
         np.fill_diagonal(replaceable, True)
         return replaceable
@@ -110,6 +113,7 @@ class GifWriter:
         self._palette = palette
         self._last_pixels: PackedPixels | None = None
         self._shown_indices: PaletteIndices = np.empty((0, 0), dtype=np.uint8)
+        self._first_indices: PaletteIndices = np.empty(0, dtype=np.uint8)
         self._pending_patch: tuple[int, int, PaletteIndices] | None = None
         self._delay = 0
 
@@ -120,6 +124,7 @@ class GifWriter:
             self._write_header(frame.shape[1], frame.shape[0])
             self._shown_indices = self._palette.indices_of(pixels)
             self._pending_patch = (0, 0, self._shown_indices.copy())
+            self._first_indices = self._shown_indices.reshape(-1).copy()
             self._last_pixels = pixels.copy()
         else:
             patch = self._changed_patch(pixels.ravel(), np.flatnonzero(pixels != self._last_pixels))
@@ -139,7 +144,10 @@ class GifWriter:
         """Return left, top and indices of the smallest rectangle of changed pixels (n,); unchanged ones in it are transparent."""
         entries = self._palette.indices_of(pixels[pixel_indices])
         shown_indices = self._shown_indices.reshape(-1)
-        differs = ~self._palette.is_replaceable[shown_indices[pixel_indices], entries]
+        shown = shown_indices[pixel_indices]
+        # What comes back to its first colour is restored more exactly: else edges that stand still get ragged where something passed.
+        returns = entries == self._first_indices[pixel_indices]
+        differs = np.where(returns, ~self._palette.is_restored[shown, entries], ~self._palette.is_replaceable[shown, entries])
         pixel_indices, entries = pixel_indices[differs], entries[differs]
         if not pixel_indices.size:
             return None
