@@ -229,6 +229,7 @@ TESTS = (
     "mechanics/test_outlines.py::test_of_rollers_that_repeat_the_nearest_one_counts",
     "engines/test_contact_friction.py::test_a_disc_with_back_spin_slides_and_then_rolls_without_losses",
     "engines/test_contact_friction.py::test_an_impact_with_friction_stops_the_sliding_or_is_limited_by_coulombs_law",
+    "engines/test_contact_friction.py::test_a_ball_that_bounces_to_rest_loses_sliding_speed_by_all_its_impulses",
     "engines/test_contact_friction.py::test_a_rod_that_rubs_beyond_painleves_limit_ends_by_name",
     "numerics/test_dense_solution.py",
     "mechanics/test_two_formulations.py",

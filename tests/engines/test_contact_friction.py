@@ -184,23 +184,30 @@ def test_a_ladder_on_a_rough_floor_and_a_smooth_wall_slips_where_statics_says_so
         assert run.readings["contact.top.force"][-1] == pytest.approx(push, rel=1e-9)
 
 
-def rod_on_floor(friction, angle):
-    """A rod that slides along a floor on its lower end, its mass centre behind."""
+def rod_on_floor(friction, angle, turn_rate):
+    """A rod that slides along a floor on its lower end, its mass centre behind, and turns."""
     document = ball_document(FLOOR, (0.0, 0.0))
     document["body"][1] = {"name": "rod", "mass": 1.0, "rod": {"length": 0.4}, "at": [0.0, 1e-3], "angle": angle}
     document["contact"] = [{"name": "tip", "first": "rod.start", "radius": 1e-3, "second": "block", "friction": friction}]
     document["readings"] = {"x": {"x": "rod.start"}, "turn": {"angle": "rod"}}
-    document["start"] = {"tip_gap": 0.0, "tip_rate": 0.0, "x": 0.0, "x_rate": -1.0, "turn": angle, "turn_rate": 0.0}
+    document["start"] = {"tip_gap": 0.0, "tip_rate": 0.0, "x": 0.0, "x_rate": -1.0, "turn": angle, "turn_rate": turn_rate}
     document["run"] |= {"duration": 0.02, "output_interval": 0.01}
     return gm.Scene.from_dict(document)
 
 
+@pytest.mark.parametrize("turn_rate", [0.0, 20.0], ids=["no motion", "two motions"])
 @pytest.mark.parametrize(("friction", "jams"), [(1.2, False), (2.0, True)])
-def test_a_rod_that_rubs_beyond_painleves_limit_ends_by_name(friction, jams):
-    """A uniform rod at the angle a with its mass centre behind, jams where 1 + 3 cos(a) (cos(a) - friction sin(a)) < 0."""
+def test_a_rod_that_rubs_beyond_painleves_limit_ends_by_name(friction, jams, turn_rate):
+    """A uniform rod at the angle a with its mass centre behind, jams where 1 + 3 cos(a) (cos(a) - friction sin(a)) < 0.
+
+    Where its tip would rise without a force, as it turns fast, it may then go on sliding or leave the floor; else it can do neither.
+    """
     angle = math.radians(45)
-    run = gm.run(rod_on_floor(friction, angle))
+    run = gm.run(rod_on_floor(friction, angle, turn_rate))
     determinant = 1 + 3 * math.cos(angle) * (math.cos(angle) - friction * math.sin(angle))
+    rise = 0.2 * turn_rate**2 * math.sin(angle) - GRAVITY
     assert (determinant < 0) == jams
     assert (run.outcome is gm.Outcome.STALLED) == jams
     assert ("friction jams" in run.detail) == jams
+    if not jams:
+        assert (run.readings["tip_gap"][-1] > 1e-4) == (rise > 0)

@@ -66,3 +66,12 @@ def test_a_number_of_slots_that_no_wheel_has_is_refused():
     for repeat in (1, 2.5, True, 10**6):
         with pytest.raises(gm.MechanismError, match="repeat must be a whole number from 2 to 500"):
             gm.load("geneva").replace({"body.wheel.outline.repeat": repeat})
+
+
+def test_a_wheel_without_friction_touches_its_lock_without_a_force_and_stays_there():
+    document = {key: value for key, value in gm.load("geneva").document.items() if key != "effects"}
+    run = gm.run(gm.Scene.from_dict(document), times=np.linspace(0, 2, 41))
+    assert run.outcome is gm.Outcome.DONE
+    locked = (run.times > 0.65) & (run.times < 1.36)
+    assert np.ptp(run.readings["wheel_angle"][locked]) < 0.01  # the clearance of the lock
+    assert len(run.events) < 30

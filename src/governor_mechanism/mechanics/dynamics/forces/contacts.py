@@ -40,6 +40,8 @@ class Contact:
         Name of the reading whose stop presses what slides along this one; None if its friction does not follow from such a force.
     friction_coefficient
         Coefficient of Coulomb friction under that force.
+    is_gap
+        Whether it is the gap between a roller and an outline, which may touch without a force.
     """
 
     output_name: str
@@ -49,6 +51,7 @@ class Contact:
     restitution: float = 0.0
     normal: str | None = None
     friction_coefficient: float = 0.0
+    is_gap: bool = False
 
 
 CONTACT_DTYPE = record_dtype(
@@ -86,7 +89,7 @@ def contacts_of(scene: Scene) -> tuple[Contact, ...]:
         if effect.contact:
             properties[effect.reading] |= effect.contact
     for gap in outline_gaps_of(scene):
-        properties[gap.name] |= {"low": 0.0, "restitution": gap.restitution}
+        properties[gap.name] |= {"low": 0.0, "restitution": gap.restitution, "is_gap": True}
     for gap in rubbing_gaps_of(scene):
         properties[gap.slip.name] |= {"normal": gap.name, "friction_coefficient": gap.friction}
     return tuple(Contact(name, **given) for name, given in properties.items())

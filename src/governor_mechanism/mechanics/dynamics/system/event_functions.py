@@ -40,6 +40,9 @@ class EventFunctionKind(IntEnum):
 GAS_KINKS = (EventFunctionKind.DEAD_CENTRE, EventFunctionKind.SWITCH)
 """Kinds of event functions of kinks."""
 
+RELEASE_FORCE_RATIO = 100.0
+"""Pull at which an outline lets a roller go, relative to the rounding of a force: what touches without a force goes on touching."""
+
 EVENT_FUNCTION_DTYPE = record_dtype(
     ("kind", "i8"),  # an EventFunctionKind
     ("source_index", "i8"),  # the output row, or for a force the constraint row that holds the output
@@ -116,11 +119,11 @@ def _contact_event_functions(
                 yield EventFunctionKind.FORCE, row, normal_row, direction, limit, tolerances.force, NO_INDEX, contact_index
             continue
         if held is not None:
-            row = next(rows)
+            row, pull = next(rows), RELEASE_FORCE_RATIO * tolerances.force if contact.is_gap else 0.0
             # A stop pushes with unlimited force in one direction; friction holds in both, up to its limit.
             for direction, is_unlimited in ((1.0, held <= contact.low), (-1.0, held >= contact.high)):
                 if not is_unlimited:
-                    yield EventFunctionKind.FORCE, row, NO_INDEX, direction, 0.0, tolerances.force, friction_index, contact_index
+                    yield EventFunctionKind.FORCE, row, NO_INDEX, direction, pull, tolerances.force, friction_index, contact_index
             continue
         if mode.is_locked:
             continue
