@@ -47,6 +47,26 @@ def test_links_of_the_example_of_a_lecture_close_at_its_three_pairs():
     assert str(row.linkage.type) == "crank-rocker"
 
 
+PRINTED_LENGTHS = 0.4018, 4.198, 0.8456  # inches
+"""Solution of that lecture. Its matrix has -cos 99.976 deg = 0.1732, not -cos 100.0 deg: the input angles are Chebyshev's from 30 to 105
+degrees, of which the problem prints two rounded. The output angles are printed to 0.01 degrees."""
+
+
+def test_the_printed_lengths_lie_within_what_the_rounding_of_the_printed_angles_leaves():
+    inputs = [math.degrees(one) for one in chebyshev_points(math.radians(30.0), math.radians(105.0), 3)]
+    assert inputs == pytest.approx([35.02, 67.50, 99.976], abs=5e-3)
+
+    def lengths(rounding):
+        outputs = np.add([91.21, 101.79, 117.19], rounding)
+        pairs = [[f"{first} deg", f"{second} deg"] for first, second in zip(inputs, outputs.tolist(), strict=True)]
+        return np.array(gm.synthesise_function(pairs, ground="4.5 in").rows[0].linkage.lengths)[1:] / 0.0254
+
+    nominal = lengths([0.0, 0.0, 0.0])
+    uncertainty = sum(np.abs(lengths(one) - nominal) for one in 0.005 * np.eye(3))
+    assert np.all(np.abs(nominal - PRINTED_LENGTHS) <= uncertainty)
+    assert nominal == pytest.approx(PRINTED_LENGTHS, rel=2e-3)
+
+
 def test_chebyshevs_points_are_projections_of_points_on_a_half_circle():
     assert chebyshev_points(1.0, 2.0, 3) == pytest.approx([1.5 - 0.25 * np.sqrt(3.0), 1.5, 1.5 + 0.25 * np.sqrt(3.0)], rel=1e-14)
 
