@@ -11,24 +11,12 @@ from typing import Any, ClassVar
 
 @dataclass(frozen=True)
 class Derivation:
-    """A field that a function computes from other keys, along a length only.
+    """A field that a function computes from other keys, along a length only."""
 
-    Attributes
-    ----------
-    field
-        Name of the field.
-    function
-        Function of the keys; those with a default may be left out.
-    kinds
-        Kinds of quantity of the keys; all are positive.
-    meanings
-        What each key is.
-    """
-
-    field: str
-    function: Callable[..., float]
-    kinds: Mapping[str, str]
-    meanings: Mapping[str, str]
+    field: str  # name of the field
+    function: Callable[..., float]  # function of the keys; those with a default may be left out
+    kinds: Mapping[str, str]  # kinds of quantity of the keys; all are positive
+    meanings: Mapping[str, str]  # what each key is
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -98,17 +86,10 @@ class ForceLaw(ABC):
     """A force along an output variable as a function of its value and rate.
 
     The law either has a potential and depends on the value alone, or it dissipates all its power.
-
-    Attributes
-    ----------
-    law_name
-        Name of the law in the counts of evaluations.
-    dissipates
-        Whether the force dissipates energy; without, it has a potential.
     """
 
-    law_name: ClassVar[str]
-    dissipates: ClassVar[bool]
+    law_name: ClassVar[str]  # name of the law in the counts of evaluations
+    dissipates: ClassVar[bool]  # whether the force dissipates energy; without, it has a potential
 
     @staticmethod
     @abstractmethod

@@ -28,21 +28,11 @@ class EventKind(StrEnum):
 
 @dataclass(frozen=True, kw_only=True)
 class Event:
-    """An event of a run.
+    """An event of a run."""
 
-    Attributes
-    ----------
-    time
-        Time of the event, s.
-    kind
-        Kind of the event.
-    subject
-        Name of the reading, "the mechanism" for a change point, or the name of a crossing.
-    """
-
-    time: float
-    kind: EventKind
-    subject: str
+    time: float  # time of the event, s
+    kind: EventKind  # kind of the event
+    subject: str  # name of the reading, "the mechanism" for a change point, or the name of a crossing
 
     def __str__(self) -> str:
         if self.kind in (EventKind.TURNING_POINT, EventKind.CHANGE_POINT):
@@ -58,22 +48,14 @@ class NamedCrossing:
 
     The reading must lie beyond the value on both sides by more than the error of the run. So a reading that starts at the value, touches
     it, or reaches it and stays, does not cross it; one that leaves it to the other side after a rest crosses it when it leaves.
-
-    Attributes
-    ----------
-    name
-        Name of the event.
-    reading
-        Name of the reading or speed.
-    value
-        Value that it passes, SI; an angle is continuous over full turns, as the run reports it.
-    direction
-        One of CROSSING_DIRECTIONS.
     """
 
-    name: str
+    name: str  # name of the event
+    # name of the reading or speed
     reading: str = entry("watched reading", meaning='the reading or speed that is watched, as "arm_angle" or "engine.shaft_speed"')
+    # value that it passes, SI; an angle is continuous over full turns, as the run reports it
     value: float = entry("watched value", meaning='the value that the reading passes, as "20 mm"')
+    # one of CROSSING_DIRECTIONS
     direction: str = entry(
         "choice", words=CROSSING_DIRECTIONS, default="both", meaning="whether the reading rises or falls through the value, or either"
     )

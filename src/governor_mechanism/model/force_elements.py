@@ -13,15 +13,9 @@ from governor_mechanism.units.fields import class_words, entry, optional_size, q
 
 @dataclass(frozen=True, kw_only=True)
 class ForceElement:
-    """Base class of a force element between two bodies.
+    """Base class of a force element between two bodies."""
 
-    Attributes
-    ----------
-    name
-        Name in messages and results.
-    """
-
-    name: str
+    name: str  # name in messages and results
 
     @property
     def bodies(self) -> tuple[str, str]:
@@ -205,15 +199,9 @@ class Torque(_RotationalElement):
 
 @dataclass(frozen=True, kw_only=True)
 class MeanGasTorque(Torque):
-    """The torque of gas in cylinders averaged over a turn; a throttle sets a part of it.
+    """The torque of gas in cylinders averaged over a turn; a throttle sets a part of it."""
 
-    Attributes
-    ----------
-    full_torque
-        Torque with an open throttle, N m.
-    """
-
-    full_torque: float = quantity("torque", sign="any")
+    full_torque: float = quantity("torque", sign="any")  # torque with an open throttle, N m
 
     @property
     def controlled_parameters(self) -> Mapping[str, str]:
@@ -261,53 +249,26 @@ class CylinderGas(ForceElement):
     """The gas on one face of a double-acting piston that a crank moves; both faces change their parts at every dead centre.
 
     Its pressure is constant before or after a travel and follows an isotherm on the other side of it; see `effects.gas_pressure`.
-
-    Attributes
-    ----------
-    body
-        Body on which the gas acts: the piston, or without one the crank.
-    travel
-        Travel of the piston, m, 0 at the crank angle 0.
-    crank_angle
-        Crank angle, rad; its multiples of pi are the dead centres.
-    area
-        Area of the piston, m2; negative if the gas resists the stroke.
-    pressure
-        Constant pressure, Pa.
-    volume
-        Volume at the beginning of a stroke, relative to the swept volume.
-    change
-        Its change over the stroke: 1 or -1.
-    switch_travel
-        Travel, relative to the stroke, at which isotherm and constant pressure meet.
-    begins_constant
-        Whether the constant pressure comes first.
-    back_pressure
-        Pressure on the other face, Pa.
-    stroke
-        Stroke, m.
-    throttle
-        What all pressures are multiplied by; None for 1.
-    cut_off
-        Travel at the switch, relative to the stroke, as it moves; None if it is switch_travel.
-    reads_at_dead_centres
-        Whether the cut-off is read at dead centres alone, and holds for the stroke; if not, it moves until the supply is cut off.
     """
 
-    body: str
-    travel: Reading
-    crank_angle: BodyAngle
+    body: str  # body on which the gas acts: the piston, or without one the crank
+    travel: Reading  # travel of the piston, m, 0 at the crank angle 0
+    crank_angle: BodyAngle  # crank angle, rad; its multiples of pi are the dead centres
+    # what all pressures are multiplied by; None for 1
     throttle: InputFunction | None = entry("load", "ratio", sign="any", default=None)
+    # travel at the switch, relative to the stroke, as it moves; None if it is switch_travel
     cut_off: InputFunction | None = entry("load", "ratio", sign="any", default=None)
+    # whether the cut-off is read at dead centres alone, and holds for the stroke; if not, it moves until the
+    # supply is cut off
     reads_at_dead_centres: bool = True
-    area: float = quantity("area", sign="any")
-    pressure: float = quantity("pressure", sign="any")
-    volume: float = quantity(sign="any")
-    change: float = quantity(sign="any")
-    switch_travel: float = quantity(sign="any")
-    begins_constant: bool
-    back_pressure: float = quantity("pressure", sign="any", default=0.0)
-    stroke: float = quantity("length")
+    area: float = quantity("area", sign="any")  # area of the piston, m2; negative if the gas resists the stroke
+    pressure: float = quantity("pressure", sign="any")  # constant pressure, Pa
+    volume: float = quantity(sign="any")  # volume at the beginning of a stroke, relative to the swept volume
+    change: float = quantity(sign="any")  # its change over the stroke: 1 or -1
+    switch_travel: float = quantity(sign="any")  # travel, relative to the stroke, at which isotherm and constant pressure meet
+    begins_constant: bool  # whether the constant pressure comes first
+    back_pressure: float = quantity("pressure", sign="any", default=0.0)  # pressure on the other face, Pa
+    stroke: float = quantity("length")  # stroke, m
 
     @property
     def bodies(self) -> tuple[str, str]:

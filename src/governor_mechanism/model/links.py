@@ -22,18 +22,10 @@ class Link:
 
 @dataclass(frozen=True, eq=False)
 class Hinge:
-    """A point where links meet and can turn against each other.
+    """A point where links meet and can turn against each other."""
 
-    Attributes
-    ----------
-    points
-        The point in the axes of each body that meets there.
-    bars
-        Names of the bars that end there.
-    """
-
-    points: dict[str, Point] = field(default_factory=dict)
-    bars: set[str] = field(default_factory=set)
+    points: dict[str, Point] = field(default_factory=dict)  # the point in the axes of each body that meets there
+    bars: set[str] = field(default_factory=set)  # names of the bars that end there
 
     @property
     def links(self) -> list[Link]:

@@ -28,19 +28,13 @@ class SecondMoments:
     """Second moments of mass about the mass centre in body axes, kg m2.
 
     xx is the integral of xi^2 dm, and so on. The planar moment of inertia is xx + yy. A point mass has zeros only.
-
-    Attributes
-    ----------
-    xx, yy, xy
-        Moments in the plane.
-    zz
-        Moment normal to the plane.
     """
 
+    # xx, yy, xy: moments in the plane
     xx: float = optional_size("moment_of_inertia", meaning="the integral of x^2 over the mass, about the mass centre")
     yy: float = optional_size("moment_of_inertia", meaning="the integral of y^2 over the mass")
     xy: float = quantity("moment_of_inertia", sign="any", built=True, default=0.0, meaning="the integral of x y over the mass")
-    zz: float = optional_size("moment_of_inertia", meaning="the integral of z^2 over the mass")
+    zz: float = optional_size("moment_of_inertia", meaning="the integral of z^2 over the mass")  # moment normal to the plane
 
     @property
     def in_plane(self) -> tuple[float, float, float]:
@@ -54,24 +48,13 @@ class SecondMoments:
 
 @dataclass(frozen=True, kw_only=True)
 class Body:
-    """A rigid body. Its axes have their origin at the mass centre; its pose is (x, y, angle) in m, m, rad.
+    """A rigid body. Its axes have their origin at the mass centre; its pose is (x, y, angle) in m, m, rad."""
 
-    Attributes
-    ----------
-    name
-        Name of the body.
-    mass
-        Mass, kg; 0 for a massless lever or a point whose motion is prescribed.
-    second_moments
-        Second moments of mass about the mass centre; zeros for a body whose mass is in one point.
-    can_rotate
-        False for a point mass or a guided sleeve, whose angle is always 0.
-    """
-
-    name: str
-    mass: float
+    name: str  # name of the body
+    mass: float  # mass, kg; 0 for a massless lever or a point whose motion is prescribed
+    # second moments of mass about the mass centre; zeros for a body whose mass is in one point
     second_moments: SecondMoments = field(default_factory=SecondMoments)
-    can_rotate: bool = True
+    can_rotate: bool = True  # false for a point mass or a guided sleeve, whose angle is always 0
 
     def __post_init__(self) -> None:
         require_not_negative(self.mass, "kg", f"mass of body {self.name!r}")
@@ -104,50 +87,26 @@ class Shaft(Body):
 
 @dataclass(frozen=True, kw_only=True)
 class NamedPoint:
-    """A point that the user named.
+    """A point that the user named."""
 
-    Attributes
-    ----------
-    name
-        Its name; with that of its body in front, "body.point", if bodies have points of the same name.
-    point
-        The point.
-    """
-
-    name: str
-    point: Point
+    name: str  # its name; with that of its body in front, "body.point", if bodies have points of the same name
+    point: Point  # the point
 
 
 @dataclass(frozen=True, kw_only=True)
 class BodyOutline:
-    """The outline of a body.
+    """The outline of a body."""
 
-    Attributes
-    ----------
-    origin
-        Origin of the axes of the outline on the body; they have the direction of those of the body.
-    outline
-        The outline.
-    """
-
-    origin: Point
-    outline: Outline
+    origin: Point  # origin of the axes of the outline on the body; they have the direction of those of the body
+    outline: Outline  # the outline
 
 
 @dataclass(frozen=True, kw_only=True)
 class FixedLoad:
-    """A load that no control can move in a mechanism, although others of its kind let it move.
+    """A load that no control can move in a mechanism, although others of its kind let it move."""
 
-    Attributes
-    ----------
-    name
-        Name of the load, as a control would name it.
-    reason
-        Why it is constant, and the cure.
-    """
-
-    name: str
-    reason: str
+    name: str  # name of the load, as a control would name it
+    reason: str  # why it is constant, and the cure
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -28,18 +28,10 @@ VECTOR_COMPONENTS: Final = ("x", "y", "magnitude")
 
 @dataclass(frozen=True, kw_only=True)
 class PointReading(DerivedReading):
-    """A component of a vector of a point, along an axis of the plane of its part, or the magnitude of the vector.
+    """A component of a vector of a point, along an axis of the plane of its part, or the magnitude of the vector."""
 
-    Attributes
-    ----------
-    point
-        The point.
-    component
-        'x', 'y' or 'magnitude'.
-    """
-
-    point: Point
-    component: str
+    point: Point  # the point
+    component: str  # 'x', 'y' or 'magnitude'
 
 
 class PathCoordinate(PointReading):
@@ -65,28 +57,15 @@ class TransmissionAngle(DerivedReading):
     """Transmission angle of a coupler, rad, 0 to pi: the angle between the coupler and the output link at the pin that joins them.
 
     The line of a link on a pivot leads from the pin to the pivot, and that of a slider is normal to its guide.
-
-    Attributes
-    ----------
-    start
-        Pin of the coupler on the side of the drive.
-    pin
-        Pin between the coupler and the output link.
-    pivot
-        Pivot of the output link; None if a straight guide leads it.
-    normal
-        Direction normal to the guide, rad.
-    output
-        Name of the output link.
     """
 
     unit: ClassVar[str] = "rad"
 
-    start: Point
-    pin: Point
-    pivot: Point | None = None
-    normal: float = 0.0
-    output: str = ""
+    start: Point  # pin of the coupler on the side of the drive
+    pin: Point  # pin between the coupler and the output link
+    pivot: Point | None = None  # pivot of the output link; None if a straight guide leads it
+    normal: float = 0.0  # direction normal to the guide, rad
+    output: str = ""  # name of the output link
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -94,16 +73,11 @@ class PathCurvature(DerivedReading):
     """Curvature of the path of a point in the plane of its part, 1/m, positive where the path turns left in the sense of the motion.
 
     It is not defined where the point stands still, as in a cusp.
-
-    Attributes
-    ----------
-    point
-        The point.
     """
 
     unit: ClassVar[str] = "1/m"
 
-    point: Point
+    point: Point  # the point
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -111,23 +85,15 @@ class InstantaneousCentre(DerivedReading):
     """Instantaneous centre of two bodies, m: a coordinate of the point at which both have the same velocity.
 
     It is not defined where the bodies do not turn against each other: the centre is at infinity.
-
-    Attributes
-    ----------
-    first, second
-        Names of the bodies; one may be the ground.
-    pin
-        Point of a pin that joins both, which is their centre at any time; None without one.
-    component
-        'x' or 'y'.
     """
 
     unit: ClassVar[str] = "m"
 
+    # first, second: names of the bodies; one may be the ground
     first: str
     second: str
-    pin: Point | None
-    component: str
+    pin: Point | None  # point of a pin that joins both, which is their centre at any time; None without one
+    component: str  # 'x' or 'y'
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -136,15 +102,11 @@ class MechanicalAdvantage(DerivedReading):
 
     By virtual work it is the rate of the input over that of the output; its unit is 1, or that of their ratio, rad/m or m/rad, in SI. It
     is not defined where the output stands still, at a dead centre.
-
-    Attributes
-    ----------
-    input, output
-        Names of the readings.
     """
 
     unit: ClassVar[str] = "1"
 
+    # input, output: names of the readings
     input: str
     output: str
 
@@ -256,21 +218,11 @@ def _find_angles(mechanism: Mechanism, name: str) -> Iterator[DerivedReading]:
 
 @dataclass(frozen=True)
 class ReadingKind:
-    """A kind of readings that are named "kind.name" or "kind.name.component".
+    """A kind of readings that are named "kind.name" or "kind.name.component"."""
 
-    Attributes
-    ----------
-    find
-        Function that yields those of a name.
-    noun
-        What the name is of.
-    known
-        Function that returns the names.
-    """
-
-    find: Callable[[Mechanism, str], Iterator[DerivedReading]]
-    noun: str
-    known: Callable[[Mechanism], Iterable[str]]
+    find: Callable[[Mechanism, str], Iterator[DerivedReading]]  # function that yields those of a name
+    noun: str  # what the name is of
+    known: Callable[[Mechanism], Iterable[str]]  # function that returns the names
 
 
 def _joints(mechanism: Mechanism) -> list[str]:

@@ -25,22 +25,13 @@ FAMILIES: Final = ("straight-lines", "curves", "walkers", "drives", "gears", "go
 
 @dataclass(frozen=True, kw_only=True)
 class LawEquation:
-    """Two expressions of readings and dimensions that are equal at every position.
+    """Two expressions of readings and dimensions that are equal at every position."""
 
-    Attributes
-    ----------
-    value, equals
-        The expressions.
-    within
-        Largest difference, SI.
-    unit
-        SI unit of the difference; empty for a plain number.
-    """
-
+    # value, equals: the expressions
     value: Expression
     equals: Expression
-    within: float
-    unit: str
+    within: float  # largest difference, SI
+    unit: str  # SI unit of the difference; empty for a plain number
 
     def __str__(self) -> str:
         return f"{self.value.text} = {self.equals.text}"
@@ -48,44 +39,28 @@ class LawEquation:
 
 @dataclass(frozen=True, kw_only=True)
 class Law:
-    """What a scene of a classic mechanism proves, as the table [law] of its file states it.
+    """What a scene of a classic mechanism proves, as the table [law] of its file states it."""
 
-    Attributes
-    ----------
-    statement
-        The law in words.
-    source
-        Where the mechanism, its dimensions and the law are from.
-    family
-        One of FAMILIES; empty outside the catalogue.
-    over
-        Reading that drives the mechanism through its travel, or "time" for its drivers.
-    between
-        The travel: first and last value of that reading, SI.
-    positions
-        Number of positions at which the equations are checked.
-    equations
-        The equations.
-    holds_under
-        Dimensions under which the law still holds when they change.
-    broken_by
-        Dimensions whose change breaks it.
-    dimensions
-        The dimensions of the scene by name.
-    """
-
-    statement: str = entry("label", meaning="the law in words")
+    statement: str = entry("label", meaning="the law in words")  # the law in words
+    # where the mechanism, its dimensions and the law are from
     source: str = entry("label", default="", meaning="where the mechanism, its dimensions and the law are from")
+    # one of FAMILIES; empty outside the catalogue
     family: str = entry("choice", words=FAMILIES, default="", meaning="family in the catalogue")
+    # reading that drives the mechanism through its travel, or "time" for its drivers
     over: str = entry("reading", meaning="the reading that drives the mechanism through its travel, or time for its drivers")
+    # the travel: first and last value of that reading, SI
     between: tuple[float, float] = entry("travel", meaning='the travel, as ["-40 deg", "40 deg"]')
+    # number of positions at which the equations are checked
     positions: int = entry("count", default=181, meaning="number of positions at which the equations are checked, 2 to 10000")
+    # the equations
     equations: tuple[LawEquation, ...] = entry(
         "equations", key="proves", meaning='the equations, as [{ value = "pen_x", equals = "2 * crank", within = "1e-12 m" }]'
     )
+    # dimensions under which the law still holds when they change
     holds_under: tuple[str, ...] = entry("names", default=(), meaning="dimensions that may change without breaking the law")
+    # dimensions whose change breaks it
     broken_by: tuple[str, ...] = entry("names", default=(), meaning="dimensions whose change breaks the law")
-    dimensions: Mapping[str, Measured] = field(default_factory=dict)
+    dimensions: Mapping[str, Measured] = field(default_factory=dict)  # the dimensions of the scene by name
 
 
 EQUILIBRIUM: Final = "equilibrium"

@@ -33,27 +33,12 @@ ENGINE_CHOICES: Final = ("auto", "impulse", "multibody", "reduced")
 
 @dataclass(frozen=True, kw_only=True)
 class RunSettings:
-    """Settings of a run.
+    """Settings of a run."""
 
-    Attributes
-    ----------
-    duration
-        Duration, s.
-    output_interval
-        Interval of the reported times, s; at most the duration.
-    accuracy
-        Largest error, relative to the scale of each reading; below 1.
-    engine
-        Name of the engine, or "auto".
-    readings
-        Further readings: "velocity.POINT", "acceleration.POINT" and "reaction.JOINT" with components ".x", ".y", ".magnitude" (and
-        ".moment" of a joint unless it is a pin or a link), and "transmission_angle.COUPLER".
-    paths
-        Names of the points whose paths are shown, and whose coordinates are readings: "NAME.x", "NAME.y".
-    """
-
-    duration: float = quantity("time", default=10.0, meaning="the simulated time")
+    duration: float = quantity("time", default=10.0, meaning="the simulated time")  # duration, s
+    # interval of the reported times, s; at most the duration
     output_interval: float = quantity("time", default=0.01, meaning="the interval of the reported times")
+    # largest error, relative to the scale of each reading; below 1
     accuracy: float = quantity(
         "ratio",
         limits=(0, 1),
@@ -62,15 +47,20 @@ class RunSettings:
         default=1e-6,
         meaning="the largest error, relative to the scale of each reading",
     )
+    # name of the engine, or "auto"
     engine: str = entry(
         "choice", words=ENGINE_CHOICES, default="auto", meaning="the engine; auto takes the cheapest that can model the scene"
     )
+    # further readings: "velocity.POINT", "acceleration.POINT" and "reaction.JOINT" with components ".x",
+    # ".y", ".magnitude" (and ".moment" of a joint unless it is a pin or a link), and
+    # "transmission_angle.COUPLER"
     readings: tuple[str, ...] = entry(
         "names",
         default=(),
         meaning="further readings: velocity.POINT, acceleration.POINT, transmission_angle.COUPLER, and reaction.JOINT, the force "
         "of a joint on its second body",
     )
+    # names of the points whose paths are shown, and whose coordinates are readings: "NAME.x", "NAME.y"
     paths: tuple[str, ...] = entry(
         "names", default=(), meaning="points whose paths films and figures show, and whose coordinates are readings, as foot.x and foot.y"
     )

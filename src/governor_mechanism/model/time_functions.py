@@ -14,28 +14,19 @@ from governor_mechanism.units.quantities import require_plausible
 
 @dataclass(frozen=True, kw_only=True)
 class ReadingFunction:
-    """Base class of a function of a reading.
+    """Base class of a function of a reading."""
 
-    Attributes
-    ----------
-    reading
-        Name of the reading, of this part or, as "part.reading", of another one. "spindle_speed" is that of a free or coupled spindle,
-        "shaft_speed" that of the shaft of an engine.
-    lag
-        Time constant of a first-order lag between the function and what it acts on, s; 0 for none.
-    quantity
-        Quantity of the reading that the units of the function imply: "length", "angle" or "angular_speed"; empty without units.
-    source
-        Reading of the coupled mechanism whose value or rate the function takes; empty before the parts of a scene are coupled.
-    is_rate
-        Whether the function takes the rate of its source.
-    """
-
+    # name of the reading, of this part or, as "part.reading", of another one. "spindle_speed" is that of a
+    # free or coupled spindle, "shaft_speed" that of the shaft of an engine.
     reading: str
-    lag: float = 0.0
+    lag: float = 0.0  # time constant of a first-order lag between the function and what it acts on, s; 0 for none
+    # quantity of the reading that the units of the function imply: "length", "angle" or "angular_speed";
+    # empty without units
     quantity: str = ""
+    # reading of the coupled mechanism whose value or rate the function takes; empty before the parts of a
+    # scene are coupled
     source: str = ""
-    is_rate: bool = False
+    is_rate: bool = False  # whether the function takes the rate of its source
 
     def __post_init__(self) -> None:
         require_not_negative(self.lag, "s", f"lag of the function of {self.reading!r}")
@@ -48,18 +39,10 @@ class ReadingFunction:
 
 @dataclass(frozen=True, kw_only=True)
 class LinearFunction(ReadingFunction):
-    """The function gain * (reading - about).
+    """The function gain * (reading - about)."""
 
-    Attributes
-    ----------
-    gain
-        Value per unit of the reading, SI.
-    about
-        Reading at which the function is 0, SI.
-    """
-
-    gain: float = quantity(sign="any")
-    about: float = quantity(sign="any", default=0.0)
+    gain: float = quantity(sign="any")  # value per unit of the reading, SI
+    about: float = quantity(sign="any", default=0.0)  # reading at which the function is 0, SI
 
     def scaled(self, factor: float) -> LinearFunction:
         """Return the function times a factor."""
@@ -68,18 +51,10 @@ class LinearFunction(ReadingFunction):
 
 @dataclass(frozen=True, kw_only=True)
 class TableFunction(ReadingFunction):
-    """A function that is linear between points and constant beyond the first and the last one.
+    """A function that is linear between points and constant beyond the first and the last one."""
 
-    Attributes
-    ----------
-    positions
-        Values of the reading, SI, strictly rising; two or more.
-    values
-        Values of the function there, SI.
-    """
-
-    positions: tuple[float, ...]
-    values: tuple[float, ...]
+    positions: tuple[float, ...]  # values of the reading, SI, strictly rising; two or more
+    values: tuple[float, ...]  # values of the function there, SI
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -97,20 +72,12 @@ class TableFunction(ReadingFunction):
 
 @dataclass(frozen=True, kw_only=True)
 class AngleHarmonic:
-    """A harmonic amplitude * sin(order * angle + phase) of an angle.
+    """A harmonic amplitude * sin(order * angle + phase) of an angle."""
 
-    Attributes
-    ----------
-    amplitude
-        Amplitude, SI.
-    order
-        Cycles per turn of the angle; at least 0.
-    phase
-        Phase where the angle is 0, rad.
-    """
-
-    amplitude: float = quantity(sign="any", meaning="the amplitude")
+    amplitude: float = quantity(sign="any", meaning="the amplitude")  # amplitude, SI
+    # cycles per turn of the angle; at least 0
     order: float = quantity("number", sign="not negative", meaning="the cycles per turn of the angle, as 2")
+    # phase where the angle is 0, rad
     phase: float = quantity("angle", sign="any", default=0.0, meaning="the phase where the angle is 0")
 
     def __post_init__(self) -> None:
@@ -119,15 +86,9 @@ class AngleHarmonic:
 
 @dataclass(frozen=True, kw_only=True)
 class HarmonicFunction(ReadingFunction):
-    """A sum of harmonics of an angle.
+    """A sum of harmonics of an angle."""
 
-    Attributes
-    ----------
-    harmonics
-        The harmonics; at least one.
-    """
-
-    harmonics: tuple[AngleHarmonic, ...]
+    harmonics: tuple[AngleHarmonic, ...]  # the harmonics; at least one
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -152,32 +113,17 @@ class InputFunction:
 
     One point is a constant, two points are a ramp, and two points at one time are a step. Harmonics of the time and functions of
     readings are added to the value; the sum is multiplied by the factors.
-
-    Attributes
-    ----------
-    times
-        Points of time, s, not falling; at most two at one time.
-    values
-        Values at these times, SI.
-    harmonics
-        Harmonics of the time to add.
-    functions
-        Functions of readings to add.
-    factors
-        Functions of readings to multiply by.
-    hold
-        Event in each stroke of an engine from which the value is held to the next dead centre; None if it is never held.
-    integral_before
-        Integral over the time before 0 s, SI; not 0 for the speed of a run that goes on from a state.
     """
 
-    times: tuple[float, ...] = (0.0,)
-    values: tuple[float, ...] = (0.0,)
-    harmonics: tuple[Harmonic, ...] = ()
-    functions: tuple[ReadingFunction, ...] = ()
-    factors: tuple[ReadingFunction, ...] = ()
+    times: tuple[float, ...] = (0.0,)  # points of time, s, not falling; at most two at one time
+    values: tuple[float, ...] = (0.0,)  # values at these times, SI
+    harmonics: tuple[Harmonic, ...] = ()  # harmonics of the time to add
+    functions: tuple[ReadingFunction, ...] = ()  # functions of readings to add
+    factors: tuple[ReadingFunction, ...] = ()  # functions of readings to multiply by
+    # event in each stroke of an engine from which the value is held to the next dead centre; None if it is
+    # never held
     hold: StrokeHold | None = None
-    integral_before: float = 0.0
+    integral_before: float = 0.0  # integral over the time before 0 s, SI; not 0 for the speed of a run that goes on from a state
 
     def __post_init__(self) -> None:
         _require_equal_lengths("an input function", self.times, self.values)
@@ -211,23 +157,14 @@ class InputFunction:
 
 @dataclass(frozen=True, kw_only=True)
 class Harmonic:
-    """A harmonic amplitude * sin(2 pi * frequency * time + phase) of a prescribed motion or of an input.
+    """A harmonic amplitude * sin(2 pi * frequency * time + phase) of a prescribed motion or of an input."""
 
-    Attributes
-    ----------
-    amplitude
-        Amplitude, SI.
-    frequency
-        Frequency, Hz; positive.
-    phase
-        Phase at 0 s, rad.
-    """
-
-    amplitude: float = quantity(sign="any", meaning="the amplitude")
+    amplitude: float = quantity(sign="any", meaning="the amplitude")  # amplitude, SI
+    # frequency, Hz; positive
     frequency: float = quantity(
         "frequency", meaning='the frequency in cycles, as "2 Hz" or "120 rpm", or the angular frequency, as "3 rad/s"'
     )
-    phase: float = quantity("angle", sign="any", default=0.0, meaning="the phase at 0 s")
+    phase: float = quantity("angle", sign="any", default=0.0, meaning="the phase at 0 s")  # phase at 0 s, rad
 
     def __post_init__(self) -> None:
         require_valid_fields(self, "a harmonic")
@@ -240,22 +177,13 @@ class PrescribedMotion:
     Two points are a motion at constant rate, three a parabola, more a cubic spline that reproduces polynomials up to the third
     degree. Before the first and after the last point the curve continues at the rate there. A motion with rests is
     monotone between its points instead, and constant before the first and after the last one; its rate does not jump.
-
-    Attributes
-    ----------
-    times
-        Points of time, s, strictly rising; two or more.
-    values
-        Values at these times, rad or m.
-    harmonics
-        Harmonics that are added to the curve.
-    has_rests
-        Whether the curve is monotone between its points, so that it rests between two equal values and outside the points.
     """
 
-    times: tuple[float, ...]
-    values: tuple[float, ...]
-    harmonics: tuple[Harmonic, ...] = ()
+    times: tuple[float, ...]  # points of time, s, strictly rising; two or more
+    values: tuple[float, ...]  # values at these times, rad or m
+    harmonics: tuple[Harmonic, ...] = ()  # harmonics that are added to the curve
+    # whether the curve is monotone between its points, so that it rests between two equal values and outside
+    # the points
     has_rests: bool = False
 
     def __post_init__(self) -> None:

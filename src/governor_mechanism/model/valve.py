@@ -25,21 +25,13 @@ CENTRE_RULES: Final = (EQUAL_LEADS, MIDDLE)
 
 @dataclass(frozen=True, kw_only=True)
 class Reverser:
-    """What reverses a valve gear: a key of the scene file, and its values at the ends of its range.
+    """What reverses a valve gear: a key of the scene file, and its values at the ends of its range."""
 
-    Attributes
-    ----------
-    key
-        Dotted key of the scene document, as for a sweep.
-    forward
-        Value in full forward gear: a number in SI, or text with a unit.
-    back
-        Value in full back gear.
-    """
-
+    # dotted key of the scene document, as for a sweep
     key: str = entry("label", meaning='the key of this file that reverses the gear, as "joint.lever.motion.start"')
+    # value in full forward gear: a number in SI, or text with a unit
     forward: float | str = entry("end", meaning='its value in full forward gear, as "20 deg"')
-    back: float | str = entry("end", meaning='its value in full back gear, as "-20 deg"')
+    back: float | str = entry("end", meaning='its value in full back gear, as "-20 deg"')  # value in full back gear
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -64,61 +64,27 @@ _MERGED_FIELDS: Final = (
 
 @dataclass(frozen=True, kw_only=True)
 class TurningPlane:
-    """A plane that turns with a spindle.
+    """A plane that turns with a spindle."""
 
-    Attributes
-    ----------
-    prefix
-        Start of the names of its part: empty, or "part.".
-    bodies
-        Indices of its bodies in the coupled mechanism.
-    given_speed
-        Spindle with a given speed that the plane turns with, or None.
-    shaft
-        Name of the body that the plane turns with if the speed is not given.
-    ratio
-        Ratio of the plane's speed to that of the spindle or body.
-    has_reaction
-        Whether the bodies act on the shaft.
-    is_loaded
-        Whether the bodies carry centrifugal forces.
-    """
-
-    prefix: str
-    bodies: tuple[int, ...]
-    given_speed: Spindle | None
-    shaft: str
-    ratio: float
-    has_reaction: bool
-    is_loaded: bool
+    prefix: str  # start of the names of its part: empty, or "part."
+    bodies: tuple[int, ...]  # indices of its bodies in the coupled mechanism
+    given_speed: Spindle | None  # spindle with a given speed that the plane turns with, or None
+    shaft: str  # name of the body that the plane turns with if the speed is not given
+    ratio: float  # ratio of the plane's speed to that of the spindle or body
+    has_reaction: bool  # whether the bodies act on the shaft
+    is_loaded: bool  # whether the bodies carry centrifugal forces
 
 
 @dataclass(frozen=True, kw_only=True)
 class CoupledSystem:
-    """All parts of a scene as one mechanism.
+    """All parts of a scene as one mechanism."""
 
-    Attributes
-    ----------
-    mechanism
-        Bodies, joints, force elements and readings of all parts, with shafts and gears.
-    output_effects
-        Effects along readings of the coupled mechanism.
-    start
-        Start values and rates of its readings.
-    planes
-        Planes that turn with a spindle.
-    gravity
-        Gravitational acceleration of each body, m/s2; shape (bodies,).
-    breaking_gears
-        Time (s) at which each gear that breaks does so, by name of the joint.
-    """
-
-    mechanism: Mechanism
-    output_effects: tuple[OutputEffect, ...]
-    start: Start
-    planes: tuple[TurningPlane, ...]
-    gravity: tuple[float, ...]
-    breaking_gears: Mapping[str, float]
+    mechanism: Mechanism  # bodies, joints, force elements and readings of all parts, with shafts and gears
+    output_effects: tuple[OutputEffect, ...]  # effects along readings of the coupled mechanism
+    start: Start  # start values and rates of its readings
+    planes: tuple[TurningPlane, ...]  # planes that turn with a spindle
+    gravity: tuple[float, ...]  # gravitational acceleration of each body, m/s2; shape (bodies,)
+    breaking_gears: Mapping[str, float]  # time (s) at which each gear that breaks does so, by name of the joint
 
 
 def couple_parts(parts: Sequence[Part], couplings: Sequence[Coupling]) -> CoupledSystem:
@@ -303,18 +269,10 @@ GIVEN_SPEED_CLAUSE: Final = (
 
 @dataclass(frozen=True, kw_only=True)
 class AngleRate:
-    """A speed as a multiple of the rate of an angle.
+    """A speed as a multiple of the rate of an angle."""
 
-    Attributes
-    ----------
-    angle
-        Reading of the angle.
-    ratio
-        Ratio of the speed to the rate of the angle; not 1 for a spindle that follows another shaft.
-    """
-
-    angle: str
-    ratio: float = 1.0
+    angle: str  # reading of the angle
+    ratio: float = 1.0  # ratio of the speed to the rate of the angle; not 1 for a spindle that follows another shaft
 
 
 def find_speeds(system: CoupledSystem) -> dict[str, AngleRate]:

@@ -16,31 +16,20 @@ from governor_mechanism.units.fields import entry, quantity, require_valid_field
 
 @dataclass(frozen=True, kw_only=True)
 class Coupling:
-    """Base class of a coupling between parts.
+    """Base class of a coupling between parts."""
 
-    Attributes
-    ----------
-    name
-        Name in messages and results.
-    """
-
-    name: str
+    name: str  # name in messages and results
 
 
 @dataclass(frozen=True, kw_only=True)
 class RatioCoupling(Coupling):
-    """A coupling that makes the second angle turn with ratio times the speed of the first.
+    """A coupling that makes the second angle turn with ratio times the speed of the first."""
 
-    Attributes
-    ----------
-    first, second
-        Readings, angles of bodies or spindles, as "engine.crank_angle" and "governor.spindle_angle".
-    ratio
-        Ratio of the second speed to the first; negative for the opposite sense of rotation, not 0.
-    """
-
+    # first, second: readings, angles of bodies or spindles, as "engine.crank_angle" and
+    # "governor.spindle_angle"
     first: str = entry("label", meaning='the first angle, as "engine.crank_angle"')
     second: str = entry("label", meaning='the second angle, as "governor.spindle_angle"')
+    # ratio of the second speed to the first; negative for the opposite sense of rotation, not 0
     ratio: float = quantity(
         "number", sign="not zero", built=True, default=1.0, meaning="the speed of the second angle relative to the first"
     )
@@ -55,14 +44,9 @@ class RatioCoupling(Coupling):
 
 @dataclass(frozen=True, kw_only=True)
 class GearCoupling(RatioCoupling):
-    """A gear or belt: it transmits a torque, which is the force of the joint of this name.
+    """A gear or belt: it transmits a torque, which is the force of the joint of this name."""
 
-    Attributes
-    ----------
-    until
-        Time at which the belt breaks, s; None if it never does.
-    """
-
+    # time at which the belt breaks, s; None if it never does
     until: float | None = quantity(
         "time", sign="not negative", default=None, meaning="the time at which the gear lets go; it holds for good by default"
     )
@@ -78,20 +62,12 @@ class FollowCoupling(RatioCoupling):
 
 @dataclass(frozen=True, kw_only=True)
 class LoadCoupling(Coupling):
-    """The load of an engine: a torque that resists its shaft.
+    """The load of an engine: a torque that resists its shaft."""
 
-    Attributes
-    ----------
-    angle
-        Angle of the shaft, as "engine.crank_angle"; the shaft turns so that it grows.
-    rated_torque
-        Torque at full load, N m.
-    fraction
-        Load over time and readings, relative to the rated torque.
-    """
-
+    # angle of the shaft, as "engine.crank_angle"; the shaft turns so that it grows
     angle: str = entry("label", meaning='the angle of the shaft, as "engine.crank_angle"')
-    rated_torque: float = quantity("torque", meaning='the torque at full load, as "700 N m"')
+    rated_torque: float = quantity("torque", meaning='the torque at full load, as "700 N m"')  # torque at full load, N m
+    # load over time and readings, relative to the rated torque
     fraction: InputFunction = entry(
         "load",
         "ratio",
@@ -113,24 +89,15 @@ class LoadCoupling(Coupling):
 
 @dataclass(frozen=True, kw_only=True)
 class ControlCoupling(Coupling):
-    """A load that follows a reading.
+    """A load that follows a reading."""
 
-    Attributes
-    ----------
-    function
-        The function of the reading.
-    target
-        Name of the load: a torque or force of a part, the torque on a spindle, a dry friction, or throttle or cut-off of an engine.
-    scales
-        Whether the load is multiplied by the function, as by a throttle; otherwise the function is added to it.
-    quantity
-        Quantity of the function that its units imply: "torque", "force" or "ratio"; empty without units.
-    """
-
-    function: ReadingFunction
+    function: ReadingFunction  # the function of the reading
+    # name of the load: a torque or force of a part, the torque on a spindle, a dry friction, or throttle or
+    # cut-off of an engine
     target: str
+    # whether the load is multiplied by the function, as by a throttle; otherwise the function is added to it
     scales: bool = False
-    quantity: str = ""
+    quantity: str = ""  # quantity of the function that its units imply: "torque", "force" or "ratio"; empty without units
 
     def apply(self, mechanism: Mechanism, effects: tuple[OutputEffect, ...]) -> tuple[Mechanism, tuple[OutputEffect, ...]]:
         """Return a mechanism and effects in which the load that the control names follows its reading."""

@@ -89,18 +89,12 @@ class Reaction:
 
 @dataclass(frozen=True, kw_only=True)
 class SpeedFluctuation:
-    """Extreme speeds of a shaft in the last complete turn of a run.
+    """Extreme speeds of a shaft in the last complete turn of a run."""
 
-    Attributes
-    ----------
-    lowest, highest
-        Lowest and highest speed, rad/s.
-    lowest_angle, highest_angle
-        Angles at which the shaft has them, rad.
-    """
-
+    # lowest, highest: lowest and highest speed, rad/s
     lowest: float
     highest: float
+    # lowest_angle, highest_angle: angles at which the shaft has them, rad
     lowest_angle: float
     highest_angle: float
 

@@ -45,37 +45,23 @@ def name_values(noun: str, values: Mapping[str, _Value]) -> NamedValues[_Value]:
 
 @dataclass(frozen=True)
 class Column:
-    """A column of a result.
+    """A column of a result."""
 
-    Attributes
-    ----------
-    key
-        Name in JSON, CSV files and data frames, and the attribute of a row that holds the value; empty for a column of the text alone.
-    heading
-        Heading in the text; None for a column that the text does not show.
-    cell
-        How the text shows a value: a format of the number with its unit, as ".6f/deg"; a text with places for attributes of the row, as
-        "{first:,} -> {last:,}", which is empty where a place has no value; or a function of the row. The value itself if empty.
-    unit
-        SI unit of the values, where it is stated.
-    value
-        Where a row has the value: an attribute, as "verdict.value", or a function of the row; the attribute `key` if empty.
-    side
-        Side to which cells are moved, "l" or "r"; by default "r" for a format of numbers.
-    in_table
-        Whether CSV files and data frames have the column; not if its values are lists or tables.
-    in_json
-        Whether JSON has the column.
-    """
-
+    # name in JSON, CSV files and data frames, and the attribute of a row that holds the value; empty for a
+    # column of the text alone
     key: str = ""
-    heading: str | None = None
+    heading: str | None = None  # heading in the text; None for a column that the text does not show
+    # how the text shows a value: a format of the number with its unit, as ".6f/deg"; a text with places for
+    # attributes of the row, as "{first:,} -> {last:,}", which is empty where a place has no value; or a
+    # function of the row. The value itself if empty.
     cell: str | Callable[[Any], str] = ""
-    unit: str = ""
+    unit: str = ""  # SI unit of the values, where it is stated
+    # where a row has the value: an attribute, as "verdict.value", or a function of the row; the attribute
+    # `key` if empty
     value: str | Callable[[Any], Any] = ""
-    side: str = ""
-    in_table: bool = True
-    in_json: bool = True
+    side: str = ""  # side to which cells are moved, "l" or "r"; by default "r" for a format of numbers
+    in_table: bool = True  # whether CSV files and data frames have the column; not if its values are lists or tables
+    in_json: bool = True  # whether JSON has the column
 
     def value_of(self, row: object) -> Any:
         """Return the value in a row."""
@@ -109,21 +95,12 @@ def format_columns(columns: Iterable[Column], rows: Iterable[object]) -> str:
 
 
 class Recorded:
-    """A dataclass with JSON of its fields, but for those that its representation hides, and of some properties.
+    """A dataclass with JSON of its fields, but for those that its representation hides, and of some properties."""
 
-    Attributes
-    ----------
-    record
-        Names of what the JSON has, or "name=attribute", as "title=scene.title"; by default the fields.
-    derived
-        The same of what it has after the fields.
-    hidden
-        Names of fields that are not in it.
-    """
-
+    # names of what the JSON has, or "name=attribute", as "title=scene.title"; by default the fields
     record: ClassVar[tuple[str, ...]] = ()
-    derived: ClassVar[tuple[str, ...]] = ()
-    hidden: ClassVar[tuple[str, ...]] = ()
+    derived: ClassVar[tuple[str, ...]] = ()  # the same of what it has after the fields
+    hidden: ClassVar[tuple[str, ...]] = ()  # names of fields that are not in it
 
     def as_json(self) -> Mapping[str, Any]:
         """Return all numbers in the types of JSON, in SI; those that are not finite are None.
