@@ -10,6 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from governor_mechanism.engines.certificate import ErrorControlSettings
+from governor_mechanism.engines.exit_location import LastStep
 from governor_mechanism.integrators.dop853 import StepLimits, make_dop853
 from governor_mechanism.integrators.equation import LAST_SAMPLE, EquationFunctions, EventStep, StepBuffers, count_located
 from governor_mechanism.integrators.event_location import is_any_positive
@@ -24,12 +25,14 @@ from governor_mechanism.integrators.step_record import (
 )
 from governor_mechanism.mechanics.dynamics.equations.constrained_solution import apply_jacobian, project_state, subtract_minv_jt
 from governor_mechanism.mechanics.dynamics.equations.equations_of_motion import JAMMED, evaluate_inputs_at, evaluate_state_derivative
+from governor_mechanism.mechanics.dynamics.forces.contact_modes import ContactMode
 from governor_mechanism.mechanics.dynamics.forces.inputs import HOLD_KINDS, NOT_HELD, output_rate
 from governor_mechanism.mechanics.dynamics.forces.output_forces import IN_NO_PHASE, evaluate_gas_phase, evaluate_travel_in_stroke
 from governor_mechanism.mechanics.dynamics.system.arrays import StateLayout, System, SystemWorkspace, body_reference_point
 from governor_mechanism.mechanics.dynamics.system.event_functions import GAS_KINKS, EventFunctionKind, evaluate_event_functions
 from governor_mechanism.mechanics.kinematics.constraint_kernels import N_ROW_COLUMNS, ConstraintRows, RowColumn, evaluate_rows
 from governor_mechanism.mechanics.kinematics.output_variables import make_output_rows
+from governor_mechanism.model.events import Event
 from governor_mechanism.model.mechanism import Mechanism
 from governor_mechanism.model.time_functions import StrokeHold
 from governor_mechanism.numerics.array_copy import copy_array
@@ -386,3 +389,23 @@ def integrate_multibody(
         if status != IntegrationStatus.EVENT or is_any_positive(buffers.event_values[LAST_SAMPLE], n_events):
             _keep_phases(equation, False)
             return status, step, n_reached, time
+
+
+MultibodyStep = LastStep[ContactMode | None]
+"""Last step of this engine; without contacts it has no mode."""
+
+
+@dataclass(frozen=True)
+class IntegrationResult:
+    """States (monitor times reached, components), status, last step size (s) and end (s) of one integration.
+
+    For a scene with contacts also the contact mode at each monitor time and the events; for a motion that leaves its range its last step.
+    """
+
+    states: FloatArray
+    status: IntegrationStatus
+    last_step: float
+    end_time: float
+    exit_step: MultibodyStep | None = None
+    contact_modes: tuple[ContactMode, ...] = ()
+    events: tuple[Event, ...] = ()

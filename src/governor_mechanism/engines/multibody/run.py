@@ -1,7 +1,7 @@
 """Integrate one scene over its monitor times at a given tolerance: explicitly, and implicitly once it becomes stiff."""
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -10,7 +10,14 @@ from governor_mechanism.engines.certificate import StepPlan, speed_jump_work
 from governor_mechanism.engines.exit_location import LastStep, find_first_excursion
 from governor_mechanism.engines.initial_state import Motion
 from governor_mechanism.engines.multibody.implicit import ImplicitIntegrator
-from governor_mechanism.engines.multibody.integration import MultibodyEquation, MultibodySettings, integrate_multibody, make_limit_rows
+from governor_mechanism.engines.multibody.integration import (
+    IntegrationResult,
+    MultibodyEquation,
+    MultibodySettings,
+    MultibodyStep,
+    integrate_multibody,
+    make_limit_rows,
+)
 from governor_mechanism.integrators.dop853 import STABILITY_LIMIT, StepLimits
 from governor_mechanism.integrators.equation import make_step_buffers
 from governor_mechanism.integrators.radau import RadauLimits
@@ -39,7 +46,6 @@ from governor_mechanism.mechanics.dynamics.system.event_functions import GAS_KIN
 from governor_mechanism.mechanics.dynamics.system.holding_rows import stands_still
 from governor_mechanism.mechanics.dynamics.system.lowering import make_system
 from governor_mechanism.mechanics.kinematics.time_functions import stack_local_cubics
-from governor_mechanism.model.events import Event
 from governor_mechanism.model.force_elements import Damper, TorsionDamper
 from governor_mechanism.observables.evaluation import ReadingEvaluator
 from governor_mechanism.observables.run_result import StateHistory
@@ -68,26 +74,6 @@ EXCURSION_SAMPLES = 33
 
 IMPLICIT_STEPS_PER_MOTION, IMPLICIT_STEPS_OF_TRANSIENT = 3.0, 40.0
 """Implicit steps in the time in which a motion changes, and those of the transient at its start; rough, as measured at 1e-6."""
-
-
-MultibodyStep = LastStep[ContactMode | None]
-"""Last step of this engine; without contacts it has no mode."""
-
-
-@dataclass(frozen=True)
-class IntegrationResult:
-    """States (monitor times reached, components), status, last step size (s) and end (s) of one integration.
-
-    For a scene with contacts also the contact mode at each monitor time and the events; for a motion that leaves its range its last step.
-    """
-
-    states: FloatArray
-    status: IntegrationStatus
-    last_step: float
-    end_time: float
-    exit_step: MultibodyStep | None = None
-    contact_modes: tuple[ContactMode, ...] = ()
-    events: tuple[Event, ...] = ()
 
 
 class ConstrainedIntegrator:
