@@ -67,6 +67,15 @@ def integrate_implicitly() -> None:
     implicit.integrate(cubics, (0.0, 1e-9), outputs[:, 0], state, RadauLimits(1.0, 1e-9, 1), outputs)
 
 
+def start_with_friction() -> None:
+    """Choose which parts rub at the start of a run, and check the forces between them."""
+    scene = gm.load("graham_escapement")
+    request = RunRequest(times=np.array(SHORT), accuracy=1e-3, certify=False, reason="asked for")
+    integrator = MultibodyRunner(MultibodyEngine(), scene, request).integrator
+    if integrator.scene_contacts is not None:
+        integrator.scene_contacts.start(integrator.initial_state.copy(), integrator.input_cubics(0.0))
+
+
 def accelerate_coordinates() -> None:
     """Evaluate the accelerations of independent coordinates, as the search for an equilibrium of several does."""
     scene = gm.load("porter")
@@ -97,6 +106,7 @@ USES: Mapping[str, Callable[[], object]] = {
     "reduced, gas in cylinders": partial(run, "reduced", "air_engine"),
     "multibody": partial(run, "multibody", "porter"),
     "multibody, contacts": partial(strike_stop, "multibody", 1e-1),
+    "multibody, friction of contacts": start_with_friction,
     "multibody, gas in cylinders": partial(run, "multibody", "air_engine"),
     "multibody, stiff": integrate_implicitly,
     "impulse, contacts": partial(run, "impulse", "porter_cyclic", (0.0, 0.15), 1e-1),
