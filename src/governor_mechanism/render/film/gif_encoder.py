@@ -21,6 +21,8 @@ PaletteIndices = NDArray[np.uint8]
 MIN_BITS, MAX_BITS = 4, 5
 """Bits per pixel. 31 colours suffice for flat areas and their blended edges, and make the file a third smaller than 255 do; 15 colours, if
 they suffice, save another tenth of large films."""
+BLEND_STEP = 3
+"""Every which pixel of the edges of the sample frames counts for the palette: there are tens of thousands of a few hundred colours."""
 MIN_BLENDS = 3
 """Smallest number of palette colours for blended edges."""
 RGB_MASK = 0xFFFFFF
@@ -55,7 +57,7 @@ class Palette:
         blend_table = np.empty((0, 3), dtype=np.uint8)
         if len(blends) and len(exact_table) < self.transparent_index:
             count = self.transparent_index - len(exact_table)
-            chosen = Image.fromarray(blends[None]).quantize(count, kmeans=3, dither=Image.Dither.NONE)
+            chosen = Image.fromarray(blends[None, ::BLEND_STEP]).quantize(count, kmeans=3, dither=Image.Dither.NONE)
             blend_table = np.array(chosen.getpalette(), dtype=np.uint8).reshape(-1, 3)[:count]
         self.colours: NDArray[np.uint8] = np.concatenate([exact_table, blend_table])
         self._nearest_index = self._build_lookup_table(len(exact_table))
