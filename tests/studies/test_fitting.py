@@ -282,3 +282,9 @@ def test_the_fit_does_not_depend_on_the_number_of_processes(worn, lift, monkeypa
     first, second = (gm.fit(worn, measure(lift, 1), over, noise=NOISE, starts=4, workers=n) for n in (1, 2))
     assert second.values == pytest.approx(first.values, rel=1e-9)
     assert second.n_runs == first.n_runs
+
+
+def test_a_forgotten_unit_is_asked_for(worn, lift):
+    data = {"time": TIMES, "sleeve_lift": 1e3 * lift}  # millimetres, of which the heading says nothing
+    fit = gm.fit(worn, data, {"spindle.speed": ("115 rpm", "128 rpm")}, starts=1)
+    assert any('write another unit in the heading, as "sleeve_lift [mm]"' in note for note in fit.notes)

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
+from dataclasses import replace
 from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -92,6 +93,7 @@ def compare(
     loaded = [_load(scene, own, duration) for scene, own in zip(scenes, changes_of_each, strict=True)]
     if changes:
         _require_different(scenes, loaded)
+        loaded = [_with_own_title(scene, own, loaded) for scene, own in zip(loaded, changes_of_each, strict=True)]
     if not no_film:
         check_film(loaded, film_options, film.value)
     console.prepare_folder(figures.folder)
@@ -130,6 +132,14 @@ def _require_different(names: Sequence[str], scenes: Sequence[gm.Scene]) -> None
                 f"scenes {first + 1} and {second + 1} are both {names[second]} with the same changes, so that their columns "
                 f'would be equal; change one of them alone, as in --set "{second + 1}:dimensions.arm=320 mm"'
             )
+
+
+def _with_own_title(scene: gm.Scene, own: Sequence[str], scenes: Sequence[gm.Scene]) -> gm.Scene:
+    """Return a scene whose title names its changes, if others have the same title."""
+    if not own or [one.title for one in scenes].count(scene.title) == 1:
+        return scene
+    named = ", ".join(change.rpartition("=")[0].rpartition(".")[2].replace("_", " ") + f" {change.rpartition('=')[2]}" for change in own)
+    return replace(scene, title=f"{scene.title}, {named}")
 
 
 def _describe_changes(names: Sequence[str], changes_of_each: Sequence[Sequence[str]]) -> list[str]:

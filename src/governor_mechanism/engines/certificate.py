@@ -71,7 +71,7 @@ def _possible_causes(scene: Scene) -> Iterator[str]:
     """Yield what in a scene can make steps too small, with its cure."""
     mechanism = scene.mechanism
     if any(isinstance(joint, RotationalDriver | TranslationalDriver) for joint in mechanism.joints):
-        yield "a driver locks the mechanism (shorten its motion)"
+        yield "a driver locks the mechanism (shorten its motion; a kinematic analysis names the joint that stays open)"
     if has_contacts(scene):
         yield "stops and friction jam it (widen the stops or reduce the friction)"
     if output_forces_of(scene) or any(not isinstance(element, Force | Torque) for element in mechanism.force_elements):

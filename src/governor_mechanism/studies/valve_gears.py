@@ -286,8 +286,8 @@ class GearPosition:
 POSITION_COLUMNS = (
     Column("gear", "gear"),
     Column("position", "position", "+.2f"),
-    Column("lead", "lead, mm", ".3f/mm"),
-    Column("cut_off", "cut-off, %", lambda row: "none" if math.isnan(row.cut_off) else f"{100 * row.cut_off:.2f}", side="r"),
+    Column("lead", "mean lead, mm", ".3f/mm"),
+    Column("cut_off", "mean cut-off, %", lambda row: "none" if math.isnan(row.cut_off) else f"{100 * row.cut_off:.2f}", side="r"),
     Column("travel", "travel, mm", ".2f/mm"),
 )
 

@@ -117,3 +117,10 @@ def test_the_command_writes_map_and_figure(tmp_path, capsys):
     assert stop.value.code == 0
     assert np.shape(values["growth_rates"]) == (2, 2)
     assert (tmp_path / "governed_engine_mean_torque_map.png").exists()
+
+
+def test_one_border_point_stands_where_there_is_a_border():
+    """Of three columns, the last alone has stable and unstable points."""
+    study = gm.stability_map("governed_engine_mean_torque", [f"{INERTIA}=800:8000:2", f"{DASHPOT}=5:65:2"], border_points=1)
+    assert [point.x for point in study.border] == [800.0]
+    assert gm.stability_map("governed_engine_mean_torque", [f"{INERTIA}=8000:9000:2", f"{DASHPOT}=50:65:2"], border_points=2).border == ()

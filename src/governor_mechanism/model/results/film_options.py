@@ -87,6 +87,9 @@ def _read_frame_rate(value: float | None) -> float | None:
 
 
 def _read_size(value: int) -> int:
+    if not isinstance(value, int) or isinstance(value, bool):
+        template = '{size} is the height of the film in pixels, as 720; 1280x720 is 720 in the layout "wide"; got {found}'
+        raise FilmOptionError(template, found=format_value(value))
     if not MIN_FRAME_SIZE <= value <= MAX_FRAME_SIZE:
         template = "{size} must be {least} to {most} pixels; got {found}"
         raise FilmOptionError(template, least=MIN_FRAME_SIZE, most=MAX_FRAME_SIZE, found=value)
@@ -211,7 +214,7 @@ class FilmOptions:
     )
     size: int = film_option(
         480,
-        NUMBER,
+        None,
         "Height of the film in pixels, and its width per run of one part; at least 320. A page fits its window.",
         read=_read_size,
         help="Size of the film in pixels: its height, as 720, or 1280x720 for a film of the layout wide. [480]",

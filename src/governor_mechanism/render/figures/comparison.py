@@ -70,7 +70,8 @@ def comparison_figure(comparison: Comparison) -> Page:
     """Draw the speed curves and controlling forces of the governors, and what the runs share over time; `save` writes it."""
     plots = _choose_plots(comparison)
     rows = (1 if comparison.governors else 0) + (1 if plots else 0)
-    names = [shorten(f"{name}: {run.scene.title}", _MAX_NAME_LETTERS, placeholder=" …") for name, run in _named(comparison)]
+    titled = [name if name == run.scene.title else f"{name}: {run.scene.title}" for name, run in _named(comparison)]
+    names = [shorten(name, _MAX_NAME_LETTERS, placeholder=" …") for name in titled]
     n_columns = 2 if max(map(len, names)) <= _MAX_LETTERS_OF_TWO else 1
     head = _MARGIN + math.ceil(len(names) / n_columns) * _NAME_HEIGHT
     height = head + max(rows, 1) * _ROW_HEIGHT

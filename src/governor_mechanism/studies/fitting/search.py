@@ -51,6 +51,9 @@ BOUND_MARGIN: Final = 1e-6
 NOISE_MARGIN: Final = 0.1
 """Error of the solver relative to the noise above which a note says so."""
 
+FOREIGN_RATIO: Final = 20.0
+"""Residual relative to the largest value of the run above which a note asks for the unit of the data."""
+
 MISSING_PENALTY: Final = 3.0
 """Residual of a time that a run does not reach, in spans of the data."""
 
@@ -389,6 +392,11 @@ def _find_notes(misfit: Misfit, run: Trajectory, residuals: dict[str, FloatArray
                 f"the error of the solver in {one.reading} is {stated}, not far below the noise, {format_quantity(noise, one.unit)}"
             )
         level = root_mean_square(residuals[one.reading]) if len(residuals[one.reading]) else 0.0
+        largest = [float(np.max(np.abs(values))) for values in (one.values, run.readings[one.reading])]
+        if level > FOREIGN_RATIO * largest[1]:
+            measured, shown = (format_quantity(value, one.unit) for value in largest)
+            cure = f'a bare number is SI; write another unit in the heading, as "{one.reading} [mm]"'
+            notes.append(f"the data of {one.reading} reach {measured}, and those of the run {shown}: {cure}")
         if one.noise is not None and level > 1.5 * noise:
             shown = format_quantity(level, one.unit)
             notes.append(

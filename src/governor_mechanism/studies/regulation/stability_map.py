@@ -188,9 +188,10 @@ def map_stability(
             progress(n_done, n_all)
     shape = len(axes[0].values), len(axes[1].values)
     growth, frequencies, first, second = (one.reshape(shape).T for one in grid)
-    columns = np.unique(np.linspace(0, shape[0] - 1, n_border_columns).round().astype(int)) if n_border_columns else np.array([], dtype=int)
-    bracketed = [int(k) for k in columns if _brackets(growth[:, k])]
-    border_columns = _BorderColumns(points, None if governed.has_mean_torque else document, {k: _brackets(growth[:, k]) for k in bracketed})
+    brackets = {k: pair for k in range(shape[0]) if (pair := _brackets(growth[:, k]))}
+    chosen = np.linspace(0, len(brackets) - 1, min(n_border_columns, len(brackets))).round().astype(int).tolist()
+    bracketed = [list(brackets)[k] for k in chosen]
+    border_columns = _BorderColumns(points, None if governed.has_mean_torque else document, brackets)
     found = [point for rows in compute_in_parallel(border_columns, bracketed, n_workers) for point in rows]
     return StabilityMap(
         title=scene.title,
@@ -296,7 +297,7 @@ class _BorderColumns:
 
     points: _MapPoints
     cyclic_document: Mapping[str, Any] | None
-    brackets: Mapping[int, tuple[int, int] | None]
+    brackets: Mapping[int, tuple[int, int]]
 
     def __call__(self, index: int) -> BorderPoint:
         """Return the border at a value of the first parameter."""
@@ -305,7 +306,7 @@ class _BorderColumns:
         x_axis, y_axis = self.points.axes
         x, bracket = float(x_axis.values[index]), self.brackets[index]
         values = [float(value) for value in y_axis.values]
-        low, high = (values[k] for k in bracket or (0, -1))
+        low, high = (values[k] for k in bracket)
         mean = float(
             brentq(lambda y: self.points.linearise(x, y).critical_real_part, low, high, rtol=1e-12, xtol=1e-12 * max(abs(low), abs(high)))
         )
