@@ -43,7 +43,7 @@ from governor_mechanism.render.film.timing import Timing, select_room_timing, se
 from governor_mechanism.render.frame_data import find_parts
 from governor_mechanism.render.machines.engine_room.arrangement import settled_time
 from governor_mechanism.render.shown_readings import chosen_readings
-from governor_mechanism.render.style import FILM_COLOURS, parse_rgb
+from governor_mechanism.render.style import FILM_COLOURS, PAPER, RULE, parse_rgb
 from governor_mechanism.types import FloatArray
 from governor_mechanism.units.problems import PATH, check_arguments
 from governor_mechanism.units.quantities import format_value
@@ -88,6 +88,9 @@ def choose_palette(film: FilmFrames) -> Palette:
     whole_curves = (pale_colour(colour) for colour in FILM_COLOURS)
     film_colours = (to_hex(themed_colour(colour, film.theme)) for colour in (*FILM_COLOURS, *whole_curves))
     exact = [parse_rgb(colour) for colour in film_colours if colour in names]
+    # Of the edges of the pale ring of a plan view, whose colour is near that of the paper: few pixels, but a ragged circle is seen.
+    ground, rule = (parse_rgb(to_hex(themed_colour(colour, film.theme))) for colour in (PAPER, RULE))
+    exact += [(red, green, blue) for red, green, blue in [tuple((np.add(ground, rule) // 2).tolist())] if rule in exact]
     translucent = {colour for colour in shown if 0.0 < colour[3] < 1.0}
     return Palette([*exact, *_find_areas(translucent, exact, samples)], samples, few_colours=film.few_colours)
 
