@@ -22,7 +22,7 @@ from governor_mechanism.model.results.result import Column, Result, format_colum
 from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.scenes.parser import parse_scene_document
-from governor_mechanism.studies.hard_cases import governor_cases, linkage_cases, weight_cases
+from governor_mechanism.studies.hard_cases import contact_cases, governor_cases, linkage_cases, weight_cases
 from governor_mechanism.studies.hard_cases.case import HardCase
 from governor_mechanism.studies.plain_runs import compare_motions, compare_runs
 from governor_mechanism.units.quantities import format_value
@@ -151,7 +151,9 @@ def _format_error(value: float | None) -> str:
     return "" if value is None or math.isnan(value) else f"{value:.1e}"
 
 
-HARD_CASES: dict[str, HardCase] = {case.name: case for case in (*weight_cases.CASES, *linkage_cases.CASES, *governor_cases.CASES)}
+HARD_CASES: dict[str, HardCase] = {
+    case.name: case for case in (*weight_cases.CASES, *contact_cases.CASES, *linkage_cases.CASES, *governor_cases.CASES)
+}
 """The hard cases, in the order of the study."""
 
 

@@ -1,0 +1,194 @@
+"""Hard cases of parts that touch: corners hit exactly, gaps of a nanometre, grazing, edges that go over into arcs, two sides at once."""
+
+import math
+
+import numpy as np
+from scipy.integrate import quad
+
+from governor_mechanism.studies.hard_cases.case import GRAVITY, Document, HardCase, Solution, bouncing_fall, integrate, run_table
+from governor_mechanism.types import FloatArray
+
+RADIUS = 0.02
+"""Radius of the ball, m."""
+
+SPEED = 1.0
+"""Speed of a ball that passes a disc, m/s."""
+
+DISC = 0.1
+"""Radius of the disc, m."""
+
+SLOPE = math.radians(30)
+"""Angle of a slope, and half of what a groove lacks to a half turn."""
+
+SLOPE_LENGTH = 0.3
+"""Way of the ball on the slope, m."""
+
+
+def _ball(
+    outline: object, *, place: tuple[float, float], rate: float = 0.0, gravity: bool = True, restitution: float, duration: float
+) -> Document:
+    """Return a ball of 1 kg that moves to the right above a part at rest."""
+    return {
+        "machine": "custom",
+        "size": 0.1,
+        "ground": {"O": [0.0, 0.0]},
+        "body": [
+            {"name": "part", "mass": 1.0, "inertia": 1.0, "outline": outline},
+            {"name": "ball", "mass": 1.0, "point": True, "at": list(place)},
+        ],
+        "joint": [{"type": "weld", "first": "ground.O", "second": "part.origin"}],
+        "contact": [{"name": "ball", "first": "ball.origin", "radius": RADIUS, "second": "part", "restitution": restitution}],
+        "readings": {"x": {"x": "ball.origin"}, "y": {"y": "ball.origin"}},
+        "effects": {"gravity": GRAVITY if gravity else False},
+        "start": {"x": place[0], "y": place[1], "x_rate": rate, "y_rate": 0.0},
+        "run": run_table(duration),
+    }
+
+
+def _floor(width: float = 0.5) -> list[list[float]]:
+    return [[-width, -0.2], [width, -0.2], [width, 0.0], [-width, 0.0]]
+
+
+CORNER_HEIGHT = 0.05
+
+
+def _corner(offset: float) -> Document:
+    """Return a ball above a corner, beside it by an offset."""
+    outline = [[-0.5, -0.2], [0.0, -0.2], [0.0, 0.0], [-0.5, 0.0]]
+    height = math.sqrt(RADIUS**2 - offset**2) + CORNER_HEIGHT
+    return _ball(outline, place=(offset, height), restitution=1.0, duration=0.18)
+
+
+def _solve_corner(offset: float, times: FloatArray) -> Solution:
+    lift, fall = math.sqrt(RADIUS**2 - offset**2), math.sqrt(2 * CORNER_HEIGHT / GRAVITY)
+    normal = np.array([offset, lift]) / RADIUS
+    velocity = np.array([0.0, -GRAVITY * fall])
+    velocity -= 2 * (normal @ velocity) * normal
+    since, falls = times - fall, times < fall
+    x = np.where(falls, offset, offset + velocity[0] * since)
+    y = np.where(falls, lift + CORNER_HEIGHT - GRAVITY * times**2 / 2, lift + velocity[1] * since - GRAVITY * since**2 / 2)
+    y_rate = np.where(falls, -GRAVITY * times, velocity[1] - GRAVITY * since)
+    return {"x": (x, np.where(falls, 0.0, velocity[0])), "y": (y, y_rate)}
+
+
+def _gap(gap: float) -> Document:
+    return _ball(_floor(), place=(0.0, RADIUS + gap), restitution=0.5, duration=0.5)
+
+
+def _solve_gap(gap: float, times: FloatArray) -> Solution:
+    height, rate = bouncing_fall(times, gap, 0.0, 0.5)
+    return {"y": (RADIUS + height, rate)}
+
+
+def _graze(overlap: float) -> Document:
+    """Return a ball that flies past a disc without weight, and touches it by an overlap of both paths."""
+    outline = [[DISC, 0.0, DISC], [-DISC, 0.0, DISC]]
+    return _ball(outline, place=(-0.1, DISC + RADIUS - overlap), rate=SPEED, gravity=False, restitution=1.0, duration=0.2)
+
+
+def _solve_graze(overlap: float, times: FloatArray) -> Solution:
+    reach, height = DISC + RADIUS, DISC + RADIUS - overlap
+    along = -math.sqrt(overlap * (2 * reach - overlap))
+    normal, impact = np.array([along, height]) / reach, (along + 0.1) / SPEED
+    velocity = np.array([SPEED, 0.0]) - 2 * SPEED * normal[0] * normal
+    flies, since = times < impact, times - impact
+    x = np.where(flies, -0.1 + SPEED * times, along + velocity[0] * since)
+    y = np.where(flies, height, height + velocity[1] * since)
+    return {"x": (x, np.where(flies, SPEED, velocity[0])), "y": (y, np.where(flies, 0.0, velocity[1]))}
+
+
+def _fillet(radius: float) -> Document:
+    """Return a ball on a slope that goes over into a floor by a hollow arc of a radius, with the centre of the arc at x = 0."""
+    lip = radius * math.sin(SLOPE)
+    top = [-lip - 0.6 * math.cos(SLOPE), radius * (1 - math.cos(SLOPE)) + 0.6 * math.sin(SLOPE)]
+    outline = [[top[0], -0.2], [2.0, -0.2], [2.0, 0.0], [0.0, 0.0, -radius], [-lip, radius * (1 - math.cos(SLOPE))], top]
+    path = radius - RADIUS
+    place = -path * math.sin(SLOPE) - SLOPE_LENGTH * math.cos(SLOPE), radius - path * math.cos(SLOPE) + SLOPE_LENGTH * math.sin(SLOPE)
+    return _ball(outline, place=place, restitution=0.0, duration=0.6)
+
+
+def _solve_fillet(radius: float, times: FloatArray) -> Solution:
+    """Return a steady acceleration on the slope, the swing of a pendulum in the arc, and a steady speed on the floor."""
+    path, pull = radius - RADIUS, GRAVITY * math.sin(SLOPE)
+    leaves, speed = math.sqrt(2 * SLOPE_LENGTH / pull), math.sqrt(2 * SLOPE_LENGTH * pull)
+    last_speed = math.sqrt(speed**2 + 2 * GRAVITY * path * (1 - math.cos(SLOPE)))
+    passage = quad(
+        lambda angle: path / math.sqrt(speed**2 + 2 * GRAVITY * path * (math.cos(angle) - math.cos(SLOPE))), 0.0, SLOPE, epsabs=1e-14
+    )
+
+    def slope(time: float, state: FloatArray) -> list[float]:
+        return [float(state[1]), GRAVITY * math.sin(SLOPE - float(state[0]) / path)]
+
+    reaches = leaves + passage[0]
+    in_arc = (times > leaves) & (times < reaches)
+    ways = np.where(times <= leaves, pull * times**2 / 2 - SLOPE_LENGTH, path * SLOPE + last_speed * (times - reaches))
+    rates = np.where(times <= leaves, pull * times, last_speed)
+    ways[in_arc], rates[in_arc] = integrate(slope, [0.0, speed], np.append(times[in_arc] - leaves, passage[0]))[:, :-1]
+    angles = np.clip(SLOPE - ways / path, 0.0, SLOPE)
+    beyond = np.where(ways < 0.0, ways, np.maximum(ways - path * SLOPE, 0.0))
+    x, y = -path * np.sin(angles) + beyond * np.cos(angles), radius - path * np.cos(angles) - beyond * np.sin(angles)
+    return {"x": (x, rates * np.cos(angles)), "y": (y, -rates * np.sin(angles))}
+
+
+GROOVE_DEPTH = 0.05
+
+
+def _groove(restitution: float) -> Document:
+    """Return a ball that falls into the middle of a groove, on both of its sides at once."""
+    side = 0.3
+    outline = [[0.3, -0.2], [0.3, side * math.tan(SLOPE)], [0.0, 0.0], [-0.3, side * math.tan(SLOPE)], [-0.3, -0.2], [0.0, -0.15]]
+    return _ball(outline, place=(0.0, RADIUS / math.cos(SLOPE) + GROOVE_DEPTH), restitution=restitution, duration=0.8)
+
+
+def _solve_groove(restitution: float, times: FloatArray) -> Solution:
+    height, rate = bouncing_fall(times, GROOVE_DEPTH, 0.0, restitution)
+    return {"y": (RADIUS / math.cos(SLOPE) + height, rate)}
+
+
+CASES = (
+    HardCase(
+        name="corner",
+        title="Ball that falls on a corner, beside its middle or exactly on it",
+        parameter="distance beside the corner, m",
+        values=(0.0, 1e-12, 1e-9, 1e-6, 1e-3, 0.0199),
+        short_values=(0.0, 1e-3),
+        make_document=_corner,
+        solve=_solve_corner,
+    ),
+    HardCase(
+        name="contact-gap",
+        title="Ball above a floor, which bounces until it rests",
+        parameter="gap at the start, m",
+        values=(0.0, 1e-12, 1e-9, 1e-6, 1e-3, 0.1),
+        short_values=(1e-9,),
+        make_document=_gap,
+        solve=_solve_gap,
+    ),
+    HardCase(
+        name="grazing",
+        title="Ball that flies past a disc and touches it within a step",
+        parameter="overlap of both paths, m",
+        values=(1e-12, 1e-9, 1e-6, 1e-3, 1e-2),
+        short_values=(1e-9,),
+        make_document=_graze,
+        solve=_solve_graze,
+    ),
+    HardCase(
+        name="fillet",
+        title="Ball that slides from a slope through an arc onto a floor",
+        parameter="radius of the arc, m",
+        values=(0.0201, 0.021, 0.03, 0.1),
+        short_values=(0.03,),
+        make_document=_fillet,
+        solve=_solve_fillet,
+    ),
+    HardCase(
+        name="groove",
+        title="Ball that falls into a groove, on both sides at once",
+        parameter="restitution",
+        values=(0.0, 0.3, 0.7, 0.9),
+        short_values=(0.3,),
+        make_document=_groove,
+        solve=_solve_groove,
+    ),
+)
