@@ -4,12 +4,13 @@ import math
 
 import numpy as np
 import pytest
-from scipy.integrate import solve_ivp
+from scipy.integrate import quad, solve_ivp
 
 import governor_mechanism as gm
 from contact_scenes import BOWL, CUP, DISC, GRAVITY, ROLLER, ball_document, bounce_on_disc, events_of, run_ball
 from governor_mechanism.closed_form.disc_cam import CamRise, lift_at, lift_off_share, lift_off_speed
 from governor_mechanism.model.events import EventKind
+from governor_mechanism.studies.hard_cases.study import HARD_CASES
 
 WEIGHT = 0.4 * 9.81
 RISE = CamRise(law="cycloidal", lift=0.015, angle=math.radians(120), mass=0.4, stiffness=2000.0, preload=20.0 + WEIGHT)
@@ -58,8 +59,46 @@ def test_a_ball_leaves_a_slope_at_its_end_at_once():
     place = np.array([0, top * math.sin(slope)]) + ROLLER * normal + (top - way) * along
     run = run_ball([[0, 0], [top * math.cos(slope), 0], [0, top * math.sin(slope)]], place)
     (separation,) = events_of(run, EventKind.SEPARATION)
-    # The curvature of the path jumps there, which the steps meet as they can.
-    assert separation == pytest.approx(math.sqrt(2 * way / (GRAVITY * math.sin(slope))), abs=1e-8)
+    assert separation == pytest.approx(math.sqrt(2 * way / (GRAVITY * math.sin(slope))), abs=1e-12)
+
+
+@pytest.mark.parametrize("accuracy", [1e-4, 1e-8, 1e-11])
+def test_a_ball_passes_the_joins_of_edges_at_any_accuracy_without_an_event(accuracy):
+    case = HARD_CASES["fillet"]
+    for radius in case.values:
+        run = gm.run(gm.Scene.from_dict(case.make_document(radius)), accuracy=accuracy)
+        assert run.outcome is gm.Outcome.DONE
+        assert not run.events
+        for name, (values, rates) in case.solve(radius, run.times).items():
+            np.testing.assert_allclose(run.readings[name], values, atol=run.error_estimate * run.scales[name])
+            np.testing.assert_allclose(run.rates[name], rates, atol=10 * run.error_estimate)
+        assert run.cost.rejected < 100  # a step over a join would be tried again and again
+
+
+@pytest.mark.parametrize("mirrored", [False, True])
+def test_a_ball_that_climbs_over_a_fillet_comes_back_as_it_went(mirrored):
+    """Up a floor, an arc and a slope and back: without losses the way back is the way up, whichever way round the outline runs."""
+    radius, speed, way = 0.05, 1.5, 0.2
+    document = HARD_CASES["fillet"].make_document(radius)
+    sign = 1 if mirrored else -1
+    outline = [[-sign * x, y, *rest] for x, y, *rest in document["body"][0]["outline"]]
+    document["body"][0]["outline"] = outline
+    document["body"][1]["at"] = [-sign * way, ROLLER]
+    document["effects"]["gravity"] = GRAVITY
+    document["start"] = {"x": -sign * way, "y": ROLLER, "x_rate": sign * speed, "y_rate": 0.0}
+    document["run"] = {"duration": 3.0, "output_interval": 0.01, "accuracy": 1e-10}
+    scene = gm.Scene.from_dict(document)
+    slope, path = math.radians(30), radius - ROLLER
+    after = math.sqrt(speed**2 - 2 * GRAVITY * path * (1 - math.cos(slope)))
+    in_arc = quad(lambda at: path / math.sqrt(speed**2 - 2 * GRAVITY * path * (1 - math.cos(at))), 0, slope, epsabs=1e-14)[0]
+    top = way / speed + in_arc + after / (GRAVITY * math.sin(slope))
+    run = gm.run(scene, times=[0.0, top, 2 * top])
+    height = ROLLER + speed**2 / (2 * GRAVITY)
+    assert not run.events
+    assert run.readings["y"][1] == pytest.approx(height, abs=1e-10)
+    assert np.hypot(run.rates["x"][1], run.rates["y"][1]) < 1e-8
+    assert run.readings["x"][2] == pytest.approx(-sign * way, abs=1e-9)
+    assert run.rates["x"][2] == pytest.approx(-sign * speed, abs=1e-9)
 
 
 def test_bounces_in_a_pit_end_when_the_geometric_series_of_their_times_does():

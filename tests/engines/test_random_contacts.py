@@ -10,6 +10,7 @@ from governor_mechanism.model.results.outcome import Outcome
 from random_contacts import KINDS, ContactReferences, draw_contact_scene
 
 SEED = 20261127
+N_SCENES = 300
 ACCURACIES = 10.0 ** -np.arange(3, 9)
 
 
@@ -20,14 +21,14 @@ def check_scene(number: int) -> CertificateCheck:
     return check_certificate(drawn, "multibody", accuracy, ContactReferences(drawn.scene))
 
 
-@pytest.mark.parametrize("numbers", [range(15)], ids=["few"])
+@pytest.mark.parametrize("numbers", [range(15), pytest.param(range(15, N_SCENES), marks=pytest.mark.long)], ids=["few", "all"])
 def test_errors_are_within_their_estimates(numbers):
     checks = [check_scene(number) for number in numbers]
     judged = [check for check in checks if check.is_judged]
     assert len(judged) >= 0.9 * len(checks)  # the references disagree near rounding, and where an event comes and goes
     wrong = [check for check in judged if not check.is_within_estimate or check.claims_too_much]
     assert len(wrong) <= 0.01 * len(judged), wrong
-    assert sum(check.outcome == Outcome.DONE.name for check in checks) >= 0.95 * len(checks)
+    assert sum(check.outcome == Outcome.DONE.name for check in checks) >= 0.99 * len(checks)
 
 
 @pytest.mark.parametrize("number", range(10))

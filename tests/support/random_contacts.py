@@ -174,8 +174,8 @@ def draw_contact_scene(number: int, seed: int) -> RandomScene:
     raise AssertionError(f"{kind}: nothing but refusals, the last: {refused[-1]}")
 
 
-REFERENCE_TOLERANCES = (1e-12, 3e-13)
-"""Tolerances of two solutions that confirm each other; smaller ones ask more of the steps over a join of edges than there is room for."""
+REFERENCE_TOLERANCES = (1e-13, 3e-14)
+"""Tolerances of two solutions that confirm each other."""
 
 
 @dataclass(eq=False)

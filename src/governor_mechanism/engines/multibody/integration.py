@@ -30,7 +30,14 @@ from governor_mechanism.mechanics.dynamics.forces.inputs import HOLD_KINDS, NOT_
 from governor_mechanism.mechanics.dynamics.forces.output_forces import IN_NO_PHASE, evaluate_gas_phase, evaluate_travel_in_stroke
 from governor_mechanism.mechanics.dynamics.system.arrays import StateLayout, System, SystemWorkspace, body_reference_point
 from governor_mechanism.mechanics.dynamics.system.event_functions import GAS_KINKS, EventFunctionKind, evaluate_event_functions
-from governor_mechanism.mechanics.kinematics.constraint_kernels import N_ROW_COLUMNS, ConstraintRows, RowColumn, evaluate_rows
+from governor_mechanism.mechanics.kinematics.constraint_kernels import (
+    N_ROW_COLUMNS,
+    ConstraintRows,
+    RowColumn,
+    evaluate_rows,
+    keep_features,
+    release_features,
+)
 from governor_mechanism.mechanics.kinematics.output_variables import make_output_rows
 from governor_mechanism.model.events import Event
 from governor_mechanism.model.mechanism import Mechanism
@@ -310,7 +317,7 @@ def _keep_phases(equation: MultibodyEquation, is_kept: bool) -> None:
 
 @jit_in_place
 def _begin_phases(equation: MultibodyEquation, buffers: StepBuffers, local_time: float, state: FloatArray) -> None:
-    """Keep all gas in the phase that begins or goes on here, and let the event functions of kinks that are not negative wait.
+    """Keep all gas in the phase that begins or goes on here, and what touches outlines on its edge; let kinks that are not negative wait.
 
     Those are functions of the kink at which the integration goes on. Before they rise again there is a dead centre, at which they are
     armed.
@@ -319,6 +326,9 @@ def _begin_phases(equation: MultibodyEquation, buffers: StepBuffers, local_time:
     if buffers.n_kinks == 0:
         return
     is_armed[:] = True
+    layout = equation.system.state_layout
+    poses, velocities = state[: layout.velocities].reshape(-1, 3), state[layout.velocities : layout.work].reshape(-1, 3)
+    keep_features(equation.system.constraint_rows, poses, velocities)
     _keep_phases(equation, False)
     _evaluate(equation, local_time, state, buffers.stages.derivatives, 0)
     _evaluate_events(equation, local_time, state, values)
@@ -388,6 +398,7 @@ def integrate_multibody(
         n_reached += n_new
         if status != IntegrationStatus.EVENT or is_any_positive(buffers.event_values[LAST_SAMPLE], n_events):
             _keep_phases(equation, False)
+            release_features(equation.system.constraint_rows)
             return status, step, n_reached, time
 
 

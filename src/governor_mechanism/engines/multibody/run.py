@@ -42,7 +42,7 @@ from governor_mechanism.mechanics.dynamics.system.arrays import (
     make_system_workspace,
     to_mass_centres,
 )
-from governor_mechanism.mechanics.dynamics.system.event_functions import GAS_KINKS
+from governor_mechanism.mechanics.dynamics.system.event_functions import KINKS
 from governor_mechanism.mechanics.dynamics.system.holding_rows import stands_still
 from governor_mechanism.mechanics.dynamics.system.lowering import make_system
 from governor_mechanism.mechanics.kinematics.time_functions import stack_local_cubics
@@ -465,7 +465,7 @@ class ExplicitRun:
         """Integrate up to a time (s) or to the first event; return the status and the contacts of event functions that are positive."""
         context, n_evaluations, rows = self._context, int(self.counts[StepCounter.EVALUATIONS]), self.rows_until(end)
         n_states, event_tolerances = len(self.state), system.event_functions["tolerance"].copy()
-        n_kinks = int(np.isin(system.event_functions["kind"], GAS_KINKS).sum())  # the last event functions
+        n_kinks = int(np.isin(system.event_functions["kind"], KINKS).sum())  # the last event functions
         buffers = make_step_buffers(n_states, n_states, context.error_scale, event_tolerances, self.counts, n_kinks)
         cubics, gap = context.input_cubics(self.time), context.constraint_tolerance
         shafts, limit_rows = (context.shafts, context.limits) if self._has_limits else (context.shafts[:0], context.no_limits)

@@ -98,11 +98,20 @@ def chains_of(outline: CornerOutline) -> list[list[Edge]]:
     return [doubled[start:end] for start, end in pairwise((*hollow, hollow[0] + len(edges)))]
 
 
-def make_pieces(chain: Sequence[Edge]) -> FloatArray:
-    """Return the pieces of a chain for the kernels; shape (edges, 7). The first column is CLOSED, or 0, as that of a curve's start."""
-    is_closed = math.dist(chain[-1].point(1.0), chain[0].start) <= SMOOTH_TURN * sum(edge.length for edge in chain)
-    is_smooth = _turn(chain[-1], chain[0]) >= -SMOOTH_TURN
-    return np.array([[CLOSED if is_closed and is_smooth else 0.0, *edge.values()] for edge in chain])
+def make_pieces(outline: CornerOutline, chain: int) -> FloatArray:
+    """Return the pieces of a chain for the kernels, each behind the directions of the edges before and behind it.
+
+    At a hollow corner there is no such edge. The first column is CLOSED, or 0, as that of a curve's start. Shape (edges, 11).
+    """
+    chains = chains_of(outline)
+    edges, is_closed = chains[chain], len(chains) == 1 and all(turn >= -SMOOTH_TURN for turn in _turns(edges_of(outline)))
+    closing = [edges[-1], edges[0]] if is_closed else [None, None]
+    rows = []
+    for before, edge, behind in zip([closing[0], *edges[:-1]], edges, [*edges[1:], closing[1]], strict=True):
+        start = [0.0, 0.0] if before is None else [math.cos(before.end_direction), math.sin(before.end_direction)]
+        end = [0.0, 0.0] if behind is None else [math.cos(behind.direction), math.sin(behind.direction)]
+        rows.append([CLOSED if is_closed else 0.0, *start, *end, *edge.values()])
+    return np.array(rows)
 
 
 def bounding_circle(chain: Sequence[Edge]) -> tuple[float, float, float]:
@@ -111,22 +120,6 @@ def bounding_circle(chain: Sequence[Edge]) -> tuple[float, float, float]:
     centre = (points.min(axis=0) + points.max(axis=0)) / 2
     # An arc is no farther from one of these three points than a quarter of its length.
     return *centre.tolist(), max(np.hypot(*(points - centre).T)) + max(edge.length for edge in chain) / 4
-
-
-def make_profile_pieces(outline: CornerOutline, chain: int) -> FloatArray:
-    """Return the pieces of a chain for a curve that may touch it, each behind the directions of the edges before and behind it.
-
-    At a hollow corner there is no such edge. Shape (edges, 11).
-    """
-    chains = chains_of(outline)
-    edges = chains[chain]
-    closing = [edges[-1], edges[0]] if len(chains) == 1 else [None, None]
-    rows = []
-    for before, edge, behind in zip([closing[0], *edges[:-1]], edges, [*edges[1:], closing[1]], strict=True):
-        start = [0.0, 0.0] if before is None else [math.cos(before.end_direction), math.sin(before.end_direction)]
-        end = [0.0, 0.0] if behind is None else [math.cos(behind.direction), math.sin(behind.direction)]
-        rows.append([0.0, *start, *end, *edge.values()])
-    return np.array(rows)
 
 
 def make_curve_pieces(outline: CurveOutline) -> FloatArray:

@@ -8,6 +8,7 @@ import math
 from typing import NamedTuple
 
 from governor_mechanism.mechanics.curves.curve_kernels import evaluate_polar_curve
+from governor_mechanism.mechanics.curves.join_kernels import EdgePoint, extent_of_feature
 from governor_mechanism.mechanics.curves.outline_kernels import (
     FINAL_FOOT_STEP,
     MAX_FOOT_ITERATIONS,
@@ -174,40 +175,55 @@ def _distance_from_end(curve: ConvexCurve, pieces: FloatArray, i: int, is_end: b
 
 @jit_in_place
 def _distance_from_straight(curve: ConvexCurve, pieces: FloatArray, i: int) -> ProfileDistance:
-    """Return the distance of a curve from a straight piece."""
+    """Return the distance of a curve from the line of a straight piece, also beyond its ends."""
     c = pieces.shape[1] - N_PIECE_VALUES
     ux, uy = pieces[i, c + 2], pieces[i, c + 3]
     nx, ny = uy, -ux
     point = _find_support(curve, -nx, -ny)
-    dx, dy = point.x - pieces[i, c], point.y - pieces[i, c + 1]
-    along = dx * ux + dy * uy
-    if along < 0.0 or along > pieces[i, c + 4]:
-        return _distance_from_end(curve, pieces, i, along > 0.0)
-    value = nx * dx + ny * dy
+    value = nx * (point.x - pieces[i, c]) + ny * (point.y - pieces[i, c + 1])
     return ProfileDistance(value, nx, ny, point.x, point.y, point.curvature, 0.0, 1.0, abs(value + curve.inset))
 
 
 @jit_in_place
 def _distance_from_bend(curve: ConvexCurve, pieces: FloatArray, i: int) -> ProfileDistance:
-    """Return the distance of a curve from an arc: from outside of one that bulges, from inside of a hollow one."""
+    """Return the distance of a curve from the circle of an arc: from outside of one that bulges, from inside of a hollow one."""
     c = pieces.shape[1] - N_PIECE_VALUES
     ux, uy, curvature = pieces[i, c + 2], pieces[i, c + 3], pieces[i, c + 5]
     start_x, start_y = uy / curvature, -ux / curvature  # from the centre to the start
     x, y = pieces[i, c] - start_x, pieces[i, c + 1] - start_y
     if curvature > 0.0:
-        distance = _distance_from_round(curve, x, y, 1.0 / curvature)
-        ex, ey = distance.normal_x, distance.normal_y
-    else:
-        point = _find_farthest(curve, x, y)
-        ex, ey = point.x - x, point.y - y
-        reach = math.hypot(ex, ey)
-        value, nx, ny = -1.0 / curvature - reach, -ex / reach, -ey / reach
-        distance = ProfileDistance(value, nx, ny, point.x, point.y, point.curvature, curvature, 1.0, abs(value + curve.inset))
-    turn = math.atan2(start_x * ey - start_y * ex, start_x * ex + start_y * ey) * math.copysign(1.0, curvature)
-    if turn < 0.0:
-        turn += 2.0 * math.pi
-    span = pieces[i, c + 4] * abs(curvature)
-    return _distance_from_end(curve, pieces, i, turn - span < 2.0 * math.pi - turn) if turn > span else distance
+        return _distance_from_round(curve, x, y, 1.0 / curvature)
+    point = _find_farthest(curve, x, y)
+    ex, ey = point.x - x, point.y - y
+    reach = math.hypot(ex, ey)
+    value, nx, ny = -1.0 / curvature - reach, -ex / reach, -ey / reach
+    return ProfileDistance(value, nx, ny, point.x, point.y, point.curvature, curvature, 1.0, abs(value + curve.inset))
+
+
+@jit_in_place
+def touched_point(pair: ProfileDistance) -> EdgePoint:
+    """Return the point of the edges that is nearest to a curve; the rate along them is left out."""
+    return EdgePoint(pair.x - pair.normal_x * pair.value, pair.y - pair.normal_y * pair.value, pair.normal_x, pair.normal_y, 0.0)
+
+
+@jit_in_place
+def distance_of_curve_from_feature(pieces: FloatArray, feature: int, curve: ConvexCurve) -> ProfileDistance:
+    """Return the distance of a curve from a feature, whose edge goes on beyond its ends."""
+    i = (feature - 1) // 2
+    if feature % 2 == 0:
+        return _distance_from_end(curve, pieces, i, True)
+    is_straight = pieces[i, pieces.shape[1] - 1] == 0.0
+    return _distance_from_straight(curve, pieces, i) if is_straight else _distance_from_bend(curve, pieces, i)
+
+
+@jit_in_place
+def _distance_from_piece(curve: ConvexCurve, pieces: FloatArray, i: int) -> ProfileDistance:
+    """Return the distance of a curve from a piece, or from the end that is nearer."""
+    distance = distance_of_curve_from_feature(pieces, 2 * i + 1, curve)
+    extent = extent_of_feature(pieces, 2 * i + 1, touched_point(distance))
+    if max(extent.beyond_start, extent.beyond_end) > 0.0:
+        return _distance_from_end(curve, pieces, i, extent.beyond_end > extent.beyond_start)
+    return distance
 
 
 @jit_in_place
@@ -219,7 +235,7 @@ def _is_behind(curve: ConvexCurve, pieces: FloatArray, i: int) -> bool:
 
 @jit_in_place
 def distance_of_profiles(
-    # lines and arcs, see `make_profile_pieces`, and behind them the segments and points of the curve, see `make_curve_pieces`
+    # lines and arcs, see `make_pieces`, and behind them the segments and points of the curve, see `make_curve_pieces`
     pieces: FloatArray,
     first_piece: int,
     n_pieces: int,
@@ -232,7 +248,7 @@ def distance_of_profiles(
             is_straight = pieces[i, pieces.shape[1] - 1] == 0.0
             if is_straight and not is_overlapping and _is_behind(curve, pieces, i):
                 continue
-            distance = _distance_from_straight(curve, pieces, i) if is_straight else _distance_from_bend(curve, pieces, i)
+            distance = _distance_from_piece(curve, pieces, i)
             if distance.rank < nearest.rank:
                 nearest = distance
         if nearest.rank < math.inf:

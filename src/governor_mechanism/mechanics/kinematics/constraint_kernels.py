@@ -14,6 +14,14 @@ from typing import NamedTuple
 import numpy as np
 
 from governor_mechanism.mechanics.curves.curve_kernels import evaluate_curve, evaluate_polar_curve
+from governor_mechanism.mechanics.curves.join_kernels import (
+    NO_FEATURE,
+    EdgePoint,
+    distance_from_feature,
+    extent_of_feature,
+    find_feature,
+    next_feature,
+)
 from governor_mechanism.mechanics.curves.outline_kernels import (
     Circle,
     PointOffset,
@@ -21,7 +29,13 @@ from governor_mechanism.mechanics.curves.outline_kernels import (
     distance_from_polar_curve,
     find_nearest_point,
 )
-from governor_mechanism.mechanics.curves.profile_kernels import ConvexCurve, distance_of_profiles
+from governor_mechanism.mechanics.curves.profile_kernels import (
+    ConvexCurve,
+    ProfileDistance,
+    distance_of_curve_from_feature,
+    distance_of_profiles,
+    touched_point,
+)
 from governor_mechanism.mechanics.kinematics.points import rotate_vector
 from governor_mechanism.mechanics.kinematics.time_functions import evaluate_motion
 from governor_mechanism.model.joints.base import RowKind
@@ -61,6 +75,7 @@ CONSTRAINT_ROW_DTYPE = record_dtype(
     ("bound_x", "f8"),  # with such points: circle around the outline, m
     ("bound_y", "f8"),
     ("bound_radius", "f8"),
+    ("kept_feature", "i8"),  # PIECES_DISTANCE, PIECES_SLIP, PROFILE_DISTANCE: feature of the outline that is kept in a step, or NO_FEATURE
 )
 """One constraint row; fields of other kinds are zero, but for the weight of the first point, which is 1."""
 
@@ -257,7 +272,9 @@ def _outline_distance_row(row: RecordArray, curve_segments: FloatArray, first: P
     dx, dy, du, dv, w1 = second.x - first.x, second.y - first.y, second.u - first.u, second.v - first.v, first.angular_velocity
     cosine, sine = math.cos(first.angle), math.sin(first.angle)
     x, y = cosine * dx + sine * dy, cosine * dy - sine * dx
-    if row.kind == RowKind.PIECES_DISTANCE or row.kind == RowKind.PIECES_SLIP:
+    if row.kept_feature != NO_FEATURE:
+        distance = distance_from_feature(curve_segments, row.kept_feature, x, y)
+    elif row.kind == RowKind.PIECES_DISTANCE or row.kind == RowKind.PIECES_SLIP:
         distance = distance_from_pieces(curve_segments, row.first_segment, row.n_segments, x, y, math.inf)
     else:
         distance = distance_from_polar_curve(curve_segments, row.first_segment, row.n_segments, x, y)
@@ -275,6 +292,18 @@ def _outline_distance_row(row: RecordArray, curve_segments: FloatArray, first: P
 
 
 @jit_in_place
+def _find_nearest_pair(row: RecordArray, curve_segments: FloatArray, first: PointMotion, second: PointMotion) -> ProfileDistance:
+    """Return how near a curve about the second point is to the outline of the first body, or to the feature that is kept."""
+    dx, dy, turn = second.x - first.x, second.y - first.y, second.angle - first.angle
+    cosine, sine = math.cos(first.angle), math.sin(first.angle)
+    x, y, first_curve_segment = cosine * dx + sine * dy, cosine * dy - sine * dx, row.first_segment + row.n_segments
+    curve = ConvexCurve(curve_segments, first_curve_segment, row.n_curve_segments, x, y, math.cos(turn), math.sin(turn), -row.constant)
+    if row.kept_feature != NO_FEATURE:
+        return distance_of_curve_from_feature(curve_segments, row.kept_feature, curve)
+    return distance_of_profiles(curve_segments, row.first_segment, row.n_segments, curve)
+
+
+@jit_in_place
 def _profile_distance_row(row: RecordArray, curve_segments: FloatArray, first: PointMotion, second: PointMotion) -> RowGeometry:
     """Return the distance of a curve about the second point from lines and arcs of the first body.
 
@@ -282,10 +311,8 @@ def _profile_distance_row(row: RecordArray, curve_segments: FloatArray, first: P
     nearest point does not move on it.
     """
     dx, dy, w1, w2 = second.x - first.x, second.y - first.y, first.angular_velocity, second.angular_velocity
-    cosine, sine, turn = math.cos(first.angle), math.sin(first.angle), second.angle - first.angle
-    x, y, first_curve_segment = cosine * dx + sine * dy, cosine * dy - sine * dx, row.first_segment + row.n_segments
-    curve = ConvexCurve(curve_segments, first_curve_segment, row.n_curve_segments, x, y, math.cos(turn), math.sin(turn), -row.constant)
-    pair = distance_of_profiles(curve_segments, row.first_segment, row.n_segments, curve)
+    cosine, sine = math.cos(first.angle), math.sin(first.angle)
+    x, y, pair = cosine * dx + sine * dy, cosine * dy - sine * dx, _find_nearest_pair(row, curve_segments, first, second)
     nx, ny = cosine * pair.normal_x - sine * pair.normal_y, sine * pair.normal_x + cosine * pair.normal_y
     # the point of the curve from the second point and from the first one, in directions fixed in the plane
     fx, fy = cosine * (pair.x - x) - sine * (pair.y - y), sine * (pair.x - x) + cosine * (pair.y - y)
@@ -371,6 +398,64 @@ def evaluate_rows(rows: ConstraintRows, poses: FloatArray, velocities: FloatArra
         row_values[i, RowColumn.GAMMA] = row_values[i, RowColumn.DRIVE_ACCELERATION] - (
             nx * centripetal_x + ny * centripetal_y + geometry.quadratic_term
         )
+
+
+@jit_in_place
+def _locate_touch(row: RecordArray, curve_segments: FloatArray, poses: FloatArray, velocities: FloatArray) -> EdgePoint:
+    """Return the point of an outline that is touched, and in which sense it moves along the outline."""
+    first, second = _move_point(poses, velocities, row.first, row.x1, row.y1), _move_point(poses, velocities, row.second, row.x2, row.y2)
+    geometry = _evaluate_row(row, curve_segments, first, second, 0.0)
+    dx, dy, w1 = second.x - first.x, second.y - first.y, first.angular_velocity
+    cosine, sine = math.cos(first.angle), math.sin(first.angle)
+    if row.kind == RowKind.PROFILE_DISTANCE:
+        touched = touched_point(_find_nearest_pair(row, curve_segments, first, second))
+        ex, ey = cosine * touched.x - sine * touched.y, sine * touched.x + cosine * touched.y
+    else:
+        # The normal of a row of slip is its direction turned.
+        is_slip = row.kind == RowKind.PIECES_SLIP
+        nx, ny = (geometry.normal_y, -geometry.normal_x) if is_slip else (geometry.normal_x, geometry.normal_y)
+        reach = row.radius if is_slip else geometry.value
+        ex, ey = dx - nx * reach, dy - ny * reach
+        touched = EdgePoint(cosine * ex + sine * ey, cosine * ey - sine * ex, cosine * nx + sine * ny, cosine * ny - sine * nx, 0.0)
+    nx, ny = cosine * touched.normal_x - sine * touched.normal_y, sine * touched.normal_x + cosine * touched.normal_y
+    u, v = second.u - first.u + w1 * ey, second.v - first.v - w1 * ex
+    return EdgePoint(touched.x, touched.y, touched.normal_x, touched.normal_y, nx * v - ny * u)
+
+
+@jit_in_place
+def evaluate_join(rows: ConstraintRows, i: int, poses: FloatArray, velocities: FloatArray) -> float:
+    """Return how far what touches an outline is beyond the feature that row i keeps, negative within it; -1 if none is kept."""
+    row = rows.table[i]
+    if row.kept_feature == NO_FEATURE:
+        return -1.0
+    extent = extent_of_feature(rows.curve_segments, row.kept_feature, _locate_touch(row, rows.curve_segments, poses, velocities))
+    return max(extent.beyond_start, extent.beyond_end)
+
+
+@jit_in_place
+def keep_features(rows: ConstraintRows, poses: FloatArray, velocities: FloatArray) -> None:
+    """Keep the feature that each row touches; behind an end of that kept before, the next one."""
+    for i in range(rows.table.size):
+        row = rows.table[i]
+        is_slip, is_profile = row.kind == RowKind.PIECES_SLIP, row.kind == RowKind.PROFILE_DISTANCE
+        is_roller = is_slip or row.kind == RowKind.PIECES_DISTANCE
+        if not (is_roller and (row.radius if is_slip else row.constant) > 0.0 and row.n_points == 0) and not is_profile:
+            continue  # a point has no way round a corner, and which of several rollers touches is found anew
+        point, pieces, kept = _locate_touch(row, rows.curve_segments, poses, velocities), rows.curve_segments, row.kept_feature
+        if kept == NO_FEATURE:
+            row.kept_feature = find_feature(pieces, row.first_segment, row.n_segments, point)
+            continue
+        extent = extent_of_feature(pieces, kept, point)
+        if max(extent.beyond_start, extent.beyond_end) > 0.0:
+            is_at_end = extent.beyond_end > extent.beyond_start
+            row.kept_feature = next_feature(pieces, row.first_segment, row.n_segments, kept, is_at_end)
+
+
+@jit_in_place
+def release_features(rows: ConstraintRows) -> None:
+    """Keep no features any longer."""
+    for i in range(rows.table.size):
+        rows.table[i].kept_feature = NO_FEATURE
 
 
 class RowEvaluation:

@@ -11,7 +11,7 @@ import numpy as np
 
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.mechanics.curves.outline_kernels import N_CURVE_SAMPLES
-from governor_mechanism.mechanics.curves.outlines import bounding_circle, chains_of, make_curve_pieces, make_pieces, make_profile_pieces
+from governor_mechanism.mechanics.curves.outlines import bounding_circle, chains_of, make_curve_pieces, make_pieces
 from governor_mechanism.mechanics.curves.segments import concatenate_segments
 from governor_mechanism.mechanics.kinematics.constraint_equations import bodies_of_rows, make_row_table, set_fields
 from governor_mechanism.mechanics.kinematics.constraint_kernels import ConstraintRows, RowEvaluation
@@ -105,13 +105,13 @@ def _outline_gap_row(reading: OutlineGap) -> OutputRow:
     """Return the row of the distance of a roller from an outline; a curve is followed by its points, which are no segments."""
     outline, profile = reading.outline, reading.profile
     if isinstance(outline, CornerOutline) and profile is not None:
-        pieces, curve = make_profile_pieces(outline, reading.chain), make_curve_pieces(profile)
+        pieces, curve = make_pieces(outline, reading.chain), make_curve_pieces(profile)
         n_curve_segments = len(curve) - N_CURVE_SAMPLES
         parameters = {"constant": -profile.inset, "n_segments": len(pieces), "n_curve_segments": n_curve_segments}
         return OutputRow(RowKind.PROFILE_DISTANCE, reading.origin, reading.roller, parameters, concatenate_segments([pieces, curve]))
     if isinstance(outline, CornerOutline):
         chain = chains_of(outline)[reading.chain]
-        pieces = make_pieces(chain)
+        pieces = make_pieces(outline, reading.chain)
         parameters = {"constant": reading.radius, "n_segments": len(pieces)}
         if reading.others:
             bound = dict(zip(("bound_x", "bound_y", "bound_radius"), bounding_circle(chain), strict=True))

@@ -11,12 +11,13 @@ from governor_mechanism.effects.gas_pressure import SWITCH_COEFFICIENT, GasPress
 from governor_mechanism.effects.registry import FORCE_LAWS
 from governor_mechanism.mechanics.dynamics.characteristic_scales import time_scale
 from governor_mechanism.mechanics.dynamics.forces.contact_modes import ContactMode, forced_output_names, rows_of_held_contacts
-from governor_mechanism.mechanics.dynamics.forces.contacts import contacts_of, one_sided_forces_of
+from governor_mechanism.mechanics.dynamics.forces.contacts import contacts_of, one_sided_forces_of, outline_gaps_of
 from governor_mechanism.mechanics.dynamics.forces.inputs import EVENT_ROUNDING_RATIO, output_rate
 from governor_mechanism.mechanics.dynamics.forces.loads import reading_tables_of
 from governor_mechanism.mechanics.dynamics.forces.output_forces import evaluate_travel_in_stroke
 from governor_mechanism.mechanics.dynamics.system.arrays import System, SystemWorkspace
-from governor_mechanism.mechanics.kinematics.constraint_kernels import RowColumn, evaluate_rows
+from governor_mechanism.mechanics.kinematics.constraint_kernels import RowColumn, evaluate_join, evaluate_rows
+from governor_mechanism.model.curves import CornerOutline
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.numerics.jit import jit_in_place, record_dtype
 from governor_mechanism.types import NO_INDEX, FloatArray, IntArray, RecordArray
@@ -27,7 +28,8 @@ class EventFunctionKind(IntEnum):
 
     The force of a row with an argument is that of friction: the threshold times the normal force, that of the argument, is its limit. The
     others are kinks of the gas in a cylinder, at which nothing changes but the law: the dead centres, the sine of the output, and the
-    switch of its pressure, the travel since the last dead centre.
+    switch of its pressure, the travel since the last dead centre; and the join of two edges of an outline, how far the constraint row that
+    holds a gap is beyond the edge that it keeps.
     """
 
     VALUE = 0
@@ -35,9 +37,13 @@ class EventFunctionKind(IntEnum):
     FORCE = 2
     DEAD_CENTRE = 3
     SWITCH = 4
+    JOIN = 5
 
 
 GAS_KINKS = (EventFunctionKind.DEAD_CENTRE, EventFunctionKind.SWITCH)
+"""Kinds of event functions of kinks of gas."""
+
+KINKS = (*GAS_KINKS, EventFunctionKind.JOIN)
 """Kinds of event functions of kinks."""
 
 RELEASE_FORCE_RATIO = 100.0
@@ -87,6 +93,7 @@ def make_event_functions(
         *_slack_event_functions(scene, mode, tolerances),
         *_table_event_functions(scene, mode, first_table, tolerances),
         *make_gas_event_functions(force_elements, first_table + len(mode.segments)),
+        *_join_event_functions(scene, mode, held_rows, tolerances),
     ]
     return np.array(records, dtype=EVENT_FUNCTION_DTYPE)
 
@@ -132,6 +139,20 @@ def _contact_event_functions(
         for direction, bound in ((1.0, contact.high), (-1.0, -contact.low)):
             if np.isfinite(bound):
                 yield EventFunctionKind.VALUE, output_index, NO_INDEX, direction, bound, tolerance, NO_INDEX, contact_index
+
+
+def _join_event_functions(
+    scene: Scene, mode: ContactMode, held_rows: IntArray, tolerances: EventTolerances
+) -> Iterator[EventFunctionRecord]:
+    """Yield the event functions at joins of edges of outlines that are touched, where nothing rubs: friction finds its edge anew."""
+    if any(gap.friction > 0.0 for gap in outline_gaps_of(scene)):
+        return
+    gaps = {gap.name for gap in outline_gaps_of(scene) if isinstance(gap.outline, CornerOutline)}
+    rows = rows_of_held_contacts(mode, held_rows.tolist())
+    for contact_index, contact in enumerate(contacts_of(scene)):
+        if mode.held_values[contact_index] is not None and contact.output_name in gaps:
+            tolerance = tolerances.outputs[contact.output_name]
+            yield EventFunctionKind.JOIN, rows[contact_index], NO_INDEX, 1.0, 0.0, tolerance, NO_INDEX, contact_index
 
 
 def _slack_event_functions(scene: Scene, mode: ContactMode, tolerances: EventTolerances) -> Iterator[EventFunctionRecord]:
@@ -234,6 +255,8 @@ def evaluate_event_functions(
                 friction_limit = -event_function.threshold * workspace.multipliers[event_function.argument_index]
                 event_values[i] = event_function.sign * value - friction_limit
                 continue
+        elif event_function.kind == EventFunctionKind.JOIN:
+            value = evaluate_join(system.constraint_rows, event_function.source_index, poses, velocities)
         else:
             value = row_values[event_function.source_index, RowColumn.RESIDUAL]
         event_values[i] = evaluate_event_function(system.event_functions, i, value, argument, limit)
