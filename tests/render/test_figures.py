@@ -1,6 +1,7 @@
 """Figures hold every reading and leave nothing half written."""
 
 import dataclasses
+import itertools
 import re
 import zlib
 
@@ -8,13 +9,16 @@ import numpy as np
 import pytest
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
+from matplotlib.text import Text
 from PIL import Image
 
+import governor_mechanism as gm
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.model.events import Event, EventKind
 from governor_mechanism.model.results.outcome import Outcome
+from governor_mechanism.render.figures.page import format_power
 from governor_mechanism.render.figures.time_series import diagnostics_figure, readings_figure
-from governor_mechanism.render.shown_readings import format_numbers, format_rounded_up
+from governor_mechanism.render.shown_readings import choose_multiple, format_numbers, format_rounded_up
 from governor_mechanism.render.style import PAPER, parse_rgb
 from stub_effects import ListedEvents
 from stub_run import GOVERNOR_DIMENSIONS, fake_run
@@ -228,3 +232,32 @@ def test_files_for_print_have_a_white_ground_and_nothing_of_the_colour_of_paper(
     text = content.decode("latin-1")
     assert ground in text
     assert paper not in text
+
+
+@pytest.mark.parametrize("largest", [0.0, 3.7, 9.9e3, 1e4, 6.1e6, 2e7])
+def test_a_force_has_at_most_four_digits_before_the_point(largest):
+    unit, factor = choose_multiple("N", np.array([-largest, 0.3 * largest]))
+    assert largest * factor < 1e4
+    assert factor == {"N": 1.0, "kN": 1e-3, "MN": 1e-6}[unit]
+    assert choose_multiple("m", np.array([largest])) == ("mm", 1e3)
+
+
+@pytest.mark.parametrize(("value", "words"), [(-5e6, "−5×10⁶"), (2.5e-5, "2.5×10⁻⁵"), (0.0, "0"), (-0.0, "0"), (12.0, "12")])
+def test_powers_of_ten_are_printed_not_typed(value, words):
+    assert format_power(value) == words
+
+
+def test_a_polar_plot_stays_on_its_sheet_and_states_how_coarse_it_is():
+    """At 3000 rpm a report each 2 ms gives 10 points a turn, and one each 0.5 ms gives 40."""
+    scene = gm.load("slider_crank").replace({"dimensions.crank_speed": "3000 rpm", "run.duration": "0.06 s"})
+    for interval, is_coarse in (("2 ms", True), ("0.5 ms", False)):
+        page = gm.run(scene.replace({"run.output_interval": interval}), certify=False).plot_reactions("crank pin", axes="body")
+        words = " ".join(text.get_text() for text in page.findobj(Text))
+        assert ("only 10 points a turn" in words) == is_coarse
+        assert "e+0" not in words
+        page.draw_without_rendering()
+        (panel,) = page.axes
+        assert panel.yaxis.label.get_window_extent().x0 > 0.0
+        assert panel.bbox.width > 0.7 * page.bbox.width
+        numbers = sorted((label.get_window_extent() for label in panel.get_xticklabels()), key=lambda box: box.x0)
+        assert all(left.x1 < right.x0 for left, right in itertools.pairwise(numbers))

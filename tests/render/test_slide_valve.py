@@ -191,6 +191,12 @@ def test_the_words_of_zeuners_plate_stand_clear_within_the_frame(name):
     assert overlaps(zeuner.draw_zeuner_plate(diagram(name))) == ([], [])
 
 
+def test_the_letter_of_the_lap_stands_clear_of_the_steam_at_half_gear():
+    scene = gm.load("stephenson_arc_middle").replace({"dimensions.reverser": 0.5})
+    _, near = overlaps(zeuner.draw_zeuner_plate(ValveDiagram(scene)))
+    assert not [pair for pair in near if "$e$" in pair]
+
+
 @pytest.mark.long
 @pytest.mark.parametrize("name", CROWDED)
 @pytest.mark.parametrize(("plate", "panel"), [(zeuner.draw_zeuner_plate, 0), (marks_construction.draw_marks_plate, 3)])

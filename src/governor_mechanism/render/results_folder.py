@@ -57,7 +57,7 @@ def write_machine_figures(run: Trajectory, figure_files: FigureFiles, stem: str)
             plates["engine"] = engines.draw_engine_plate(run)
     joints = joints_of_reactions(run.scene.mechanism)
     if joints and len(run.times):
-        from governor_mechanism.render.figures.time_series import joint_force_figure
+        from governor_mechanism.render.figures.kinematics import joint_force_figure
 
         plates["reactions"] = joint_force_figure(run, joints)
     if run.scene.run.paths and len(run.times):

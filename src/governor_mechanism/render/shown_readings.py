@@ -38,6 +38,22 @@ def display_unit_of(si_unit: str) -> tuple[str, float]:
     return FIGURE_UNITS.get(si_unit, (si_unit, 1.0))
 
 
+_MULTIPLES = (("M", 1e-6), ("k", 1e-3))
+"""Prefixes of units and their factors, largest first."""
+_PREFIXED_UNITS = ("N", "N m", "J", "W")
+"""Units that get a prefix before their numbers have more than four digits."""
+
+
+def choose_multiple(si_unit: str, values: FloatArray) -> tuple[str, float]:
+    """Return the display unit for values in an SI unit and the factor to it: kN or MN where N would give more than four digits."""
+    unit, factor = display_unit_of(si_unit)
+    largest = float(np.max(np.abs(values), initial=0.0))
+    for prefix, multiple in _MULTIPLES if unit in _PREFIXED_UNITS else ():
+        if largest * multiple >= 10.0:
+            return prefix + unit, multiple
+    return unit, factor
+
+
 def format_name(name: str) -> str:
     """Return the name of a reading, part or effect as words: "governor.arm_angle" as "governor arm angle", "beta" as "β"."""
     return " ".join(GREEK_LETTERS.get(word, word) for word in name.replace(".", " ").replace("_", " ").split(" "))

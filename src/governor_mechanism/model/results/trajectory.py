@@ -374,7 +374,7 @@ class Trajectory(Result):
         MechanismError
             If there is no such joint, a rigid model does not determine its force, or the run has no reported time.
         """
-        from governor_mechanism.render.figures.time_series import joint_force_figure
+        from governor_mechanism.render.figures.kinematics import joint_force_figure
 
         return joint_force_figure(self, joints, axes)
 

@@ -1,4 +1,4 @@
-"""Figures of kinematics: paths of points to one scale, a study with readings over the drive, and the sheet of all assemblies."""
+"""Figures of kinematics: paths of points to one scale, a study over the drive, the sheet of all assemblies; polar plots of joint forces."""
 
 from __future__ import annotations
 
@@ -10,15 +10,19 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from governor_mechanism.errors import MechanismError
+from governor_mechanism.model.joints import GROUND
+from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.render.artists import Brush
 from governor_mechanism.render.figures.page import SERIES_LINE_STYLES, Page, Panel, add_legend
 from governor_mechanism.render.geometry.primitives import enclose_boxes
 from governor_mechanism.render.machines.generic.drawing import GenericDrawing
 from governor_mechanism.render.part_run import motion_at_rest
-from governor_mechanism.render.shown_readings import axis_limits_for, display_unit_of, format_label, format_name
-from governor_mechanism.render.style import INK, MUTED, PAPER, SERIES_COLOURS, VERMILLION
+from governor_mechanism.render.range_bands import count_turns
+from governor_mechanism.render.shown_readings import axis_limits_for, choose_multiple, display_unit_of, format_label, format_name
+from governor_mechanism.render.style import BLUE, INK, MUTED, PAPER, SERIES_COLOURS, VERMILLION
 from governor_mechanism.studies.kinematics import Assemblies
 from governor_mechanism.types import FloatArray
+from governor_mechanism.units.problems import TEXT, check_arguments
 
 if TYPE_CHECKING:
     from governor_mechanism.studies.kinematics import KinematicStudy
@@ -235,3 +239,127 @@ def _footnote(assemblies: Assemblies) -> str:
     shown = f"the first {MAX_SHOWN} of {len(assemblies)}; " if len(assemblies) > MAX_SHOWN else ""
     taken = f"the scene starts in {assemblies.taken}; " if assemblies.taken else ""
     return f"{shown}{taken}assembly = number chooses one"
+
+
+FORCE_AXES: Final = ("plane", "body")
+"""Axes of a polar plot: those of the plane, or those of the second body of the joint, which turn with it."""
+
+_MAX_FORCE_PANELS, _N_FORCE_COLUMNS = 6, 3
+_PANEL_SIZE, _ONLY_PANEL_SIZE, _FORCES_HEADER_HEIGHT, _FORCES_FOOTER_HEIGHT = 3.3, 5.4, 1.1, 0.45
+"""Side of a panel with its labels, and of an only panel, and heights of title and footnote, inches."""
+_ORDINATE_WIDTH: Final = 0.85
+"""Width of the label and the numbers to the left of the first panel, inches."""
+_MAX_FORCE_TICKS: Final = 5
+"""Largest number of intervals between numbers on an axis."""
+_MAX_TURN_BETWEEN_REPORTS_DEG: Final = 30.0
+"""Angle between two reported times above which a curve over a turn is seen to be a polygon."""
+
+_NOTE_HEIGHT: Final = 0.17
+"""Height of a line of the footnote, inches."""
+_MIN_FORCE: Final = 1e-9
+"""Smallest half width of a panel, N; a joint may carry nothing."""
+
+
+@check_arguments(axes=TEXT)
+def joint_force_figure(
+    run: Trajectory,
+    joints: Sequence[str],  # names of joints; all that a rigid model determines if empty
+    axes: str = "plane",
+) -> Page:
+    """Return the polar plots of joint forces."""
+    shown = _choose_joints(run, joints, axes)
+    n_columns, n_rows = min(len(shown), _N_FORCE_COLUMNS), math.ceil(min(len(shown), _MAX_FORCE_PANELS) / _N_FORCE_COLUMNS)
+    side = _ONLY_PANEL_SIZE if n_columns == 1 else _PANEL_SIZE
+    notes = [_describe_forces(run, shown, axes), *_note_coarse_turns(run)]
+    width, height = n_columns * side, n_rows * side + _FORCES_HEADER_HEIGHT + _FORCES_FOOTER_HEIGHT + _NOTE_HEIGHT * len(notes)
+    page = Page(width, height)
+    page.write_title("Forces of joints", y=1 - 0.3 / height)
+    page.write_title(run.scene.title, y=1 - 0.58 / height, size=10, colour=MUTED)
+    grid = page.add_gridspec(
+        n_rows,
+        n_columns,
+        left=_ORDINATE_WIDTH / width,
+        right=0.97,
+        top=1 - _FORCES_HEADER_HEIGHT / height,
+        bottom=(_FORCES_FOOTER_HEIGHT + 0.35 + _NOTE_HEIGHT * len(notes)) / height,
+        wspace=0.42,
+        hspace=0.48,
+    )
+    for number, name in enumerate(shown[:_MAX_FORCE_PANELS]):
+        force = _forces_in_axes(run, name, axes)
+        unit, factor = choose_multiple("N", force)
+        panel = page.add_panel(grid[divmod(number, n_columns)], f"x [{unit}]", f"y [{unit}]", label_size=9.0)
+        _draw_force(panel, name, force * factor)
+    for number, note in enumerate(reversed(notes)):
+        page.write_footnote(note, y=(0.12 + number * _NOTE_HEIGHT) / height)
+    return page
+
+
+def _note_coarse_turns(run: Trajectory) -> list[str]:
+    """Return a line that curves are polygons where a shaft turns far between two reported times, or none."""
+    turns = count_turns(run)
+    if turns is None or len(turns) < 2:
+        return []
+    largest = 360.0 * float(np.diff(turns).max())
+    if largest <= _MAX_TURN_BETWEEN_REPORTS_DEG:
+        return []
+    return [f"only {360.0 / largest:.3g} points a turn: the curves are coarse; set run.output_interval"]
+
+
+def _choose_joints(run: Trajectory, joints: Sequence[str], axes: str) -> list[str]:
+    """Return the joints to draw; raise MechanismError as `joint_force_figure`."""
+    if axes not in FORCE_AXES:
+        raise MechanismError(f"axes of a polar plot must be one of {', '.join(FORCE_AXES)}; found {axes!r}")
+    if not len(run.times):
+        raise MechanismError("a polar plot of joint forces needs a reported time, and the run ended before its first")
+    undetermined = [name for name in joints if not run.reactions[name].determined.any()]
+    if undetermined:
+        names = ", ".join(map(repr, undetermined))
+        raise MechanismError(f"a rigid model does not determine the force of {names}, as joints are redundant; leave it out of the plot")
+    shown = list(joints) or [name for name, one in run.reactions.items() if one.determined.any() and np.any(one.force)]
+    if not shown:
+        raise MechanismError("no joint of this run carries a force that a rigid model determines; there is nothing to plot")
+    return shown
+
+
+def _describe_forces(run: Trajectory, shown: Sequence[str], axes: str) -> str:
+    """Return what the curves are, and which joints are left out."""
+    where = "axes of the plane" if axes == "plane" else "axes of that body"
+    left_out = f"; not shown: {', '.join(shown[_MAX_FORCE_PANELS:])}" if len(shown) > _MAX_FORCE_PANELS else ""
+    return f"Force on the second body, {where}; dot: start, arrow: sense; engine {run.cost.engine}{left_out}"
+
+
+def _forces_in_axes(run: Trajectory, name: str, axes: str) -> FloatArray:
+    """Return the force (n, 2) of a joint, N, in the axes of the plane or of its second body."""
+    force = run.reactions[name].force
+    mechanism = run.scene.mechanism
+    body = mechanism.joints[mechanism.joint_index(name)].second.body
+    if axes == "plane" or body == GROUND:
+        return force
+    angle = run.poses[:, mechanism.body_index(body), 2]
+    cosine, sine = np.cos(angle), np.sin(angle)
+    return np.stack([cosine * force[:, 0] + sine * force[:, 1], cosine * force[:, 1] - sine * force[:, 0]], axis=1)
+
+
+def _draw_force(panel: Panel, name: str, force: FloatArray) -> None:
+    """Draw the curve of a force (n, 2), N, around the zero, to one scale on both axes."""
+    panel.show_points(np.vstack([force, np.zeros((1, 2))]), margin=0.12, min_half_width=_MIN_FORCE)
+    panel.locator_params(nbins=_MAX_FORCE_TICKS)
+    panel.axhline(0.0, color=MUTED, linewidth=0.8, zorder=1)
+    panel.axvline(0.0, color=MUTED, linewidth=0.8, zorder=1)
+    panel.plot(force[:, 0], force[:, 1], color=BLUE, linewidth=1.4, zorder=3)
+    panel.plot(*force[0], "o", color=VERMILLION, markeredgecolor=PAPER, markersize=6, zorder=5)
+    _draw_sense(panel, force)
+    panel.write_note(name, (0.0, 1.0), (0, 8), xycoords="axes fraction", color=INK, fontsize=10.5)
+
+
+def _draw_sense(panel: Panel, force: FloatArray) -> None:
+    """Draw an arrowhead on the curve where it has gone a sixth of its length."""
+    half_width = 0.5 * float(np.ptp(panel.get_xlim()))
+    lengths = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(force, axis=0).T))])
+    if lengths[-1] < 0.05 * half_width:
+        return
+    place = min(lengths[-1] / 6, half_width)
+    index = min(int(np.searchsorted(lengths, place)), len(force) - 1)
+    start, tip = force[max(index - 1, 0)], force[index]
+    panel.annotate("", tuple(tip), tuple(start), arrowprops={"arrowstyle": "-|>", "color": BLUE, "linewidth": 1.4}, zorder=4)

@@ -20,7 +20,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch, Rectangle
 from matplotlib.patheffects import withStroke
 from matplotlib.text import Annotation, Text
-from matplotlib.ticker import FormatStrFormatter, FuncFormatter, NullFormatter, ScalarFormatter
+from matplotlib.ticker import FuncFormatter, NullFormatter, ScalarFormatter
 from numpy.typing import ArrayLike
 
 from governor_mechanism.errors import MechanismError
@@ -105,11 +105,12 @@ class Panel(Axes):
         note.set(**{"fontsize": 8.5, "fontfamily": SANS_FONT, "parse_math": False, **style})
         return note
 
-    def annotate_point(self, point: AxesPoint, label: str, offset: AxesPoint = (0, 0), **properties: Any) -> None:
-        """Write a label at `offset` points from a point of the panel, with a halo."""
+    def annotate_point(self, point: AxesPoint, label: str, offset: AxesPoint = (0, 0), **properties: Any) -> Annotation:
+        """Write a label at `offset` points from a point of the panel, with a halo, and return it."""
         annotation = self.annotate(label, point, offset, textcoords="offset points", annotation_clip=False)
         text_style = {"color": INK, "fontsize": 10.5, "fontfamily": SERIF_FONT, "math_fontfamily": "stix", "zorder": 9, **properties}
         annotation.set(**text_style, path_effects=[_TEXT_HALO])
+        return annotation
 
     def show_region(self, centre: AxesPoint, half_width: float) -> None:
         """Show the region of a half width around a centre, to one scale on both axes."""
@@ -242,7 +243,18 @@ def format_plain_ticks(axis: Axis, limits: tuple[float, float]) -> None:
     largest = max(map(abs, limits))
     plain = ScalarFormatter(useOffset=False)
     plain.set_scientific(False)
-    axis.set_major_formatter(plain if 1e-3 <= largest < 1e6 else FormatStrFormatter("%.4g"))
+    axis.set_major_formatter(plain if 1e-3 <= largest < 1e6 else FuncFormatter(lambda value, _: format_power(value)))
+
+
+_RAISED_DIGITS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+"""Signs of an exponent."""
+
+
+def format_power(value: float) -> str:
+    """Return a number of at most four digits, with a power of ten as it is printed, not as it is typed: −5×10⁶."""
+    digits, _, exponent = f"{value + 0.0:.4g}".partition("e")
+    power = f"×10{str(int(exponent)).translate(_RAISED_DIGITS)}" if exponent else ""
+    return digits.replace("-", "−") + power
 
 
 def use_plain_decades(*axes: Any) -> None:

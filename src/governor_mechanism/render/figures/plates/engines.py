@@ -28,6 +28,7 @@ from governor_mechanism.render.figures.page import (
     polar_points,
 )
 from governor_mechanism.render.machines.flywheel_engine import expansion_gas
+from governor_mechanism.render.shown_readings import choose_multiple
 from governor_mechanism.render.style import BLUE, GREEN, INK, MUTED, PAPER, SERIES_COLOURS, SERIF_FONT, SKY, STEEL, VERMILLION
 from governor_mechanism.types import BoolArray, FloatArray
 from governor_mechanism.units.constants import RPM
@@ -234,7 +235,9 @@ def bearing_loads_figure(run: Trajectory) -> Plate:
     angles = np.degrees(run.readings["crank_angle"][first_turn] % math.tau)
     drive, guide = run.reactions["drive"].moment[first_turn], run.reactions["crosshead guide"].force[first_turn, 1]
     degrees, angle_label = np.degrees(crank_angles), "Crank angle from the outer dead centre [deg]"
-    _draw_load_curve(plate.add_plate_panel(_TORQUE_RECT, angle_label, "Torque [N m]"), (angles, drive), (degrees, exact.torque))
+    unit, factor = choose_multiple("N m", exact.torque)
+    torque_panel = plate.add_plate_panel(_TORQUE_RECT, angle_label, f"Torque [{unit}]")
+    _draw_load_curve(torque_panel, (angles, drive * factor), (degrees, exact.torque * factor))
     guide_panel = plate.add_plate_panel(_GUIDE_RECT, angle_label, "Force upward [kN]")
     _draw_load_curve(guide_panel, (angles, guide * _KILO_PER_UNIT), (degrees, exact.guide * _KILO_PER_UNIT))
     plate.write_dimensions(

@@ -14,11 +14,22 @@ import numpy as np
 from matplotlib.collections import LineCollection
 from matplotlib.lines import Line2D
 from matplotlib.patches import Arc, Circle, Rectangle
+from matplotlib.text import Annotation
 from matplotlib.transforms import Bbox
 
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.observables.valve_motion import valve_motion_of
-from governor_mechanism.render.figures.page import CHAIN_DOTTED, DASHED, MM_PER_M, PLATE_DPI, Panel, Plate, add_legend, polar_points
+from governor_mechanism.render.figures.page import (
+    CHAIN_DOTTED,
+    DASHED,
+    MM_PER_M,
+    PLATE_DPI,
+    AxesPoint,
+    Panel,
+    Plate,
+    add_legend,
+    polar_points,
+)
 from governor_mechanism.render.style import BLUE, INK, MUTED, PAPER, RULE, SERIF_FONT, VERMILLION
 from governor_mechanism.studies.valve_gears import ValveEvent, tabulate_valve_timing
 from governor_mechanism.types import FloatArray
@@ -191,6 +202,12 @@ _MIN_LABEL_HEIGHT_RATIO = 0.19
 """Smallest distance of the labels of the curves from the line of the dead centres, over the radius of the crank circle."""
 
 
+_LAP_LABEL_ANGLES_DEG = (25, 50, 75, -25, -50, -75)
+"""Angles of the letters of the laps from the line of centres, the best first: a letter keeps clear of the texts."""
+_LETTER_PIXELS = 12
+"""Half the width of such a letter with its halo, pixels."""
+
+
 def draw_zeuner_plate(data: ValveDiagram) -> Plate:
     """Return Zeuner's plate for a valve."""
     curves = "circle by theory, bold curve by the mechanism" if data.circle else "curve by the mechanism"
@@ -280,20 +297,29 @@ def _label_diagram(panel: Panel, data: ValveDiagram, rim_radius: float) -> None:
     """Label the curves, circles and dead centres."""
     r, line_of_centres_angle = data.radius, math.pi / 2 - data.circle.advance if data.circle else _open_angle(data)
     text_style: dict[str, Any] = {"ha": "center", "va": "center", "fontstyle": "italic", "linespacing": 1.4}
+    texts: list[Annotation] = []
     for end, side, _ in CYLINDER_ENDS:
         text = f"steam to the {end}\n$\\xi \\leq$ {float(np.max(side * data.displacement)):.1f} mm"
         x, y = polar_points(line_of_centres_angle, side * 0.62 * r)
         if abs(y) < _MIN_LABEL_HEIGHT_RATIO * rim_radius:  # beside the names of the dead centres
             y = side * _MIN_LABEL_HEIGHT_RATIO * rim_radius
-        panel.annotate_point((x, y), text, **text_style)
+        texts.append(panel.annotate_point((x, y), text, **text_style))
     for lap, text in ((data.steam_lap, "$e$"), (data.exhaust_lap, "$i$")):
         if lap:
-            position = polar_points(line_of_centres_angle + math.radians(25), abs(lap))
             offset = (0, -8) if abs(lap) > 0.15 * r else (5, 7)
+            angles = (line_of_centres_angle + math.radians(degrees) for degrees in _LAP_LABEL_ANGLES_DEG)
+            places = [polar_points(angle, abs(lap)) for angle in angles]
+            position = next((place for place in places if not _is_under(panel, place, offset, texts)), places[0])
             panel.annotate_point(position, text, offset, ha="center", va="center", color=MUTED, fontsize=11)
     for side, end, height, ha, va in ((1, "crank end", 4, "right", "bottom"), (-1, "head end", -5, "left", "top")):
         note_style = {"ha": ha, "va": va, "fontsize": 8.5, "color": MUTED, "fontstyle": "italic"}
         panel.annotate_point((side * 0.985 * rim_radius, 0), f"dead centre, {end}", (0, height), **note_style)
+
+
+def _is_under(panel: Panel, place: AxesPoint, offset: tuple[float, float], texts: Sequence[Annotation]) -> bool:
+    """Return whether a letter at an offset (points) from a place would lie under one of some texts."""
+    x, y = panel.transData.transform(place) + np.multiply(offset, PLATE_DPI / 72)
+    return any(text.get_window_extent().padded(_LETTER_PIXELS).contains(x, y) for text in texts)
 
 
 def _open_angle(data: ValveDiagram) -> float:

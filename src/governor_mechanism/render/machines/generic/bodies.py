@@ -7,9 +7,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from governor_mechanism.mechanics.curves.outlines import is_inside, outline_points
+from governor_mechanism.mechanics.curves.outlines import find_circle, is_inside, outline_points
 from governor_mechanism.model.force_elements import Damper, Force, ForceElement, Spring
-from governor_mechanism.model.joints import GROUND, Glyph, Joint, Pin, Point
+from governor_mechanism.model.joints import GROUND, Glyph, Joint, Pin, Point, Weld
 from governor_mechanism.model.mechanism import Body, BodyOutline, Mechanism
 from governor_mechanism.model.output_variables import LineAngle, OutlineGap, PointCoordinate, PointDistance, Reading
 from governor_mechanism.numerics.once_per_object import once_per_object
@@ -145,13 +145,14 @@ class _BodyOutline(NamedTuple):
 @once_per_object
 def _find_outlines(extents: MechanismExtents) -> Sequence[_BodyOutline]:
     """Return the outlines of all bodies."""
-    toothed, outlines = toothed_bodies(extents), []
+    toothed, rolling, outlines = toothed_bodies(extents), _rolling_bodies(extents), []
     for body in extents.part.mechanism.bodies:
         points = _outline_points(extents, body)
         is_slotted = bool(_guides_on(extents, body))
         width = (STRIP_WIDTH if is_slotted else _BAR_WIDTH) * extents.length_scale
         has_ball = len(points) > 1 and _has_end_mass(extents, body, points)
-        has_single_shape = len(points) < 2 and body.name not in toothed and not _is_sliding_block(extents, body)
+        has_own_shape = body.name in toothed or body.name in rolling or _is_sliding_block(extents, body)
+        has_single_shape = len(points) < 2 and not has_own_shape
         outlines.append(_BodyOutline(points, width, has_ball, has_single_shape, _tracer_points(extents, body), is_slotted))
     return outlines
 
@@ -169,11 +170,16 @@ def _body_shapes(placed: PlacedMechanism, body: Body, outline: _BodyOutline) -> 
     if own_outlines := _bodies_with_outlines(placed.mechanism).get(body.name):
         for one in own_outlines:
             corners = tuple((x + one.origin.x, y + one.origin.y) for x, y in outline_points(one.outline))
-            hangs = body.can_rotate and body.mass > 0.0 and not is_inside(corners, 0.0, 0.0)
+            is_welded = body.name in _welded_points(placed.mechanism)
+            can_turn = body.can_rotate and not is_welded
+            hangs = can_turn and body.mass > 0.0 and not is_inside(corners, 0.0, 0.0)
             points = [*_joint_and_force_points(placed.extents, body), (0.0, 0.0)] if hangs else outline.points
-            beyond = [point for point in points if not is_inside(corners, *point)]
-            yield from (make_bar("plate", (one.origin.x, one.origin.y), point, outline.width) for point in beyond)
+            beyond = [point for point in points if not is_welded and not is_inside(corners, *point)]
+            yield from (_bar_from((one.origin.x, one.origin.y), point, outline.width) for point in beyond)
             yield Polygon("plate", corners)
+            if can_turn and (circle := find_circle(one.outline)):
+                x, y, radius = circle
+                yield _radius_mark((x + one.origin.x, y + one.origin.y), radius)
             if hangs:
                 yield _ball_shape(placed, body)
         return
@@ -185,18 +191,83 @@ def _body_shapes(placed: PlacedMechanism, body: Body, outline: _BodyOutline) -> 
         yield from _single_point_shapes(placed, body)
 
 
+def _bar_from(origin: Vec2, point: Vec2, width: float) -> Polygon:
+    """Return a bar from the origin of an outline, beyond which its round end does not stand out, to a point."""
+    distance = math.dist(origin, point)
+    share = min(0.5 * width / distance, 0.5) if distance > 0.0 else 0.0
+    (x0, y0), (x1, y1) = origin, point
+    return make_bar("plate", (x0 + share * (x1 - x0), y0 + share * (y1 - y0)), point, width)
+
+
+def _radius_mark(centre: Vec2, radius: float) -> Lines:
+    """Return a marked radius, which shows how a disc turns."""
+    x, y = centre
+    return Lines("marked spoke", (((x, y), (x + radius, y)),))
+
+
+def _welded_points(mechanism: Mechanism) -> dict[str, Point]:
+    """Return the points of the ground to which bodies are welded, by the name of the body."""
+    welds = [joint for joint in mechanism.joints if isinstance(joint, Weld)]
+    ends = (ends for weld in welds for ends in ((weld.first, weld.second), (weld.second, weld.first)))
+    return {body.body: ground for ground, body in ends if ground.body == GROUND}
+
+
+_WALL_HALF, _WALL_DEPTH = 0.09, 0.035
+"""Half the length of a wall at a weld, and the depth of its hatching, as fractions of the length scale."""
+
+
+def weld_wall_shapes(placed: PlacedMechanism) -> Iterator[DrawnShape]:
+    """Yield what holds the bodies that are welded to the ground: a floor along their flat underside, or a wall at the weld.
+
+    A body that stands above the others hangs from a ceiling. A body with an outline and without a flat side has nothing.
+    """
+    u = placed.unit
+    for name, ground in _welded_points(placed.mechanism).items() if not placed.extents.part.turns else ():
+        pose, corners = placed.pose(name), list[Vec2]()
+        for one in _bodies_with_outlines(placed.mechanism).get(name, ()):
+            corners += place_points(pose, [(x + one.origin.x, y + one.origin.y) for x, y in outline_points(one.outline)])
+        if not corners:
+            toward = math.atan2(pose[1] - ground.y, pose[0] - ground.x)
+            yield make_wall((ground.x, ground.y), toward, _WALL_HALF * u, _WALL_DEPTH * u)
+            continue
+        heights = [y for _, y in corners]
+        hangs = (min(heights) + max(heights)) / 2 > placed.extents.mean_height + _WALL_HALF * u
+        level = max(heights) if hangs else min(heights)
+        flat = [x for x, y in corners if abs(y - level) < 1e-3 * u]
+        if (half := (max(flat) - min(flat)) / 2) > _WALL_DEPTH * u:
+            yield make_wall((min(flat) + half, level), -math.pi / 2 if hangs else math.pi / 2, half, _WALL_DEPTH * u)
+
+
+def shaped_bodies(extents: MechanismExtents) -> set[str]:
+    """Return the names of bodies with an outline, a roller or a disc, on which a letter would cover what touches."""
+    mechanism = extents.part.mechanism
+    rollers = {one.roller.body for one in mechanism.readings if isinstance(one, OutlineGap)}
+    outlines = zip(mechanism.bodies, _find_outlines(extents), strict=True)
+    discs = {body.name for body, outline in outlines if outline.has_single_shape and body.can_rotate}
+    return {*rollers, *discs, *_bodies_with_outlines(mechanism)}
+
+
 def _bodies_with_outlines(mechanism: Mechanism) -> dict[str, list[BodyOutline]]:
     """Return the outlines by the name of their body."""
     names = dict.fromkeys(one.origin.body for one in mechanism.outlines)
     return {name: [one for one in mechanism.outlines if one.origin.body == name] for name in names}
 
 
+def _rolling_bodies(extents: MechanismExtents) -> set[str]:
+    """Return the names of bodies that are a roller about their mass centre."""
+    gaps = (one for one in extents.part.mechanism.readings if isinstance(one, OutlineGap) and one.radius > 0.0)
+    return {gap.roller.body for gap in gaps if math.hypot(gap.roller.x, gap.roller.y) < 1e-9 * extents.length_scale}
+
+
 def roller_parts(placed: PlacedMechanism) -> Iterator[Attached]:
     """Yield the rollers that touch outlines, each once."""
     gaps = (reading for reading in placed.mechanism.readings if isinstance(reading, OutlineGap) and reading.radius > 0.0)
     for point, radius in dict.fromkeys((gap.roller, gap.radius) for gap in gaps):
-        roller = Circle("wheel", point.x, point.y, radius)
-        yield Attached(frame=placed.extents.body_axes(point.body), shapes=(roller,))
+        shapes: list[DrawnShape] = [Circle("wheel", point.x, point.y, radius)]
+        body = placed.mechanism.bodies[placed.mechanism.body_index(point.body)]
+        if body.can_rotate and body.name in _rolling_bodies(placed.extents):
+            shapes.append(_radius_mark((point.x, point.y), radius))
+        yield Attached(frame=placed.extents.body_axes(point.body), shapes=tuple(shapes))
 
 
 def tracer_parts(placed: PlacedMechanism) -> Iterator[Attached]:

@@ -151,10 +151,11 @@ def _letter_axes(extents: MechanismExtents, number: int, moment: Moment) -> Pose
 def _coordinate_parts(extents: MechanismExtents) -> Iterator[Attached]:
     """Yield a dot and P (x, y), or the coordinate it has, at each point with a coordinate, on the side away from its body's mass centre.
 
-    That of a mass centre is on the side away from the origin.
+    That of a mass centre is on the side away from the origin. A body with a shape of its own has the dot alone.
     """
     u = extents.length_scale
     letters: defaultdict[Point, list[str]] = defaultdict(list)
+    shaped = bodies.shaped_bodies(extents)
     for reading in extents.part.mechanism.readings:
         if isinstance(reading, PointCoordinate) and is_drawn_letter(reading.name) and reading.point.body != GROUND:
             letters[reading.point].append(reading.name)
@@ -162,6 +163,8 @@ def _coordinate_parts(extents: MechanismExtents) -> Iterator[Attached]:
         dot = Circle("tracer", point.x, point.y, 0.013 * u)
         yield Attached(frame=extents.body_axes(point.body), shapes=(dot,), section_only=True)
         listed = [one for name in names for one in (",", name)][1:]
+        if point.body in shaped:
+            continue
         letter = make_letters(["P", "(", *listed, ")"], (0.0, 0.0), _LETTER_HEIGHT * u)
         yield Attached(frame=partial(_coordinate_axes, extents, point), shapes=(letter,), section_only=True)
 
@@ -203,6 +206,7 @@ class GenericDrawing(MechanismExtents):
         yield from joints.guide_parts(placed, fixed=True)
         yield fixed(joints.rack_bed_shapes(placed))
         yield from joints.foot_parts(placed)
+        yield fixed(bodies.weld_wall_shapes(placed))
         yield fixed(force_elements.wall_shapes(placed))
         yield fixed(joints.drag_caption_shapes(self))
 
@@ -240,10 +244,11 @@ class GenericDrawing(MechanismExtents):
         yield from (part for part in slotted if part.shapes[0].role not in (WEB_ROLE, "ball"))
         yield from joints.guide_parts(placed, fixed=False)
         others = [part for part in bodies_without if part.shapes[0].role not in (WEB_ROLE, "block", "ball")]
+        yield from joints.block_parts(placed, behind=True)
         yield from sorted(others, key=lambda part: part.shapes[0].role not in RIM_ROLES)  # bars are in front of frames
         yield from (self._link_part(joint) for joint in self.part.mechanism.joints if Glyph.BAR in joint.glyphs)
         yield from force_elements.translational_element_parts(placed)
-        yield from joints.block_parts(placed)
+        yield from joints.block_parts(placed, behind=False)
         yield from (part for part in (*slotted, *bodies_without) if part.shapes[0].role in ("block", "ball"))
         yield from bodies.roller_parts(placed)
         yield from force_elements.torsional_element_parts(placed)

@@ -8,6 +8,7 @@ from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
+from governor_mechanism.mechanics.curves.outlines import outline_points
 from governor_mechanism.mechanics.kinematics.points import point_path, rotate_vector
 from governor_mechanism.model import joints
 from governor_mechanism.model.curves import Curve, PolarCurve, PolynomialCurve, SplineCurve
@@ -268,10 +269,13 @@ def _slot_shapes(joint: joints.Joint, extents: MechanismExtents, axes: PoseTuple
     return [*([make_band(rim, chain, STRIP_WIDTH * u)] if fixed else []), make_band("slot", chain, _SLOT_WIDTH * u)]
 
 
-def block_parts(placed: PlacedMechanism) -> Iterator[Attached]:
-    """Yield the blocks that slide in straight guides; a rack is its own block. A ram has a lug that carries its pin."""
+def block_parts(placed: PlacedMechanism, *, behind: bool) -> Iterator[Attached]:
+    """Yield the blocks that slide in straight guides: those behind the outline of their body, which they would hide, or the others.
+
+    A rack is its own block. A ram has a lug that carries its pin.
+    """
     for joint in placed.mechanism.joints:
-        if Glyph.GUIDE in joint.glyphs and not _is_drawn_elsewhere(placed, joint):
+        if Glyph.GUIDE in joint.glyphs and not _is_drawn_elsewhere(placed, joint) and _hides_outline(placed, joint) == behind:
             length, width = _block_sides(placed, joint)
             shapes: list[DrawnShape] = []
             if offset := ram_offsets(placed.extents).get(joint.name, 0.0):
@@ -279,6 +283,14 @@ def block_parts(placed: PlacedMechanism) -> Iterator[Attached]:
                 shapes.append(make_bar("block", (0.0, 0.0), (0.0, offset), 0.07 * placed.unit))
             shapes.append(make_rectangle("block", -length / 2, length / 2, offset - width / 2, offset + width / 2))
             yield Attached(frame=_block_axes(placed.extents, joint), shapes=tuple(shapes))
+
+
+def _hides_outline(placed: PlacedMechanism, joint: joints.Joint) -> bool:
+    """Return whether the block of a slider would stand in front of corners of the outline of its body."""
+    reach = max(_block_sides(placed, joint)) / 2
+    own = (one for one in placed.mechanism.outlines if one.origin.body == joint.second.body)
+    corners = ((x + one.origin.x, y + one.origin.y) for one in own for x, y in outline_points(one.outline))
+    return any(math.dist(corner, (joint.second.x, joint.second.y)) < reach for corner in corners)
 
 
 def _block_axes(extents: MechanismExtents, joint: joints.Joint) -> Frame:
@@ -318,9 +330,11 @@ def _bead_bodies(placed: PlacedMechanism) -> set[str]:
 
 
 def foot_parts(placed: PlacedMechanism) -> Iterator[Attached]:
-    """Yield a hatched foot under every pin, link, block or weld on the ground; above it where the mechanism hangs."""
+    """Yield a hatched foot under every pin, link or block on the ground; above it where the mechanism hangs."""
     feet: list[joints.Point] = []
     for joint in placed.mechanism.joints:
+        if isinstance(joint, joints.Weld) and not placed.extents.part.turns:
+            continue  # a foot would look as if the part could turn
         if Glyph.FEET in joint.glyphs:
             feet += (joint.first, joint.second)
         elif Glyph.FOOT in joint.glyphs:
