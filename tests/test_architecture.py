@@ -62,7 +62,7 @@ INNER_FOLDERS = {
         {"range_bands"},
         {"figures"},
         {"frame_data"},
-        {"motion_layers"},
+        {"motion_layers", "plot_panels"},
         {"page"},
         {"film"},
         {"dxf", "results_folder"},

@@ -11,10 +11,11 @@ from matplotlib.colors import to_hex
 
 from governor_mechanism.render.figures.page import Page
 from governor_mechanism.render.figures.time_series import MAX_OVERVIEW_READINGS, readings_figure
-from governor_mechanism.render.film.moving_parts import Curve, pale_colour, plot_curves
+from governor_mechanism.render.film.moving_parts import pale_colour, plot_panel
 from governor_mechanism.render.frame_data import FrameData
+from governor_mechanism.render.plot_panels import PanelCurve, PlotPanel
 from governor_mechanism.render.range_bands import PlotSize, count_turns, find_range_band, make_range_band
-from governor_mechanism.render.style import BLUE, GREEN
+from governor_mechanism.render.style import BLUE, CURVE_COLOURS, GREEN
 from stub_run import GOVERNOR_DIMENSIONS, fake_run
 
 SIZE = PlotSize(width=400.0, height=100.0, line_width=2.0, limits=(-2.0, 2.0))
@@ -167,10 +168,11 @@ def test_a_film_shows_the_band_from_its_first_frame_and_draws_the_mean_to_the_la
 
     def panel_of(**options):
         axes = Page(1.5, 1.0, dpi=100).add_panel((0.05, 0.05, 0.9, 0.9))
-        curves = [Curve(GREEN, porter.times, values)]
-        return axes, plot_curves(axes, curves, data, (3.0, 7.0), (), 0.72, has_time_labels=False, **options)
+        curve = PanelCurve(name="sine", times=porter.times, values=values, series=CURVE_COLOURS.index(GREEN))
+        panel = PlotPanel(name="sine", unit="", curves=(curve,), limits=(3.0, 7.0), **options)
+        return axes, plot_panel(axes, panel, data, 0.72, has_time_labels=False)
 
-    axes, panel = panel_of(has_bands=True)
+    axes, panel = panel_of(may_have_bands=True)
     (outline,) = axes.patches
     assert to_hex(outline.get_facecolor()) == pale_colour(GREEN)
     assert (outline.get_xy()[:, 1].min(), outline.get_xy()[:, 1].max()) == pytest.approx((4.0, 6.0), abs=0.01)

@@ -27,15 +27,7 @@ from governor_mechanism.render.machines.governor_parts import GovernorDrawing
 from governor_mechanism.render.machines.machine_drawing import MachineDrawing
 from governor_mechanism.render.machines.registry import DRAWN_WITH_WHEEL, drawing_of
 from governor_mechanism.render.part_run import find_shaft_wheel, magnify_motion
-from governor_mechanism.render.shown_readings import (
-    RATE_START,
-    READING_NOISE_RATIO,
-    ShownReading,
-    axis_limits_for,
-    chosen_readings,
-    display_unit_of,
-    shown_readings,
-)
+from governor_mechanism.render.shown_readings import RATE_START, ShownReading, chosen_readings, shown_readings
 from governor_mechanism.types import FloatArray
 
 END_TOLERANCE = 1e-9
@@ -155,20 +147,6 @@ def on_one_scale(column: Sequence[FrameData], shown: FrameData) -> list[FrameDat
     alike = [data for data in column if data.part.plane == shown.part.plane]
     sizes = [size(data) for data in alike]
     return alike if max(sizes) <= MAX_SHARED_SCALE_RATIO * min(sizes) else [shown]
-
-
-def common_axis_limits(column: Sequence[FrameData], name: str) -> Vec2:
-    """Return the limits of the axis, in the display unit, of a reading of a part in several runs."""
-    readings = [data.readings[name] for data in column if name in data.readings]
-    factor = display_unit_of(readings[0].unit)[1]
-    values = np.concatenate([data.sampled_values(name) for data in column if name in data.readings])
-    return axis_limits_for(values * factor, READING_NOISE_RATIO * max(reading.scale for reading in readings) * factor)
-
-
-def is_changing(column: Sequence[FrameData], name: str) -> bool:
-    """Return whether a reading of a part changes beyond its noise in any of several runs, in the shown time."""
-    shown = [data for data in column if name in data.readings]
-    return any(float(np.ptp(data.sampled_values(name))) > READING_NOISE_RATIO * data.readings[name].scale for data in shown)
 
 
 def find_parts(run: Trajectory, name: str | None) -> tuple[Part, ...]:

@@ -171,6 +171,8 @@ _DARKEST, _LIGHTNESS_SPAN = 0.16, 0.72
 """Lightness on a dark ground of what is white by day, and its difference to what is black by day."""
 PALE_BLUE: Final = "#9fcbe6"
 """Colour of the curve behind another one."""
+CURVE_COLOURS = (*SERIES_COLOURS, PALE_BLUE, "#7a3600")
+"""Colours of curves over time by number; the last one is that of an opening."""
 NAMED_COLOURS: Final = {"paper": PAPER, "ink": INK, "muted": MUTED, "rule": RULE, "blue": BLUE, "vermillion": VERMILLION, "green": GREEN}
 """Colours that the style of the page calls by name."""
 
@@ -225,7 +227,7 @@ def class_of(role: str) -> str:
 
 def series_rules() -> str:
     """Return the CSS rules of the curves."""
-    return "\n".join(f".series-{k} {{ --series: {variable_of(colour)}; }}" for k, colour in enumerate((*SERIES_COLOURS, PALE_BLUE)))
+    return "\n".join(f".series-{k} {{ --series: {variable_of(colour)}; }}" for k, colour in enumerate(CURVE_COLOURS))
 
 
 def _declarations(values: dict[str, str]) -> str:

@@ -7,7 +7,7 @@ import math
 from bisect import bisect_left
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any, Protocol, cast
+from typing import Any, Protocol, Self, cast
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -25,6 +25,7 @@ from governor_mechanism.render.film.moving_parts import CachedNumber, MovingArti
 from governor_mechanism.render.frame_data import FrameData
 from governor_mechanism.render.geometry.attached import DrawnPart, Flexible, shapes_of
 from governor_mechanism.render.geometry.primitives import SMALL_TEXT, DrawnShape, PixelRect, PixelView, Vec2
+from governor_mechanism.render.plot_panels import PlotPanel
 from governor_mechanism.render.shown_readings import format_closing_lines
 from governor_mechanism.render.style import INK, MUTED, RULE, SANS_FONT, SERIF_FONT, VERMILLION
 from governor_mechanism.types import BoolArray, FloatArray
@@ -64,6 +65,16 @@ class PlotHeading:
     unit: str
     colour: str
     name_colours: Sequence[str] = (INK,)
+
+    @classmethod
+    def of(cls, panel: PlotPanel, times: FloatArray) -> Self:
+        """Return the heading of a panel at frame times (f,) s: the names have the colours of their curves if there are several."""
+        main, *others = panel.curves
+        name = f"{main.name} {panel.name}" if any(curve.has_own_mean for curve in others) else panel.name
+        named = [curve for curve in others if not curve.has_own_mean]
+        colours = [curve.colour for curve in (main, *named)] if named else [INK]
+        names = (name, *(curve.name for curve in named))
+        return cls(names=names, numbers=panel.numbers_at(times), unit=panel.unit, colour=main.colour, name_colours=colours)
 
     def needs_two_lines(self, canvas: TextCanvas, width: float) -> bool:
         """Return whether the names have no place beside the number in one line of a width."""

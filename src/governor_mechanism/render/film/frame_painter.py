@@ -3,7 +3,6 @@
 import math
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from functools import partial
-from itertools import zip_longest
 from typing import Any
 
 import numpy as np
@@ -16,17 +15,15 @@ from governor_mechanism.render.film import layout
 from governor_mechanism.render.film.frame_canvas import LINE_PITCH, FrameCanvas, PlotHeading
 from governor_mechanism.render.film.labels import LABEL_HEIGHT, LETTER_WIDTH, AngleArc, PlacedLabel, find_labels, place_labels
 from governor_mechanism.render.film.layout import frame_layout, shift_rect
-from governor_mechanism.render.film.moving_parts import Curve, Panel, plot_curves
+from governor_mechanism.render.film.moving_parts import Panel, plot_panel
 from governor_mechanism.render.film.outside_view import OutsideView, outside_box
 from governor_mechanism.render.frame_data import (
     REACTION,
     DrawnForce,
     FrameData,
     ShownParts,
-    common_axis_limits,
     enclosing_box,
     find_forces,
-    is_changing,
     on_one_scale,
     shows_bodies,
     turns_with_spindle,
@@ -50,8 +47,9 @@ from governor_mechanism.render.geometry.primitives import (
     share_scale,
 )
 from governor_mechanism.render.motion_layers import MotionLayers, PointPaths, last_second
-from governor_mechanism.render.shown_readings import display_unit_of, format_film_speed, format_name, format_numbers
-from governor_mechanism.render.style import GREEN, INK, MUTED, ROLE_STYLES, SERIES_COLOURS, SERIF_FONT, VERMILLION
+from governor_mechanism.render.plot_panels import PlotPanel, choose_part_panels
+from governor_mechanism.render.shown_readings import format_film_speed, format_name
+from governor_mechanism.render.style import INK, MUTED, ROLE_STYLES, SERIF_FONT, VERMILLION
 from governor_mechanism.types import FloatArray
 
 _ARROW_SIZE = 0.055
@@ -372,40 +370,37 @@ class FramePainter(FrameCanvas):
 
     def _make_reading_plots(self) -> list[Panel]:
         """Return the plots of the shown readings, and write their names and numbers; of a constant reading there are only these."""
-        plotted, constant = self._select_readings() if self._places.readings is not None else ([], [])
-        rects = self._places.reading_rects(len(plotted), self._has_dial, len(constant))
-        all_limits = [common_axis_limits(self._column_of(frame_data), name) for frame_data, name in plotted]
+        panels = self._choose_panels() if self._places.readings is not None else []
+        plotted = [panel for panel in panels if not panel.is_constant]
+        rects = self._places.reading_rects(len(plotted), self._has_dial, len(panels) - len(plotted))
         label_widths: dict[float, float] = {}
-        for (left, *_), limits in zip(rects, all_limits, strict=False):
-            label_widths[left] = max(label_widths.get(left, 0.0), self._measure_labels(limits))
-        shown = [*plotted, *constant]
-        headings = [self._heading_of(data, name, colour) for (data, name), colour in zip(shown, SERIES_COLOURS, strict=False)]
+        for (left, *_), panel in zip(rects, plotted, strict=False):
+            label_widths[left] = max(label_widths.get(left, 0.0), self._measure_labels(panel.limits))
+        headings = [PlotHeading.of(panel, self.frame_data.times) for panel in panels]
         has_two_lines = self._choose_lines(headings, rects)
         plots: list[Panel] = []
-        for (frame_data, name), rect, heading, limits in zip(plotted, rects, headings, all_limits, strict=False):
+        for panel, rect in zip(plotted, rects, strict=False):
             left, top, right, bottom = rect
             plot_top = top + layout.HEADING_HEIGHT + (LINE_PITCH if has_two_lines[top] else 0.0)
             plot_rect = (left + label_widths[left], plot_top, right - 3.0, bottom - layout.PLOT_BOTTOM)
             axes = self._add_axes(shift_rect(plot_rect, self._shift))
-            factor = display_unit_of(frame_data.readings[name].unit)[1]
-            curve = Curve(heading.colour, frame_data.sample_times, frame_data.sampled_values(name) * factor)
             is_lowest = bottom > max(rect[3] for rect in rects[: len(plotted)]) - 1.0
-            plots.append(plot_curves(axes, [curve], frame_data, limits, (), self._points_per_pixel, has_time_labels=is_lowest))
+            plots.append(plot_panel(axes, panel, self.frame_data, self._points_per_pixel, has_time_labels=is_lowest))
         for heading, (left, top, right, _) in zip(headings, rects, strict=True):
             heading.write(self, (left, right), top, in_two_lines=has_two_lines[top])
         return plots
 
-    def _column_of(self, frame_data: FrameData) -> Sequence[FrameData]:
-        """Return a part in all compared runs."""
-        return self._columns[self._shown_parts.index(frame_data)]
-
-    def _heading_of(self, frame_data: FrameData, name: str, colour: str) -> PlotHeading:
-        """Return the heading of the plot of a reading."""
-        reading = frame_data.readings[name]
-        unit, factor = display_unit_of(reading.unit)
-        numbers = format_numbers(reading.values * factor, frame_data.sampled_values(name) * factor)
-        shown_colour = GREEN if name == "spindle_speed" else colour
-        return PlotHeading(names=(format_name(name),), numbers=numbers, unit=unit, colour=shown_colour)
+    def _choose_panels(self) -> list[PlotPanel]:
+        """Return the panels of the shown readings, for which there is space."""
+        is_row = self._places.plot_columns > 1
+        return choose_part_panels(
+            self._shown_parts,
+            most=self._places.plot_columns if is_row else MAX_SHOWN_READINGS[self._has_dial],
+            with_speed=self._has_dial,
+            columns=self._columns,
+            chosen=self._options.readings,
+            in_row=is_row,
+        )
 
     def _choose_lines(self, headings: Sequence[PlotHeading], rects: Sequence[PixelRect]) -> dict[float, bool]:
         """Return by the top of a row whether its headings have two lines: all of them if one of them needs them."""
@@ -413,36 +408,6 @@ class FramePainter(FrameCanvas):
         for heading, (left, top, right, _) in zip(headings, rects, strict=True):
             rows[top] = rows.get(top, False) or heading.needs_two_lines(self, right - left)
         return rows
-
-    def _select_readings(self) -> tuple[list[tuple[FrameData, str]], list[tuple[FrameData, str]]]:
-        """Return the readings to plot, each with its part, and those that are only stated as they are constant.
-
-        They are those chosen, all of which are plotted, or the first of each part, then the second, and so on. In a row of plots, others
-        take the place of constant ones.
-        """
-        if self._options.readings:
-            named = [(data, data.plain_name(name)) for name in self._options.readings for data in self._shown_parts]
-            return [(data, name) for data, name in named if name is not None], []
-        is_row = self._places.plot_columns > 1
-        max_readings = self._places.plot_columns if is_row else MAX_SHOWN_READINGS[self._has_dial]
-        columns = [[(data, name) for name in self._readings_of_part(data, max_readings)] for data in self._shown_parts]
-        candidates = [one for row in zip_longest(*columns) for one in row if one is not None]
-        selected = candidates[:max_readings]
-        changing = [(data, name) for data, name in (candidates if is_row else selected) if is_changing(self._column_of(data), name)]
-        if not changing:
-            return selected, []
-        return changing[:max_readings], [] if is_row else [one for one in selected if one not in changing]
-
-    def _readings_of_part(self, frame_data: FrameData, max_readings: int) -> list[str]:
-        """Return the readings that the drawing lists, or else the leading coordinate, another reading and the spindle speed."""
-        readings = frame_data.readings
-        names = frame_data.drawing.panel_readings
-        if not names:
-            machine_readings = [name for name in readings if not name.startswith("spindle")]
-            names = (frame_data.part.mechanism.coordinate, *machine_readings)
-            if self._has_dial:
-                names = (*list(dict.fromkeys(names))[: max_readings - 1], "spindle_speed", *machine_readings)
-        return [name for name in dict.fromkeys(names) if name in readings]
 
     def _add_scale_bars(self, frame_data: FrameData, view: PixelView, shift: float, above: float, overlay: ElevationOverlay) -> None:
         """Add a scale bar of a round length in millimetres below the elevation of a part, one of its forces, and how it is seen."""

@@ -22,6 +22,7 @@ from governor_mechanism.render.film.gif_encoder import RgbaPixels
 from governor_mechanism.render.frame_data import FrameData
 from governor_mechanism.render.geometry.attached import DrawnPart
 from governor_mechanism.render.geometry.primitives import SMALL_TEXT, DrawnShape, Vec2
+from governor_mechanism.render.plot_panels import PanelCurve, PlotPanel
 from governor_mechanism.render.range_bands import PlotSize, RangeBand, count_turns, find_range_band
 from governor_mechanism.render.style import MUTED, PAPER, RULE, parse_rgb
 from governor_mechanism.types import FloatArray
@@ -159,49 +160,25 @@ def _style_axes(axes: Axes, time_span: Vec2, points_per_pixel: float) -> None:
     last.set_horizontalalignment("right")
 
 
-@dataclass(frozen=True)
-class Curve:
-    """A curve of a plot: its colour, values (n,) in the display unit at times (n,) s, and whether another curve is its mean.
+def plot_panel(axes: Axes, panel: PlotPanel, frame_data: FrameData, points_per_pixel: float, *, has_time_labels: bool) -> CurvePanel:
+    """Return the moving artists of a panel, its first curve in front, with all points up to frame k.
 
-    Such a curve has no dot, and its band no line.
-    """
-
-    colour: str
-    times: FloatArray
-    values: FloatArray
-    has_own_mean: bool = False
-
-
-def plot_curves(
-    axes: Axes,
-    curves: Sequence[Curve],
-    frame_data: FrameData,
-    limits: Vec2,
-    marks: Sequence[float],
-    points_per_pixel: float,
-    *,
-    has_time_labels: bool,
-    has_bands: bool = False,
-) -> CurvePanel:
-    """Return the panel of curves, the first in front, with all their points up to frame k; `marks` are times (s) of upright lines.
-
-    The whole curves are pale behind, so that also the first frame shows them. With `has_bands`, in frames that say what bands are, a curve
-    whose oscillations are too narrow to be resolved is a pale band with its mean. Only the lowest of several plots on a common time axis
-    has time labels.
+    The whole curves are pale behind, so that also the first frame shows them. A curve whose oscillations are too narrow to be resolved is
+    a pale band with its mean, if the panel may have bands. Only the lowest of several plots on a common time axis has time labels.
     """
     start, end = frame_data.time_span
     axes.set_xlim(start, max(end, start + 1e-9))
-    set_value_ticks(axes, limits)
+    set_value_ticks(axes, panel.limits)
     _style_axes(axes, frame_data.time_span, points_per_pixel)
     if not has_time_labels:
         axes.set_xticklabels([])
-    for mark in marks:
+    for mark in panel.marks:
         axes.axvline(mark, color=MUTED, linewidth=0.8 * points_per_pixel, dashes=(3.0, 2.0), zorder=1)
     width = CURVE_WIDTH * points_per_pixel
     artists, tracks, bands = [], [], []
-    for curve in reversed(curves):
-        samples = _visible_points(curve, frame_data.time_span)
-        band = _find_band(axes, samples, frame_data.drawing.run, width) if has_bands else None
+    for curve in reversed(panel.curves):
+        samples: FloatArray = np.column_stack([curve.times, curve.values])
+        band = _find_band(axes, samples, frame_data.drawing.run, width) if panel.may_have_bands else None
         if band is not None:
             _add_band(axes, band, curve)
             bands.append(band)
@@ -247,7 +224,7 @@ def _find_band(axes: Axes, samples: FloatArray, run: Trajectory, line_width: flo
     return find_range_band(samples[:, 0], samples[:, 1], size, None if turns is None else np.interp(samples[:, 0], run.times, turns))
 
 
-def _add_band(axes: Axes, band: RangeBand, curve: Curve) -> None:
+def _add_band(axes: Axes, band: RangeBand, curve: PanelCurve) -> None:
     """Fill the band of a curve. That of a curve with a mean of its own has its colour, which is light."""
     outline = np.column_stack([np.concatenate([band.times, band.times[::-1]]), np.concatenate([band.low, band.high[::-1]])])
     colour = curve.colour if curve.has_own_mean else pale_colour(curve.colour)
@@ -280,13 +257,6 @@ def _thin_out(points: FloatArray) -> FloatArray:
             values = points[first:end, 1]
             kept |= {first, end - 1, first + int(values.argmin()), first + int(values.argmax())}
     return points[sorted(kept)]
-
-
-def _visible_points(curve: Curve, time_span: Vec2) -> FloatArray:
-    """Return the points (m, 2) of a curve within a time span (s)."""
-    inside = (curve.times >= time_span[0]) & (curve.times <= time_span[1])
-    points: FloatArray = np.column_stack([curve.times, curve.values])[inside]
-    return points if len(points) else np.column_stack([time_span, np.interp(time_span, curve.times, curve.values)])
 
 
 _HALF_NUMBER_HEIGHT = 0.6

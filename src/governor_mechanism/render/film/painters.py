@@ -2,7 +2,6 @@
 
 import os
 from collections.abc import Sequence
-from dataclasses import dataclass
 from itertools import accumulate
 from pathlib import Path
 from typing import Protocol
@@ -20,28 +19,20 @@ from governor_mechanism.render.film.frame_canvas import LINE_PITCH, FrameCanvas,
 from governor_mechanism.render.film.frame_painter import FramePainter
 from governor_mechanism.render.film.gif_encoder import RgbaPixels
 from governor_mechanism.render.film.layout import HEADER_RULE_Y, REFERENCE_SIZE, shift_rect
-from governor_mechanism.render.film.moving_parts import Curve, CurvePanel, Panel, plot_curves
+from governor_mechanism.render.film.moving_parts import CurvePanel, Panel, plot_panel
 from governor_mechanism.render.film.options import find_engine_room
 from governor_mechanism.render.frame_data import FrameData, ShownParts, find_parts
 from governor_mechanism.render.geometry.attached import at_own_moments
 from governor_mechanism.render.geometry.primitives import ELEVATION_RECT, SMALL_TEXT, PixelRect, PixelView, Vec2, round_step
 from governor_mechanism.render.machines.engine_room import arrangement as room
-from governor_mechanism.render.machines.engine_room.arrangement import CUT_OFF, EngineRoomParts, engine_torque, load_steps, mean_speed
+from governor_mechanism.render.machines.engine_room.arrangement import EngineRoomParts
 from governor_mechanism.render.machines.engine_room.drawing import EngineRoomDrawing
 from governor_mechanism.render.machines.flywheel_engine import BAR
+from governor_mechanism.render.plot_panels import choose_room_panels
 from governor_mechanism.render.range_bands import RangeBand, name_cycles
-from governor_mechanism.render.shown_readings import (
-    READING_NOISE_RATIO,
-    axis_limits_for,
-    chosen_readings,
-    display_unit_of,
-    format_film_speed,
-    format_name,
-    format_numbers,
-)
-from governor_mechanism.render.style import BLUE, GREEN, INK, MUTED, RULE, SERIES_COLOURS, SERIF_FONT, VERMILLION
+from governor_mechanism.render.shown_readings import format_film_speed, format_numbers
+from governor_mechanism.render.style import MUTED, RULE, SERIF_FONT, VERMILLION
 from governor_mechanism.types import FloatArray
-from governor_mechanism.units.constants import RPM
 
 ROOM_RECT: PixelRect = (8.0, 42.0, 8.0 + room.WIDTH, 42.0 + room.HEIGHT)
 """Place of the elevation in a frame of two parts."""
@@ -51,17 +42,6 @@ FRAME_WIDTHS = {
     FilmLayout.WIDE: (layout.WIDE_WIDTH - layout.PART_PITCH, layout.PART_PITCH),
 }
 """Width of the frame without what lies at negative positions, and the width of that, pixels."""
-_BROWN, _LIGHT_BLUE = "#7a3600", "#9fcbe6"
-
-
-@dataclass(frozen=True, kw_only=True)
-class _Plot:
-    """One plot: its curves in a display unit with their names."""
-
-    names: tuple[str, ...]
-    unit: str
-    curves: tuple[Curve, ...]
-    noise: float = 0.0
 
 
 class EngineRoomPainter(FrameCanvas):
@@ -171,78 +151,23 @@ class EngineRoomPainter(FrameCanvas):
         """Return the plots, stacked over a common time axis, and write their names and numbers."""
         if self._options.layout is FilmLayout.MACHINE:
             return []
-        plots = self._chosen_plots() or self._plots()
+        plots = choose_room_panels(self._run, self._governed, self.room, self._data.time_span, self._options.readings)
         left, top, _, bottom = layout.READINGS_RECT
         right = self._right - 10.0
         height = (bottom - layout.TIME_LABEL_HEIGHT - top) / len(plots)
-        marks = load_steps(self._run, self._governed)
-        if self._governed.break_time is not None:
-            marks.append(self._governed.break_time)
-        all_limits = [axis_limits_for(np.concatenate([curve.values for curve in plot.curves]), plot.noise) for plot in plots]
-        label_width = max(map(self._measure_labels, all_limits))
-        headings = [self._heading_of(plot) for plot in plots]
+        label_width = max(self._measure_labels(plot.limits) for plot in plots)
+        headings = [PlotHeading.of(plot, self._data.times) for plot in plots]
         in_two_lines = any(heading.needs_two_lines(self, right - left) for heading in headings)
         panels = []
-        for k, (plot, heading, limits) in enumerate(zip(plots, headings, all_limits, strict=True)):
+        for k, (plot, heading) in enumerate(zip(plots, headings, strict=True)):
             y = top + k * height
             is_last = k == len(plots) - 1
             plot_top = y + layout.HEADING_HEIGHT - 2.0 + (LINE_PITCH if in_two_lines else 0.0)
             rect = (left + label_width, plot_top, right - 3.0, y + height - layout.PLOT_BOTTOM)
             axes = self._add_axes(shift_rect(rect, self._shift))
-            settings = {"has_time_labels": is_last, "has_bands": True}
-            panels.append(plot_curves(axes, plot.curves, self._data, limits, marks, self._points_per_pixel, **settings))
+            panels.append(plot_panel(axes, plot, self._data, self._points_per_pixel, has_time_labels=is_last))
             heading.write(self, (left, right), y, in_two_lines=in_two_lines)
         return panels
-
-    def _heading_of(self, plot: _Plot) -> PlotHeading:
-        """Return the heading of a plot: the names of its curves, in their colours if there are several, and the number of the first one."""
-        first = plot.curves[0]
-        colours = [curve.colour for curve in plot.curves] if len(plot.names) > 1 else [INK]
-        numbers = format_numbers(np.interp(self._data.times, first.times, first.values), first.values)
-        return PlotHeading(names=plot.names, numbers=numbers, unit=plot.unit, colour=first.colour, name_colours=colours)
-
-    def _chosen_plots(self) -> list[_Plot]:
-        """Return the plots of the chosen readings."""
-        plots = []
-        for (name, reading), colour in zip(chosen_readings(self._run, self._options.readings).items(), SERIES_COLOURS, strict=False):
-            unit, factor = display_unit_of(reading.unit)
-            curve = self._curve(colour, reading.values * factor)
-            noise = READING_NOISE_RATIO * reading.scale * factor
-            plots.append(_Plot(names=(format_name(name),), unit=unit, noise=noise, curves=(curve,)))
-        return plots
-
-    def _plots(self) -> list[_Plot]:
-        """Return the plots from the top: speed, the governor's reading, what it controls, and torque with load."""
-        run, governed = self._run, self._governed
-        reading = governed.governor_reading
-        name = format_name(reading.rpartition(".")[2])
-        unit, factor = display_unit_of(run.units.get(reading, ""))
-        noise = READING_NOISE_RATIO * run.scales.get(reading, 0.0) * factor
-        speeds = self._speed_curves()
-        plots = [
-            _Plot(names=("mean speed" if len(speeds) > 1 else "speed",), unit="rpm", curves=speeds),
-            _Plot(names=(name,), unit=unit, noise=noise, curves=(self._curve(GREEN, run.readings[reading] * factor),)),
-        ]
-        if governed.opening_reading is not None:
-            name = "cut-off" if governed.controlled == CUT_OFF else "throttle"
-            plots.append(_Plot(names=(name,), unit="%", curves=(self._curve(_BROWN, 100 * self.room.control_values),)))
-        torque = Curve(BLUE, *engine_torque(run, governed))
-        load = (self._curve(VERMILLION, self.room.load_values),) if self.room.has_load else ()
-        names = ("torque", "load") if load else ("torque",)
-        return [*plots, _Plot(names=names, unit="N m", curves=(torque, *load))]
-
-    def _speed_curves(self) -> tuple[Curve, ...]:
-        """Return the mean speed of each turn and the speed in it, rpm; only the speed if the run has too few turns."""
-        factor = 1 / RPM
-        speed = self._run.rates[self._governed.crank_angle]
-        mean = mean_speed(self._run, self._governed)
-        if mean is None:
-            return (self._curve(BLUE, speed * factor),)
-        return Curve(BLUE, mean[0], mean[1] * factor), Curve(_LIGHT_BLUE, self._run.times, speed * factor, has_own_mean=True)
-
-    def _curve(self, colour: str, values: FloatArray) -> Curve:
-        """Return the curve of values (n,) at the reported times."""
-        return Curve(colour, self._run.times, values)
 
 
 class Painter(Protocol):

@@ -1,0 +1,104 @@
+"""Panels of curves: films and pages plot the same readings, with the same units, axes and colours, over the shown time."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+import governor_mechanism as gm
+from governor_mechanism.model.results.film_options import FilmOptions
+from governor_mechanism.render.film.painters import make_painter
+from governor_mechanism.render.frame_data import FrameData
+from governor_mechanism.render.page.page_data import choose_panels, collect_data
+from governor_mechanism.render.page.views import show_run
+from governor_mechanism.render.plot_panels import choose_part_panels, choose_room_panels
+from governor_mechanism.render.style import CURVE_COLOURS, SERIES_COLOURS
+from stub_run import GOVERNOR_DIMENSIONS, fake_run
+
+SPAN = (0.7131, 1.5373)
+"""A part of a run, s, whose ends are not reported."""
+
+
+@pytest.fixture(scope="module")
+def porter():
+    return fake_run(GOVERNOR_DIMENSIONS["porter"], duration=2.0)
+
+
+@pytest.fixture(scope="module")
+def engine():
+    return gm.run(gm.load("governed_engine").replace({"run.duration": "3 s"}), accuracy=1e-5, certify=False)
+
+
+@pytest.fixture(scope="module", params=["part", "room"])
+def shown(request, porter, engine):
+    run = porter if request.param == "part" else engine
+    return show_run(run, None, SPAN, np.linspace(*SPAN, 50), 1.0)
+
+
+def lines_of(shown):
+    """The axes of the plots of a film, each with the colours of its lines."""
+    painter = make_painter((shown.run,), SPAN, np.linspace(*SPAN, 3), 1.0, FilmOptions())
+    axes = [one.artists[0].artist.axes for canvas in painter.canvases for one in canvas.panels if hasattr(one, "curves")]
+    return [(one.get_ylim(), [line.get_color() for line in one.lines]) for one in axes]
+
+
+def test_film_and_page_have_the_same_axes_and_colours(shown):
+    plots = [plot for plot in collect_data(shown, 1.0)["plots"] if plot["isFirst"]]
+    drawn = lines_of(shown)
+    by_limits = {tuple(plot["limits"]): plot["curves"][0]["series"] for plot in plots}
+    assert len(drawn) >= 2
+    for limits, colours in drawn:
+        assert CURVE_COLOURS[by_limits[limits]] in colours
+
+
+def test_curves_fill_the_shown_time_and_the_axis_just_holds_them(shown):
+    first, others = choose_panels(shown)
+    for panel in (*first, *others):
+        values = np.concatenate([curve.values for curve in panel.curves])
+        assert panel.limits[0] < values.min() <= values.max() < panel.limits[1]
+        for curve in panel.curves:
+            assert (curve.times[0], curve.times[-1]) == pytest.approx(SPAN, abs=1e-12)
+            assert np.all(np.diff(curve.times) > 0.0)
+
+
+def test_a_curve_has_at_the_ends_of_the_shown_time_the_values_of_the_run(engine):
+    page = show_run(engine, None, SPAN, np.linspace(*SPAN, 50), 1.0)
+    panel = next(one for one in choose_room_panels(engine, page.governed, page.room, SPAN) if one.name == "sleeve lift")
+    (curve,) = panel.curves
+    lift = 1e3 * np.interp(SPAN, engine.times, engine.readings["governor.sleeve_lift"])
+    assert_allclose(curve.values[[0, -1]], lift, rtol=1e-12)
+    assert (panel.part, panel.unit) == ("governor", "mm")
+
+
+def panels_of(run, **options):
+    data = FrameData(run, run.scene.part, (0.0, 2.0), np.linspace(0.0, 2.0, 5))
+    return choose_part_panels([data], **{"most": 3, "with_speed": True, **options})
+
+
+def test_a_constant_reading_comes_last_and_is_marked_unless_all_are_constant(porter):
+    still = {name: np.full_like(values, values[0]) for name, values in porter.readings.items()}
+    without_arm = dataclasses.replace(porter, readings={**porter.readings, "arm_angle": still["arm_angle"]})
+    panels = panels_of(without_arm)
+    assert panels[-1].name == "arm angle"
+    assert [panel.is_constant for panel in panels] == [False, False, True]
+    assert "arm angle" not in [panel.name for panel in panels_of(without_arm, in_row=True)]
+    at_rest = panels_of(dataclasses.replace(porter, readings=still))
+    assert len(at_rest) == 3
+    assert not any(panel.is_constant for panel in at_rest)
+
+
+def test_chosen_readings_are_plotted_in_their_order_and_the_speed_keeps_its_colour(porter):
+    names = ["spindle_speed", "ball_radius", "arm_angle"]
+    panels = panels_of(porter, chosen=names)
+    assert [panel.name for panel in panels] == ["spindle speed", "ball radius", "arm angle"]
+    green = SERIES_COLOURS[2]
+    assert [panel.curves[0].colour for panel in panels] == [green, SERIES_COLOURS[1], green]
+
+
+def test_a_film_bridges_what_is_infinite(porter):
+    force = np.where(np.arange(len(porter.times)) % 50 == 20, np.inf, 100.0 + porter.times)
+    run = dataclasses.replace(porter, readings={**porter.readings, "force": force}, units={**porter.units, "force": "N"})
+    (panel,) = panels_of(run, chosen=["force"])
+    (curve,) = panel.curves
+    assert_allclose(curve.values, 100.0 + curve.times, rtol=1e-12)
