@@ -144,9 +144,7 @@ def _contact_event_functions(
 def _join_event_functions(
     scene: Scene, mode: ContactMode, held_rows: IntArray, tolerances: EventTolerances
 ) -> Iterator[EventFunctionRecord]:
-    """Yield the event functions at joins of edges of outlines that are touched, where nothing rubs: friction finds its edge anew."""
-    if any(gap.friction > 0.0 for gap in outline_gaps_of(scene)):
-        return
+    """Yield the event functions at joins of edges of outlines that are touched."""
     gaps = {gap.name for gap in outline_gaps_of(scene) if isinstance(gap.outline, CornerOutline)}
     rows = rows_of_held_contacts(mode, held_rows.tolist())
     for contact_index, contact in enumerate(contacts_of(scene)):
