@@ -51,6 +51,12 @@ def test_a_constant_reading_has_a_line_instead_of_a_panel_unless_it_is_chosen(po
     assert len(readings_figure(steady, ["spindle_speed"]).axes) == 1
 
 
+def test_a_constant_below_the_rounding_of_its_scale_is_zero(porter):
+    noise = np.full(len(porter.times), -7.6e-17)
+    rest = dataclasses.replace(porter, readings={**porter.readings, "sleeve_lift": noise})
+    assert "constant: sleeve lift 0 mm" in [text.get_text() for text in readings_figure(rest).texts]
+
+
 @pytest.mark.long
 @pytest.mark.parametrize("theme", ["light", "dark", "transparent"])
 @pytest.mark.parametrize("ending", ["png", "svg", "pdf"])

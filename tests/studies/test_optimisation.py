@@ -48,6 +48,15 @@ def test_the_masses_of_a_wanted_speed_are_those_of_the_closed_form(found):
     assert found.objective.after[0] == pytest.approx(20.0 / weights, rel=1e-2)
 
 
+def test_the_picture_shows_the_value_before_and_what_was_reached(found):
+    course = found.plot().axes[1]
+    before = next(line for line in course.lines if line.get_label() == "before")
+    low, high = course.get_ylim()
+    assert list(before.get_ydata()) == [found.objective.before[0]] * 2
+    assert low < found.objective.after[0] < high
+    assert low < found.objective.before[0] < high
+
+
 def test_a_new_run_of_the_scene_has_what_was_found(found):
     assert pendulum.equilibrium_speed(closed_form(*found.values.values()), arm_angle=OUTER) == pytest.approx(SPEED, rel=1e-8)
     assert gm.controlling_force(found.scene).working_range.speed.max() == pytest.approx(SPEED, rel=1e-8)

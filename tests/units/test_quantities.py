@@ -14,7 +14,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.units.quantities import ACCEPTED_UNITS, QUANTITY_KINDS, USUAL_FACTORS, format_value, parse_quantity
+from governor_mechanism.units.quantities import ACCEPTED_UNITS, QUANTITY_KINDS, USUAL_FACTORS, format_quantity, format_value, parse_quantity
 
 ULP = 2.3e-16  # one rounding, where the test's own reference is rounded too
 
@@ -301,3 +301,8 @@ def test_usual_units_never_import_pint() -> None:
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.split() == ["False", "True"]
+
+
+@pytest.mark.parametrize(("value", "digits", "text"), [(-1e-17, ".4f", "0.0000 mm"), (-0.0, ".6g", "0 mm"), (-2e-3, ".4f", "-2.0000 mm")])
+def test_a_rounded_zero_has_no_sign(value: float, digits: str, text: str) -> None:
+    assert format_quantity(value, "m", digits) == text

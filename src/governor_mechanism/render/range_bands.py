@@ -133,6 +133,19 @@ def count_turns(
     return None
 
 
+_MAX_TURN_BETWEEN_REPORTS_DEG = 30.0
+"""Angle between two reported times above which a curve over a turn is seen to be a polygon."""
+
+
+def note_coarse_turns(run: Trajectory) -> list[str]:
+    """Return a line that curves are polygons where a shaft turns far between two reported times, or none."""
+    turns = count_turns(run)
+    largest = 360.0 * float(np.diff(turns).max()) if turns is not None and len(turns) > 1 else 0.0
+    if largest <= _MAX_TURN_BETWEEN_REPORTS_DEG:
+        return []
+    return [f"only {360.0 / largest:.3g} points a turn: the curves are coarse; set run.output_interval"]
+
+
 def _is_in_step(n_oscillations: float, n_turns: float, width: float) -> bool:
     """Return whether a turn is the cycle of a curve in a plot of a width, in widths of the line."""
     multiple = math.ceil(n_oscillations / (MAX_SHARE_IN_STEP * n_turns))

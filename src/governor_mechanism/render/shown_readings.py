@@ -24,7 +24,14 @@ from governor_mechanism.types import FloatArray
 from governor_mechanism.units.constants import RPM
 from governor_mechanism.units.quantities import format_value
 
-FIGURE_UNITS = {"rad": ("°", math.degrees(1.0)), "m": ("mm", 1e3), "rad/s": ("rpm", 1 / RPM), "Pa": ("bar", 1e-5), "1": ("", 1.0)}
+FIGURE_UNITS = {
+    "rad": ("°", math.degrees(1.0)),
+    "m": ("mm", 1e3),
+    "rad/s": ("rpm", 1 / RPM),
+    "m/s2": ("m/s²", 1.0),
+    "Pa": ("bar", 1e-5),
+    "1": ("", 1.0),
+}
 """Display unit of an SI unit and the factor to it. Other units are shown unchanged."""
 
 _GREEK_CAPITALS = ("Gamma", "Delta", "Theta", "Lambda", "Xi", "Pi", "Sigma", "Phi", "Psi", "Omega")

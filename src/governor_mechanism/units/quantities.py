@@ -394,4 +394,4 @@ def format_quantity(
 ) -> str:
     """Return a value as text with a customary unit."""
     factor, name = DISPLAY_UNITS.get(unit, (1.0, unit))
-    return f"{value * factor + 0.0:{digits}} {name}".rstrip()  # adding zero turns -0 into 0
+    return f"{value * factor:z{digits}} {name}".rstrip()  # z leaves out the sign of a rounded zero

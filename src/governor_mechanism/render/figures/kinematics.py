@@ -17,7 +17,7 @@ from governor_mechanism.render.figures.page import SERIES_LINE_STYLES, Page, Pan
 from governor_mechanism.render.geometry.primitives import enclose_boxes
 from governor_mechanism.render.machines.generic.drawing import GenericDrawing
 from governor_mechanism.render.part_run import motion_at_rest
-from governor_mechanism.render.range_bands import count_turns
+from governor_mechanism.render.range_bands import note_coarse_turns
 from governor_mechanism.render.shown_readings import axis_limits_for, choose_multiple, display_unit_of, format_label, format_name
 from governor_mechanism.render.style import BLUE, INK, MUTED, PAPER, SERIES_COLOURS, VERMILLION
 from governor_mechanism.studies.kinematics import Assemblies
@@ -251,9 +251,6 @@ _ORDINATE_WIDTH: Final = 0.85
 """Width of the label and the numbers to the left of the first panel, inches."""
 _MAX_FORCE_TICKS: Final = 5
 """Largest number of intervals between numbers on an axis."""
-_MAX_TURN_BETWEEN_REPORTS_DEG: Final = 30.0
-"""Angle between two reported times above which a curve over a turn is seen to be a polygon."""
-
 _NOTE_HEIGHT: Final = 0.17
 """Height of a line of the footnote, inches."""
 _MIN_FORCE: Final = 1e-9
@@ -270,7 +267,7 @@ def joint_force_figure(
     shown = _choose_joints(run, joints, axes)
     n_columns, n_rows = min(len(shown), _N_FORCE_COLUMNS), math.ceil(min(len(shown), _MAX_FORCE_PANELS) / _N_FORCE_COLUMNS)
     side = _ONLY_PANEL_SIZE if n_columns == 1 else _PANEL_SIZE
-    notes = [_describe_forces(run, shown, axes), *_note_coarse_turns(run)]
+    notes = [_describe_forces(run, shown, axes), *note_coarse_turns(run)]
     width, height = n_columns * side, n_rows * side + _FORCES_HEADER_HEIGHT + _FORCES_FOOTER_HEIGHT + _NOTE_HEIGHT * len(notes)
     page = Page(width, height)
     page.write_title("Forces of joints", y=1 - 0.3 / height)
@@ -293,17 +290,6 @@ def joint_force_figure(
     for number, note in enumerate(reversed(notes)):
         page.write_footnote(note, y=(0.12 + number * _NOTE_HEIGHT) / height)
     return page
-
-
-def _note_coarse_turns(run: Trajectory) -> list[str]:
-    """Return a line that curves are polygons where a shaft turns far between two reported times, or none."""
-    turns = count_turns(run)
-    if turns is None or len(turns) < 2:
-        return []
-    largest = 360.0 * float(np.diff(turns).max())
-    if largest <= _MAX_TURN_BETWEEN_REPORTS_DEG:
-        return []
-    return [f"only {360.0 / largest:.3g} points a turn: the curves are coarse; set run.output_interval"]
 
 
 def _choose_joints(run: Trajectory, joints: Sequence[str], axes: str) -> list[str]:

@@ -6,9 +6,10 @@ import textwrap
 from typing import TYPE_CHECKING
 
 import numpy as np
+from matplotlib.ticker import MaxNLocator
 
-from governor_mechanism.render.figures.page import MM_PER_M, Page, Panel, add_legend
-from governor_mechanism.render.shown_readings import display_unit_of, format_label
+from governor_mechanism.render.figures.page import DASHED, MM_PER_M, Page, Panel, add_legend, format_plain_ticks
+from governor_mechanism.render.shown_readings import axis_limits_for, display_unit_of, format_label
 from governor_mechanism.render.style import BLUE, INK, MUTED, VERMILLION
 from governor_mechanism.units.quantities import format_quantity
 
@@ -69,12 +70,22 @@ def _draw_several(panel: Panel, quantity: OptimisedQuantity) -> None:
 
 
 def _draw_course(panel: Panel, optimum: Optimum) -> None:
-    """Draw the best objective so far over the number of scenes tried."""
+    """Draw the best objective so far over the number of scenes tried, and what it was before, on a scale that shows the change."""
     unit, factor = display_unit_of(optimum.objective.unit)
     panel.label("scenes tried", format_label(optimum.objective.name, unit))
     if len(optimum.history):
         counts = np.append(optimum.history[:, 0], optimum.n_evaluations)
-        panel.step(counts, np.append(optimum.history[:, 1], optimum.history[-1, 1]) * factor, where="post", color=BLUE)
+        values = np.append(optimum.history[:, 1], optimum.history[-1, 1]) * factor
+        panel.step(counts, values, where="post", color=BLUE, label="best so far")
+        before = np.array(optimum.objective.before or ()) * factor
+        for value in before:
+            panel.axhline(value, color=INK, linewidth=1.0, linestyle=DASHED, label="before")
+        limits = axis_limits_for(np.concatenate([values, before]))
+        panel.set_ylim(limits)
+        format_plain_ticks(panel.yaxis, limits)
+        panel.set_xlim(0, optimum.n_evaluations)
+        panel.xaxis.set_major_locator(MaxNLocator(integer=True))
+        add_legend(panel)
 
 
 def trade_off_figure(result: TradeOff) -> Page:

@@ -29,7 +29,7 @@ from governor_mechanism.render.figures.page import (
 )
 from governor_mechanism.render.machines.engine_room.arrangement import find_governed_engine
 from governor_mechanism.render.machines.registry import find_drawing_class
-from governor_mechanism.render.range_bands import PlotSize, RangeBand, count_turns, find_range_band, refine_curve
+from governor_mechanism.render.range_bands import PlotSize, RangeBand, count_turns, find_range_band, note_coarse_turns, refine_curve
 from governor_mechanism.render.shown_readings import (
     READING_NOISE_RATIO,
     ShownReading,
@@ -169,6 +169,10 @@ _LEFT, _RIGHT, _COLUMN_GAP, _ROW_GAP = 0.075, 0.975, 0.17, 0.62
 """Edges of the plots relative to the width, and their distances relative to the width and the height of a plot."""
 _MIN_PLOTTED_ERROR = 1e-18
 """Lower bound of plotted errors, because a logarithmic axis has no zero."""
+_ROUNDING = 1e-12
+"""Value relative to the scale of a reading below which it is zero but for rounding."""
+_LETTER_PIXELS = 6.6
+"""Mean width of a letter of a heading and of the note beside it."""
 _MAX_FOOTER_LETTERS = 140
 """Largest number of letters in a footer line."""
 
@@ -218,6 +222,8 @@ def readings_figure(
     keys = ([] if has_strip else event_handles(event_times), band_handles([curve.band for curve in curves if curve.band is not None]))
     above += [handles for handles in keys if handles]
     below = _list_others(run, [name for name in moving if name not in drawn])
+    if any(curve.band is None and curve.name not in run.rates for curve in curves):  # a rate rounds the curve between reports
+        below = [*note_coarse_turns(run), *below]
     page = _draw_panels(run, curves, event_times, len(above), len(below), has_strip=has_strip)
     height = float(page.get_figheight())
     for number, line in enumerate(above):
@@ -313,7 +319,9 @@ def _list_constants(constants: Mapping[str, ShownReading]) -> str:
     values = []
     for name, reading in constants.items():
         unit, factor = display_unit_of(reading.unit)
-        values.append(f"{format_name(name)} {reading.values[0] * factor:.6g} {unit}".rstrip())
+        value = float(reading.values[0])
+        is_zero = abs(value) <= max(_ROUNDING * reading.scale, reading.error)
+        values.append(f"{format_name(name)} {0.0 if is_zero else value * factor:.6g} {unit}".rstrip())
     return textwrap.shorten("constant: " + ", ".join(values), _MAX_FOOTER_LETTERS, placeholder=" …")
 
 
@@ -348,7 +356,8 @@ def _write_closing_lines(page: Page, run: Trajectory, others: Sequence[str] = ()
 
 def _plot_curve(page: Page, cell: SubplotSpec, curve: _Curve) -> Panel:
     """Plot one reading with its error estimate."""
-    panel = _add_panel(page, cell, format_label(curve.name, curve.unit))
+    heading = format_label(curve.name, curve.unit)
+    panel = _add_panel(page, cell, heading)
     if curve.band is None:
         panel.plot(curve.times, curve.values, color=curve.colour, linewidth=LINE_WIDTH)
     else:
@@ -357,7 +366,9 @@ def _plot_curve(page: Page, cell: SubplotSpec, curve: _Curve) -> Panel:
     panel.set_ylim(curve.limits)
     format_plain_ticks(panel.yaxis, curve.limits)
     if curve.error > 0:
-        _write_side_note(panel, f"error estimate {format_rounded_up(curve.error)} {curve.unit}".rstrip())
+        note = f"error estimate {format_rounded_up(curve.error)} {curve.unit}".rstrip()
+        is_narrow = _LETTER_PIXELS * (len(heading) + len(note)) > panel.bbox.width
+        _write_side_note(panel, note.replace("error estimate", "error") if is_narrow else note)
     return panel
 
 
