@@ -212,7 +212,7 @@ def test_a_speed_curve_of_endless_points_is_refused():
     ("options", "sentence"),
     [
         ({"path": None}, "path must be a path; found None"),
-        ({"size": "large"}, 'size must be a finite number; found "large"'),
+        ({"size": "large"}, 'size is the height of the film in pixels, as 720; 1280x720 is 720 in the layout "wide"; got "large"'),
         ({"size": 10**10}, "320 to 4320 pixels"),
         ({"part": 3}, "part must be text; found 3"),
         ({"start": "x"}, 'start is a time; "x" has no number'),
