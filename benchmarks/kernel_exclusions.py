@@ -10,6 +10,18 @@ EXITS: dict[str, dict[str, str]] = {
     "mechanics/curves/outline_kernels.py: distance_from_polar_curve": {
         "for _ in range(MAX_FOOT_ITERATIONS):": "it ends after 3 to 6 steps of Newton, or 27 of halving"
     },
+    "mechanics/curves/profile_kernels.py: _find_support": {
+        "for _ in range(MAX_FOOT_ITERATIONS):": "it ends after some steps of Newton, or 27 of halving"
+    },
+    "mechanics/curves/profile_kernels.py: _find_farthest": {
+        "for _ in range(MAX_FOOT_ITERATIONS):": "it ends after some steps of Newton, or 27 of halving"
+    },
+    "mechanics/curves/profile_kernels.py: distance_of_profiles": {
+        "for is_overlapping in (False, True):": "an outline has a piece, which the second turn does not leave out"
+    },
+    "mechanics/dynamics/equations/equations_of_motion.py: _add_rubbing": {
+        "if body != GROUND_INDEX:": "outlines and rollers are those of bodies; a body of the ground is welded"
+    },
     "numerics/banded_cholesky.py: diagonalise": {
         "for _ in range(MAX_JACOBI_SWEEPS):": "no rotation is left before: random matrices need six sweeps"
     },

@@ -149,7 +149,7 @@ def test_an_impact_with_friction_stops_the_sliding_or_is_limited_by_coulombs_law
     assert run.energy.drift < 1e-12
 
 
-def test_a_ball_that_bounces_to_rest_loses_sliding_speed_by_all_its_impulses():
+def test_a_ball_that_bounces_to_rest_loses_sliding_speed_in_all_its_strikes():
     """Friction is proportional to the normal impulse, which is that of the weight over the time of the motion and of the fall."""
     fall, restitution, speed, friction = 0.5, 0.4, 2.5, 0.2
     run = run_ball(FLOOR, (0.0, ROLLER + fall**2 / (2 * GRAVITY)), (speed, 0.0), restitution=restitution, friction=friction)

@@ -7,7 +7,9 @@ import pytest
 
 import governor_mechanism as gm
 from contact_scenes import BOWL, CUP
-from governor_mechanism.mechanics.curves.outlines import chains_of, edges_of, is_inside, outline_points
+from governor_mechanism.mechanics.curves.join_kernels import distance_from_feature, next_feature
+from governor_mechanism.mechanics.curves.outline_kernels import N_PIECE_VALUES
+from governor_mechanism.mechanics.curves.outlines import chains_of, edges_of, is_inside, make_pieces, outline_points
 from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output
 from governor_mechanism.model.curves import CornerOutline, CurveOutline
 
@@ -169,3 +171,51 @@ def test_points_of_an_outline_lie_on_it():
     for x, y in outline_points(cam)[::7]:
         poses = np.array([[[0.02, -0.01, 0.0], [x - 0.03, y - 0.02, 0.0]]])
         assert evaluate_output(mechanism, "c_gap", poses).value[0] == pytest.approx(0, abs=1e-15)
+
+
+SQUARE = [[0, 0], [0.1, 0], [0.1, 0.1], [0, 0.1]]
+STADIUM = [[0, 0], [0.1, 0, 0.05], [0.1, 0.1], [0, 0.1, 0.05]]
+"""Two straight edges, and half circles that join them smoothly."""
+
+
+def pieces_of(corners):
+    return make_pieces(make_mechanism(corners).outlines[0].outline, 0)
+
+
+def walk(pieces, feature, is_at_end):
+    """The features from one on, to the first that comes again."""
+    seen = []
+    while feature not in seen:
+        seen.append(feature)
+        feature = next_feature(pieces, 0, len(pieces), feature, is_at_end)
+    return [*seen, feature]
+
+
+def test_round_a_square_edges_and_corners_take_turns_both_ways():
+    pieces = pieces_of(SQUARE)
+    assert walk(pieces, 1, True) == [1, 2, 3, 4, 5, 6, 7, 8, 1]
+    assert walk(pieces, 1, False) == [1, 8, 7, 6, 5, 4, 3, 2, 1]
+
+
+def test_round_a_stadium_there_are_no_corners():
+    pieces = pieces_of(STADIUM)
+    assert walk(pieces, 1, True) == [1, 3, 5, 7, 1]
+    assert walk(pieces, 1, False) == [1, 7, 5, 3, 1]
+
+
+def test_the_way_ends_at_hollow_corners():
+    pieces = pieces_of(CUP)
+    last = 2 * len(pieces) - 1
+    assert walk(pieces, 1, True)[-2:] == [last, last]
+    assert walk(pieces, last, False)[-2:] == [1, 1]
+
+
+def test_the_distance_from_a_corner_is_that_of_two_points():
+    pieces = pieces_of(SQUARE)
+    c = pieces.shape[1] - N_PIECE_VALUES
+    corners = {2 * k + 2: pieces[(k + 1) % len(pieces), c : c + 2] for k in range(len(pieces))}
+    for feature, (x, y) in corners.items():
+        found = distance_from_feature(pieces, feature, x + 3e-3, y - 4e-3)
+        assert (found.value, found.normal_x, found.normal_y) == pytest.approx((5e-3, 0.6, -0.8), rel=1e-12)
+        assert found.curvature == pytest.approx(200.0, rel=1e-12)
+    assert {tuple(np.round(one, 9)) for one in corners.values()} == {tuple(map(float, one)) for one in SQUARE}

@@ -142,3 +142,14 @@ def test_a_circle_is_found_of_arcs_and_as_a_curve():
     assert find_circle(CornerOutline(corners=(Corner(x=0.3, y=0.1), Corner(x=0.1, y=0.1, radius=0.1)))) is None
     assert find_circle(CurveOutline(curve=PolarHarmonics(radius=0.1), inset=0.02)) == (0.0, 0.0, 0.08)
     assert find_circle(CurveOutline(curve=LiftCurve(radius=0.1, lifts=(Lift(over=2 * math.pi),)))) is None
+
+
+def test_a_curve_whose_origin_is_behind_all_edges_overlaps_one_of_them():
+    square = [[-0.2, -0.2], [0.2, -0.2], [0.2, 0.2], [-0.2, 0.2]]
+    mechanism = make_mechanism(square)
+    cam = mechanism.outlines[1].outline
+    poses = np.array([[0.02, -0.01, 0.0], [0.13, 0.02, 0.4]])  # the corners are those of the drawing
+    around = place(outline_points(cam), [0.003, 0.002], poses[1])
+    overlaps = [float((direction * around[:, axis]).min()) - 0.2 for axis in (0, 1) for direction in (1.0, -1.0)]
+    found = float(evaluate_output(mechanism, "c_gap", poses).value)
+    assert found == pytest.approx(max(overlaps), abs=1e-4)  # of many points of the curve
