@@ -238,6 +238,7 @@ TESTS = (
     "engines/test_contact_friction.py::test_a_disc_with_back_spin_slides_and_then_rolls_without_losses",
     "engines/test_contact_friction.py::test_an_impact_with_friction_stops_the_sliding_or_is_limited_by_coulombs_law",
     "engines/test_contact_friction.py::test_a_ball_that_bounces_to_rest_loses_sliding_speed_in_all_its_strikes",
+    "engines/test_contact_friction.py::test_balls_on_one_block_that_rests_do_not_disturb_each_other",
     "engines/test_contact_friction.py::test_a_rod_that_rubs_beyond_painleves_limit_ends_by_name",
     "numerics/test_dense_solution.py",
     "mechanics/test_two_formulations.py",

@@ -211,3 +211,29 @@ def test_a_rod_that_rubs_beyond_painleves_limit_ends_by_name(friction, jams, tur
     assert ("friction jams" in run.detail) == jams
     if not jams:
         assert (run.readings["tip_gap"][-1] > 1e-4) == (rise > 0)
+
+
+BEND_X, BEND_Y = 0.5 * math.sin(0.5), 0.5 * math.cos(0.5) - 0.5
+TABLE_WITH_ROUND_EDGE = [
+    *([-0.5, -0.4], [BEND_X + 0.3 * math.cos(0.5), -0.4], [BEND_X + 0.3 * math.cos(0.5), BEND_Y - 0.3 * math.sin(0.5)]),
+    *([BEND_X, BEND_Y, 0.5], [0, 0], [-0.5, 0]),
+]
+"""A flat top that bends down smoothly at (0, 0)."""
+
+
+def test_balls_on_one_block_that_rests_do_not_disturb_each_other():
+    """One slides over the join of two edges while the other falls, strikes the top and stays there."""
+    place, other = (-0.05, ROLLER), (-0.3, ROLLER + 1e-3)
+    document = ball_document(TABLE_WITH_ROUND_EDGE, place, (0.5, 0.0), friction=0.1)
+    document["body"].append({"name": "other", "mass": 1.0, "point": True, "at": list(other)})
+    document["contact"].append({"name": "other", "first": "other.origin", "radius": ROLLER, "second": "block", "friction": 0.1})
+    document["readings"] |= {"other_x": {"x": "other.origin"}, "other_y": {"y": "other.origin"}}
+    document["start"] |= {"other_x": other[0], "other_y": other[1], "other_x_rate": 0, "other_y_rate": 0}
+    document["run"] |= {"duration": 0.3}
+    both = gm.run(gm.Scene.from_dict(document))
+    alone = run_ball(TABLE_WITH_ROUND_EDGE, place, (0.5, 0.0), times=both.times, friction=0.1)
+    assert both.readings["x"][-1] > 0.05
+    for name in ("x", "y"):
+        assert both.readings[name] == pytest.approx(alone.readings[name], abs=1e-10)
+    assert events_of(both, EventKind.IMPACT) == pytest.approx([math.sqrt(2e-3 / GRAVITY)], rel=1e-9)
+    assert (both.readings["other_x"][-1], both.readings["other_y"][-1]) == pytest.approx((-0.3, ROLLER), abs=1e-12)
