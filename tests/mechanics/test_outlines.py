@@ -210,12 +210,17 @@ def test_the_way_ends_at_hollow_corners():
     assert walk(pieces, last, False)[-2:] == [1, 1]
 
 
-def test_the_distance_from_a_corner_is_that_of_two_points():
-    pieces = pieces_of(SQUARE)
+BULGE = [[0, 0], [0.1, 0, 0.06], [0.1, 0.1], [0, 0.1]]
+"""A square of which one edge bulges."""
+
+
+@pytest.mark.parametrize("outline", [SQUARE, BULGE], ids=["straight", "bent"])
+def test_the_distance_from_a_corner_is_that_of_two_points(outline):
+    pieces = pieces_of(outline)
     c = pieces.shape[1] - N_PIECE_VALUES
     corners = {2 * k + 2: pieces[(k + 1) % len(pieces), c : c + 2] for k in range(len(pieces))}
     for feature, (x, y) in corners.items():
         found = distance_from_feature(pieces, feature, x + 3e-3, y - 4e-3)
         assert (found.value, found.normal_x, found.normal_y) == pytest.approx((5e-3, 0.6, -0.8), rel=1e-12)
         assert found.curvature == pytest.approx(200.0, rel=1e-12)
-    assert {tuple(np.round(one, 9)) for one in corners.values()} == {tuple(map(float, one)) for one in SQUARE}
+    assert {tuple(np.round(one, 9)) for one in corners.values()} == {tuple(map(float, one[:2])) for one in outline}

@@ -138,8 +138,9 @@ def _with_own_title(scene: gm.Scene, own: Sequence[str], scenes: Sequence[gm.Sce
     """Return a scene whose title names its changes, if others have the same title."""
     if not own or [one.title for one in scenes].count(scene.title) == 1:
         return scene
-    named = ", ".join(change.rpartition("=")[0].rpartition(".")[2].replace("_", " ") + f" {change.rpartition('=')[2]}" for change in own)
-    return replace(scene, title=f"{scene.title}, {named}")
+    pairs = [change.partition("=") for change in own]  # a value may be an expression, which begins with a further sign of equality
+    named = [f"{key.strip().rpartition('.')[2].replace('_', ' ')} {value.strip()}" for key, _, value in pairs]
+    return replace(scene, title=", ".join([scene.title, *named]))
 
 
 def _describe_changes(names: Sequence[str], changes_of_each: Sequence[Sequence[str]]) -> list[str]:

@@ -440,7 +440,7 @@ def keep_features(rows: ConstraintRows, poses: FloatArray, velocities: FloatArra
         is_slip, is_profile = row.kind == RowKind.PIECES_SLIP, row.kind == RowKind.PROFILE_DISTANCE
         is_roller = is_slip or row.kind == RowKind.PIECES_DISTANCE
         if not (is_roller and (row.radius if is_slip else row.constant) > 0.0 and row.n_points == 0) and not is_profile:
-            continue  # a point has no way round a corner, and which of several rollers touches is found anew
+            continue  # a point has no way round a corner, and which of several rollers touches is found at each step
         point, pieces, kept = _locate_touch(row, rows.curve_segments, poses, velocities), rows.curve_segments, row.kept_feature
         if kept == NO_FEATURE:
             row.kept_feature = find_feature(pieces, row.first_segment, row.n_segments, point)
