@@ -46,6 +46,22 @@ def test_every_variable_has_a_long_name_a_unit_and_its_coordinates(run, tmp_path
         assert json.loads(dataset.scene.decode()) == run.scene.document
 
 
+def test_scipy_writes_the_same_file(run, tmp_path):
+    """Byte by byte, from what it read of ours."""
+    save_netcdf(run, tmp_path / "run.nc")
+    with netcdf_file(tmp_path / "run.nc", mmap=False) as ours, netcdf_file(tmp_path / "again.nc", "w", version=2) as written:
+        for name, value in ours._attributes.items():
+            setattr(written, name, value)
+        for name, size in ours.dimensions.items():
+            written.createDimension(name, size)
+        for name, variable in ours.variables.items():
+            copy = written.createVariable(name, variable.data.dtype, variable.dimensions)
+            copy[...] = variable.data
+            for key, value in variable._attributes.items():
+                setattr(copy, key, value)
+    assert (tmp_path / "again.nc").read_bytes() == (tmp_path / "run.nc").read_bytes()
+
+
 def test_xarray_opens_the_file_as_the_run_itself(run, tmp_path):
     xarray = pytest.importorskip("xarray")
     save_netcdf(run, tmp_path / "run.nc")

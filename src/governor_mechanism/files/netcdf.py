@@ -6,7 +6,7 @@ import json
 import os
 import re
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any, Final
@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from governor_mechanism.errors import MechanismError
+from governor_mechanism.files.classic_netcdf import TEXT_ENCODING, RunVariable, encode_classic_netcdf
 from governor_mechanism.files.writing import atomic_write, plain_value
 from governor_mechanism.mechanics.dynamics.forces.loads import lagged_functions_of
 from governor_mechanism.model.events import Event, EventKind
@@ -39,16 +40,6 @@ ENERGY_VARIABLES: Final = {
     "dissipated_energy": ("energy_dissipated", "energy dissipated since the start"),
 }
 """Names and long names of the variables of the fields of `Energy`."""
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class RunVariable:
-    """An array of a run."""
-
-    name: str  # name of ASCII letters, digits and underscores
-    dimensions: tuple[str, ...]  # names of the dimensions; none for a number
-    values: NDArray[Any]  # numbers in SI, or texts
-    attributes: Mapping[str, Any] = field(default_factory=dict)  # unit, long name, and links to other variables
 
 
 def run_variables(run: Trajectory) -> list[RunVariable]:
@@ -175,8 +166,6 @@ _VERSION_NAME, _RECORD_NAME, _DIGEST_NAME = "governor_mechanism_format", "govern
 _NO_DIGEST: Final = b"0" * 64
 """What stands in place of the digest while it is computed."""
 
-_TEXT_ENCODING: Final = "utf-8"
-
 _ATTRIBUTE_HEADER_SIZE: Final = 8
 """Bytes between name and value of an attribute in a netCDF-3 file: type and number of letters."""
 
@@ -205,7 +194,7 @@ def write_netcdf(run: Trajectory, record: Mapping[str, Any], path: Path) -> None
         _RECORD_NAME: json.dumps(plain_value(record), allow_nan=False, ensure_ascii=False),
         _DIGEST_NAME: _NO_DIGEST.decode(),
     }
-    content = _encode(attributes, [_as_letters(variable) for variable in run_variables(run)])
+    content = encode_classic_netcdf(attributes, [_as_letters(variable) for variable in run_variables(run)])
     at = _find_digest(content)
     digest = hashlib.sha256(content).hexdigest().encode()
     with atomic_write(path) as temporary:
@@ -236,9 +225,9 @@ def read_netcdf(path: Path) -> SavedArrays:
                 f"{path} has version {version} of the format, and this governor_mechanism reads version {FORMAT_VERSION}; open it with the "
                 "governor_mechanism that wrote it, or simulate the run again"
             )
-        record, document = (json.loads(getattr(dataset, name).decode(_TEXT_ENCODING)) for name in (_RECORD_NAME, "scene"))
+        record, document = (json.loads(getattr(dataset, name).decode(TEXT_ENCODING)) for name in (_RECORD_NAME, "scene"))
         arrays = {name: _native_values(variable) for name, variable in dataset.variables.items()}
-        long_names = {name: variable.long_name.decode(_TEXT_ENCODING) for name, variable in dataset.variables.items()}
+        long_names = {name: variable.long_name.decode(TEXT_ENCODING) for name, variable in dataset.variables.items()}
     return SavedArrays(arrays=arrays, long_names=long_names, record=record, document=document)
 
 
@@ -249,40 +238,17 @@ def _find_digest(content: bytes) -> int:
     return -1 if at < 0 else at + padded_length + _ATTRIBUTE_HEADER_SIZE
 
 
-def _encode(attributes: Mapping[str, str | NDArray[Any]], variables: Iterable[RunVariable]) -> bytes:
-    """Return attributes and arrays as a file of the classic netCDF format with 64-bit offsets."""
-    from scipy.io import netcdf_file  # slow to import
-
-    stream = io.BytesIO()
-    dataset = netcdf_file(stream, "w", version=2)
-    _set_attributes(dataset, attributes)
-    for variable in variables:
-        for name, size in zip(variable.dimensions, variable.values.shape, strict=True):
-            if name not in dataset.dimensions:
-                dataset.createDimension(name, size)
-        written = dataset.createVariable(variable.name, variable.values.dtype.char.replace("S", "c"), variable.dimensions)
-        written[...] = variable.values
-        _set_attributes(written, variable.attributes)
-    dataset.flush()
-    return stream.getvalue()
-
-
-def _set_attributes(owner: Any, attributes: Mapping[str, Any]) -> None:
-    for name, value in attributes.items():
-        setattr(owner, name, value.encode(_TEXT_ENCODING) if isinstance(value, str) else value)
-
-
 def _as_letters(variable: RunVariable) -> RunVariable:
     """Return a variable of texts as one of letters, with a dimension for the longest text; any other variable as it is."""
     if variable.values.dtype.char != "O":
         return variable
-    texts = [text.encode(_TEXT_ENCODING) for text in variable.values]
+    texts = [text.encode(TEXT_ENCODING) for text in variable.values]
     length = max(1, *map(len, texts)) if texts else 1
     return RunVariable(
         name=variable.name,
         dimensions=(*variable.dimensions, f"{variable.name}_letters"),
         values=np.array(texts, dtype=f"S{length}").reshape(-1, 1).view("S1").reshape(len(texts), length),
-        attributes={**variable.attributes, "_Encoding": _TEXT_ENCODING},
+        attributes={**variable.attributes, "_Encoding": TEXT_ENCODING},
     )
 
 
@@ -290,7 +256,7 @@ def _native_values(variable: Any) -> NDArray[Any] | list[str]:
     """Return the values of a variable in the byte order of the machine; texts as a list."""
     values: NDArray[Any] = variable.data
     if values.dtype.char in "cS":
-        return [b"".join(row).rstrip(b"\0").decode(_TEXT_ENCODING) for row in values]
+        return [b"".join(row).rstrip(b"\0").decode(TEXT_ENCODING) for row in values]
     return values.astype(values.dtype.newbyteorder("="))
 
 
