@@ -50,6 +50,7 @@ def test_a_saved_run_opens_as_the_same_run(scene, tmp_path):
         for field in dataclasses.fields(reaction):
             np.testing.assert_array_equal(getattr(opened.reactions[name], field.name), getattr(reaction, field.name))
     assert opened.speed_fluctuations == run.speed_fluctuations
+    assert opened.recurrences == run.recurrences
     assert opened.settings == json.loads(json.dumps(plain_value(run.settings)))
     assert (opened.scene.title, opened.scene.document, opened.scene.run) == (run.scene.title, run.scene.document, run.scene.run)
     assert (opened.scene.parts, opened.scene.couplings) == (run.scene.parts, run.scene.couplings)

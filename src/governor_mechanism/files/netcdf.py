@@ -20,7 +20,7 @@ from governor_mechanism.files.writing import atomic_write, plain_value
 from governor_mechanism.mechanics.dynamics.forces.loads import lagged_functions_of
 from governor_mechanism.model.events import Event, EventKind
 from governor_mechanism.model.results.outcome import Cost, Outcome
-from governor_mechanism.model.results.records import Energy, Reaction, SpeedFluctuation
+from governor_mechanism.model.results.records import Energy, Reaction, Recurrence, SpeedFluctuation
 from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.model.scene import RunSettings, Scene
 from governor_mechanism.scenes.parser import parse_scene_document
@@ -267,6 +267,7 @@ class _SavedResults:
     saved_reactions: Mapping[str, Reaction]
     saved_events: tuple[Event, ...]
     saved_fluctuations: Mapping[str, SpeedFluctuation]
+    saved_recurrences: Mapping[str, Recurrence]
     has_lags: bool
 
     def reactions(self) -> Mapping[str, Reaction]:
@@ -284,6 +285,10 @@ class _SavedResults:
     def speed_fluctuations(self) -> Mapping[str, SpeedFluctuation]:
         """Return the extreme speeds of shafts by the reading of their angle."""
         return self.saved_fluctuations
+
+    def recurrences(self) -> Mapping[str, Recurrence]:
+        """Return how named crossings recur, by their names."""
+        return self.saved_recurrences
 
     def lags_at(self, k: int) -> tuple[float, ...]:
         """Return none, or raise MechanismError if there are lags: the file holds no states of them."""
@@ -330,6 +335,7 @@ def open_saved_run(
             saved_reactions=_read_reactions(saved),
             saved_events=tuple(Event(**{**event, "kind": EventKind(event["kind"])}) for event in record["events"]),
             saved_fluctuations={angle: _read_fluctuation(extremes) for angle, extremes in record["speed_fluctuations"].items()},
+            saved_recurrences={name: Recurrence(**one) for name, one in record["recurrences"].items()},
             has_lags=bool(lagged_functions_of(scene)),
         ),
     )

@@ -206,6 +206,7 @@ def summarise_run(run: Trajectory) -> dict[str, Any]:
         "mobility": run.mobility,
         "events": run.events,
         "speed_fluctuations": {angle: extremes.as_json() for angle, extremes in run.speed_fluctuations.items()},
+        "recurrences": run.recurrences,
         "largest_joint_forces": {name: finite_or_none(float(np.max(one.magnitude, initial=0.0))) for name, one in run.reactions.items()},
         "notes": (*run.notes, *run.event_notes),
         "cost": run.cost,
@@ -245,7 +246,7 @@ _PLURALS = {"rest on a stop": "rests on stops", "departure from a stop": "depart
 
 
 def summarise_in_lines(result: Trajectory) -> list[str]:
-    """Return a run in three lines: what ran, how it ended, and what happened."""
+    """Return a run in lines: what ran, how it ended, what happened, and what recurred."""
     cost, estimate = result.cost, result.error_estimate
     end_time = result.times[-1] if len(result.times) else 0.0
     accuracy = (
@@ -257,6 +258,7 @@ def summarise_in_lines(result: Trajectory) -> list[str]:
         f"{result.scene.title}: {end_time:g} s with engine {cost.engine}",
         f"{result.message}{accuracy}; computed in {cost.wall_time + cost.setup_time:.2g} s{notes}",
         count_events(result.events),
+        *_format_recurrences(result),
     ]
 
 
@@ -293,6 +295,7 @@ def format_run(result: Trajectory) -> str:
             f"{accuracy_clause}joints closed to {joint_gap:.1e} m, energy drift {result.energy.drift:.1e}",
             f"at {result.times[-1] if len(result.times) else 0:g} s: {final}",
             f"{_format_mobility(result)}; {_format_events(result)}",
+            *_format_recurrences(result),
             *(f"speed of {angle}: {extremes}" for angle, extremes in result.speed_fluctuations.items()),
             *_format_losses(result),
             f"engine {cost.engine} ({cost.reason}): {cost.runs} runs, {cost.steps:,} steps, simulated in "
@@ -300,6 +303,11 @@ def format_run(result: Trajectory) -> str:
             f"force law evaluations: {evaluation_counts or 'none'}",
         ]
     )
+
+
+def _format_recurrences(result: Trajectory) -> list[str]:
+    """Return a line for each named crossing that recurs."""
+    return [f"{name}: {recurrence}" for name, recurrence in result.recurrences.items()]
 
 
 def _format_losses(result: Trajectory) -> list[str]:

@@ -12,7 +12,7 @@ import governor_mechanism as gm
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.live.describing import choose_pace, describe_readings, list_frames
 from governor_mechanism.model.events import Event
-from governor_mechanism.model.results.records import Reaction, SpeedFluctuation
+from governor_mechanism.model.results.records import Reaction, Recurrence, SpeedFluctuation
 from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.render.geometry.primitives import BoundingBox, Vec2, enclose_boxes
@@ -195,6 +195,10 @@ class JoinedResults:
     def speed_fluctuations(self) -> Mapping[str, SpeedFluctuation]:
         """Return those of the last piece."""
         return self.pieces[-1].run.speed_fluctuations
+
+    def recurrences(self) -> Mapping[str, Recurrence]:
+        """Return those of the last piece."""
+        return self.pieces[-1].run.recurrences
 
     def lags_at(self, k: int) -> tuple[float, ...]:
         """Return none: a motion goes on from its pieces."""

@@ -15,8 +15,8 @@ from governor_mechanism.mechanics.dynamics.characteristic_scales import time_sca
 from governor_mechanism.mechanics.dynamics.equations.equations_of_motion import InverseDynamics, compute_inverse_dynamics
 from governor_mechanism.mechanics.dynamics.forces.contact_modes import ContactMode, forced_output_names
 from governor_mechanism.mechanics.dynamics.forces.contacts import contacts_of, outline_gaps_of, output_forces_of
-from governor_mechanism.mechanics.dynamics.forces.force_laws import gravitational_energy, spindle_inertia, spindle_inertia_rate
-from governor_mechanism.mechanics.dynamics.forces.output_forces import CONSERVATIVE_TYPES, element_potential_energy
+from governor_mechanism.mechanics.dynamics.forces.force_laws import spindle_inertia, spindle_inertia_rate
+from governor_mechanism.mechanics.dynamics.forces.output_forces import CONSERVATIVE_TYPES
 from governor_mechanism.mechanics.kinematics.assembly import PositionSolver, assembly_notes, mobility_of
 from governor_mechanism.mechanics.kinematics.constraint_equations import constraint_equations_of
 from governor_mechanism.mechanics.kinematics.output_variables import (
@@ -39,6 +39,7 @@ from governor_mechanism.numerics.hermite import cubic_hermite, cubic_hermite_der
 from governor_mechanism.numerics.once_per_object import once_per_object
 from governor_mechanism.observables.derived_readings import evaluate_derived_readings
 from governor_mechanism.observables.error_scales import JOINT_GAP, MotionScales, name_of_rate
+from governor_mechanism.observables.mechanical_energy import evaluate_mechanical_energy
 from governor_mechanism.observables.motion_readings import evaluate_run_readings
 from governor_mechanism.observables.run_result import DeferredMotionAnalysis, Observables, RunResult, StateHistory, compute_reactions
 from governor_mechanism.types import FloatArray
@@ -407,13 +408,7 @@ class ReadingEvaluator:
     def _evaluate_energy(self, history: StateHistory, scale: float) -> Energy:
         """Return the energy balance, with the scale (J) of its errors."""
         rotation, work = np.zeros((2, len(history.times)))
-        weights, inertias = self._energy_coefficients
-        n_times = len(history.times)
-        kinetic = (history.velocities**2).reshape(n_times, inertias.size) @ inertias.ravel()
-        potential = history.poses[:, :, 1] @ weights + element_potential_energy(self.mechanism, history.poses)
-        for effect in output_forces_of(self.scene):
-            value = evaluate_output_value(self.mechanism, effect.reading, history.poses)
-            potential += np.where(value < effect.slack_below, 0.0, effect.potential(effect.coefficients, value)[0])
+        kinetic, potential = evaluate_mechanical_energy(self.scene, history.poses, history.velocities)
         for one in self.rotations:
             if one.plane.is_loaded:
                 own_inertia = self.mechanism.bodies[one.shaft_index].planar_inertia if one.plane.has_reaction else 0.0
@@ -422,13 +417,3 @@ class ReadingEvaluator:
                 work += energy if one.plane.has_reaction else -energy
         jacobi, dissipated = kinetic + potential + work + history.work, history.dissipated_energy
         return Energy(kinetic=kinetic, potential=potential, rotation=rotation, jacobi=jacobi, dissipated_energy=dissipated, scale=scale)
-
-    @cached_property
-    def _energy_coefficients(self) -> tuple[FloatArray, FloatArray]:
-        """Weight (bodies,) N of each body, and half the inertia (bodies, 3) of its motion in the plane; zero for shafts of spindles."""
-        shafts = {one.shaft_index for one in self.rotations if one.plane.has_reaction}
-        counted = np.array([index not in shafts for index in range(len(self.mechanism.bodies))])
-        masses = np.array([body.mass for body in self.mechanism.bodies])
-        inertias = np.array([[body.mass, body.mass, body.planar_inertia] for body in self.mechanism.bodies]).reshape(-1, 3)
-        weights = gravitational_energy(masses, np.array(self.scene.system.gravity), 1.0)
-        return counted * weights, 0.5 * counted[:, np.newaxis] * inertias

@@ -18,16 +18,17 @@ from governor_mechanism.mechanics.dynamics.system.lowering import make_system
 from governor_mechanism.mechanics.kinematics.assembly import PositionSolver
 from governor_mechanism.mechanics.kinematics.constraint_equations import make_constraint_table
 from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output
-from governor_mechanism.model.events import Event, NamedCrossing
+from governor_mechanism.model.events import Event, EventKind, NamedCrossing
 from governor_mechanism.model.joints import Joint
 from governor_mechanism.model.mechanism import Mechanism
 from governor_mechanism.model.results.outcome import Outcome
-from governor_mechanism.model.results.records import Energy, Reaction, SpeedFluctuation
+from governor_mechanism.model.results.records import Energy, Reaction, Recurrence, SpeedFluctuation
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.numerics.least_squares import RANK_TOLERANCE
 from governor_mechanism.numerics.roots import find_root
 from governor_mechanism.observables.branch_choice import find_singular_configurations
 from governor_mechanism.observables.crossings import find_crossings
+from governor_mechanism.observables.recurrences import are_regular, describe_recurrence
 from governor_mechanism.observables.sampled_motion import BodyState, BoundedDenseOutput, DenseOutput, SampledMotion
 from governor_mechanism.types import GROUND_INDEX, FloatArray, IntArray
 
@@ -234,7 +235,7 @@ class DeferredMotionAnalysis:
         events, has_contacts = list(self.result.contact_events), bool(self.result.contact_modes)
         notes = list[str]()
         if self.result.n_reached and (self.scene.crossings or not has_contacts):
-            dense_output, motion = self._sample(MAX_EVENT_SAMPLES)
+            dense_output, motion = self._searched_motion
             notes += self._note_end_of_search(motion)
             searches: dict[str, Callable[[], Sequence[Event]]] = {
                 f"crossing {one.name!r}": partial(self._find_crossing, one, motion) for one in self.scene.crossings
@@ -250,6 +251,11 @@ class DeferredMotionAnalysis:
                     notes.append(f"the search for {subject} failed, and none of them is listed: {error}")
             notes += dense_output.notes()
         return FoundEvents(tuple(sorted(events, key=lambda event: event.time)), tuple(notes))
+
+    @cached_property
+    def _searched_motion(self) -> tuple[BoundedDenseOutput, SampledMotion]:
+        """The motion in which events are searched for, and its dense output."""
+        return self._sample(MAX_EVENT_SAMPLES)
 
     def _note_end_of_search(self, motion: SampledMotion) -> list[str]:
         """Return a sentence if the samples end before the motion."""
@@ -269,6 +275,16 @@ class DeferredMotionAnalysis:
         motion = self.sample_motion()
         found = {limit.reading: find_speed_fluctuation(self.scene, limit.reading, motion) for limit in limits}
         return {reading: extremes for reading, extremes in found.items() if extremes is not None}
+
+    def recurrences(self) -> dict[str, Recurrence]:
+        """Return how named crossings recur, by their names."""
+        found = dict[str, Recurrence]()
+        for crossing in self.scene.crossings:
+            events = [one for one in self.events() if one.kind is EventKind.CROSSING and one.subject == crossing.name]
+            if are_regular(crossing, times := np.array([event.time for event in events])):
+                motion, errors = self._searched_motion[1], self.result.reading_errors
+                found[crossing.name] = describe_recurrence(self.scene, motion, crossing, times, errors)
+        return found
 
     def lags_at(self, k: int) -> tuple[float, ...]:
         """Return the states of the lags at reported time k."""

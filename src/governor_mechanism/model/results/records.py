@@ -1,12 +1,14 @@
 """Records of a run: its energies and reactions over time, and the speed fluctuation of a shaft."""
 
 import math
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 
 from governor_mechanism.types import FloatArray
+from governor_mechanism.units.quantities import format_quantity, format_reading_name
 from governor_mechanism.units.text_table import short_repr
 
 
@@ -120,3 +122,47 @@ class SpeedFluctuation:
         """Return the speeds, angles, mean and coefficient by name."""
         names = ("lowest", "highest", "lowest_angle", "highest_angle", "mean", "coefficient")
         return {name: getattr(self, name) for name in names}
+
+
+@dataclass(frozen=True, kw_only=True)
+class Recurrence:
+    """How often a named crossing recurs, as the beat of a clock, and means of what happens from one to the next.
+
+    Attributes
+    ----------
+    count
+        Number of crossings.
+    interval
+        Mean time from one to the next, s.
+    interval_error
+        Its error, s; None if not certified.
+    advances
+        Changes of the readings that go on and do not come back, SI, by name.
+    units
+        SI units of these readings.
+    supplied
+        Work of constant forces and torques, J; None where others, drivers or a spindle drive the mechanism.
+    lost
+        Energy that the mechanism loses, J: that work less the gain of kinetic and potential energy.
+    """
+
+    count: int
+    interval: float
+    interval_error: float | None = None
+    advances: Mapping[str, float] = field(default_factory=dict)
+    units: Mapping[str, str] = field(default_factory=dict)
+    supplied: float | None = None
+    lost: float | None = None
+
+    @property
+    def frequency(self) -> float:
+        """Crossings in a second, Hz."""
+        return 1.0 / self.interval
+
+    def __str__(self) -> str:
+        accuracy = "" if self.interval_error is None else f", accurate to {self.interval_error:.1g} s"
+        means = [f"{format_reading_name(name)} {format_quantity(way, self.units[name])}" for name, way in self.advances.items()]
+        if self.supplied is not None:
+            means += [f"work of the forces {self.supplied:.5g} J"] * (self.supplied != 0.0) + [f"losses {self.lost:.5g} J"]
+        listed = f"; from one to the next {', '.join(means)}" if means else ""
+        return f"{self.count} times, every {self.interval:.8g} s{accuracy} ({self.frequency:.7g} Hz){listed}"

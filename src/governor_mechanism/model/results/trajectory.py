@@ -13,7 +13,7 @@ from governor_mechanism.model.motion_state import MotionState
 from governor_mechanism.model.results.film_options import FilmKeywords, FilmOptions, show_film_options
 from governor_mechanism.model.results.outcome import Cost, Outcome
 from governor_mechanism.model.results.pictures import Figure, Film
-from governor_mechanism.model.results.records import Energy, Reaction, SpeedFluctuation
+from governor_mechanism.model.results.records import Energy, Reaction, Recurrence, SpeedFluctuation
 from governor_mechanism.model.results.result import Column, Result, item_column, name_values
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.types import DataFrame, Dataset, FloatArray
@@ -41,6 +41,9 @@ class DeferredResults(Protocol):
 
     def speed_fluctuations(self) -> Mapping[str, SpeedFluctuation]:
         """Return the extreme speeds of shafts by the reading of their angle."""
+
+    def recurrences(self) -> Mapping[str, Recurrence]:
+        """Return how named crossings recur, by their names."""
 
     def lags_at(self, k: int) -> tuple[float, ...]:
         """Return the states of the lags at reported time k."""
@@ -176,6 +179,11 @@ class Trajectory(Result):
     def speed_fluctuations(self) -> Mapping[str, SpeedFluctuation]:
         """Extreme speeds in the last turn of each shaft of an engine, by the reading of its angle. Computed on first access."""
         return name_values("shaft angle", {} if self.deferred_results is None else self.deferred_results.speed_fluctuations())
+
+    @cached_property
+    def recurrences(self) -> Mapping[str, Recurrence]:
+        """How named crossings recur, as the beat of a clock: interval, and energies from one to the next. Computed on first access."""
+        return name_values("recurring event", {} if self.deferred_results is None else self.deferred_results.recurrences())
 
     def state(self, time: float | None = None) -> MotionState:
         """Return the state at a reported time, from which another run can go on: `gm.run(scene, start=run.state())`.
