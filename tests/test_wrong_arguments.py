@@ -212,7 +212,9 @@ def test_a_speed_curve_of_endless_points_is_refused():
     ("options", "sentence"),
     [
         ({"path": None}, "path must be a path; found None"),
-        ({"size": "large"}, 'size is the height of the film in pixels, as 720; 1280x720 is 720 in the layout "wide"; got "large"'),
+        ({"size": 720.5}, 'size is the height of the film in pixels, as 720, or its width and height, as "1280x720"; got 720.5'),
+        ({"size": "large"}, "size 'large' is not understood; write the height of the film in pixels, as 720, or 1280x720"),
+        ({"size": "1280x720", "layout": "machine"}, "size '1280x720' is 16:9, and layout machine is not; leave one of them out"),
         ({"size": 10**10}, "320 to 4320 pixels"),
         ({"part": 3}, "part must be text; found 3"),
         ({"start": "x"}, 'start is a time; "x" has no number'),

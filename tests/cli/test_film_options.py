@@ -142,8 +142,17 @@ def test_a_film_of_one_instant_is_refused():
 
 
 @pytest.mark.parametrize(
-    ("words", "size", "layout"), [("720x720", 720, "machine+plots"), ("1280x720", 720, "wide"), ("854x480", 480, "wide")]
+    ("words", "size", "layout"),
+    [("720", 720, "machine+plots"), ("720x720", 720, "machine+plots"), ("1280x720", 720, "wide"), ("854 x 480", 480, "wide")],
 )
 def test_a_size_is_written_as_width_and_height(words, size, layout):
-    options = gather(size=words)
-    assert (options.size, options.layout) == (size, layout)
+    for options in (gather(size=words), FilmOptions(size=words)):
+        assert (options.size, options.layout) == (size, layout)
+
+
+@pytest.mark.parametrize("text", ["big", "", "320x", "640x480", "-320", "9" * 5000])
+def test_a_size_that_no_film_has_is_refused(text):
+    with pytest.raises(MechanismError, match="--size"):
+        gather(size=text)
+    with pytest.raises(MechanismError, match=r"^size"):
+        FilmOptions(size=text)

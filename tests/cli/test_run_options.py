@@ -10,7 +10,7 @@ from PIL import Image
 
 import governor_mechanism as gm
 from command_line import invoke as call
-from governor_mechanism.cli.options import TEMPLATES, complete_machine, complete_scene, load_changed, parse_changes, parse_film_size
+from governor_mechanism.cli.options import TEMPLATES, complete_machine, complete_scene, load_changed, parse_changes
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.files.results import count_events
 from governor_mechanism.model.events import Event, EventKind
@@ -94,12 +94,6 @@ def test_a_film_has_the_size_and_the_frame_rate_that_are_asked_for(tmp_path):
     with Image.open(tmp_path / "porter.gif") as film:
         assert film.size == (320, 320)
         assert film.n_frames == 5
-
-
-@pytest.mark.parametrize("text", ["big", "320x", "640x480", "-320"])
-def test_a_size_that_no_film_has_is_refused(text):
-    with pytest.raises(MechanismError, match="--size"):
-        parse_film_size(text)
 
 
 @pytest.mark.parametrize(

@@ -1,6 +1,7 @@
 """Words on films: headings of plots are whole, and the lines of labels keep clear of the words and scales of the drawing."""
 
 import dataclasses
+from itertools import combinations
 
 import numpy as np
 import pytest
@@ -11,11 +12,12 @@ from matplotlib.text import Text
 from governor_mechanism.model.results.film_options import FilmOptions
 from governor_mechanism.render.film.frame_canvas import MIN_NAME_HEIGHT, FrameCanvas, PlotHeading
 from governor_mechanism.render.film.frame_painter import ElevationOverlay, FramePainter
-from governor_mechanism.render.film.labels import LABEL_PITCH, break_lines, choose_order, find_labels, place_labels, shares_within
+from governor_mechanism.render.film.label_places import LABEL_PITCH, place_labels, separate_words
+from governor_mechanism.render.film.labels import Label, break_lines, find_labels, shares_within
 from governor_mechanism.render.film.moving_parts import CurvePanel
 from governor_mechanism.render.frame_data import FrameData
 from governor_mechanism.render.geometry.attached import shapes_of
-from governor_mechanism.render.geometry.primitives import SMALL_TEXT, Lines, TextShape, bounding_box
+from governor_mechanism.render.geometry.primitives import SMALL_TEXT, Lines, TextShape, bounding_box, fit_view
 from stub_run import GOVERNOR_DIMENSIONS, fake_run
 
 COLUMN = 147.0
@@ -128,28 +130,61 @@ def test_no_label_line_crosses_the_lift_scale_or_a_word(porter):
 def test_labels_stand_one_below_the_other(porter):
     data = FrameData(porter, porter.scene.part, (0.0, 3.4), np.linspace(0.0, 3.4, 11))
     painter = FramePainter(porter, [data], options=FilmOptions(labels=True))
-    placed = place_labels(data, find_labels(data), painter.view)
+    placed = place_labels(data, find_labels(data), painter.view, data.drawing.static_shapes)
     heights = [label.height for label in placed]
     assert len(placed) > 5
     assert np.diff(heights).min() >= LABEL_PITCH - 1e-9
     assert {label.name for label in placed} >= {"arm", "ball", "link", "sleeve"}
 
 
-@given(st.lists(st.lists(st.tuples(st.floats(-3.0, 0.5), st.floats(-1.0, 1.0)), min_size=3, max_size=3), min_size=2, max_size=5))
-def test_no_other_order_that_moves_one_name_makes_lines_cross_less(paths):
-    points, start = np.array(paths), (1.0, 0.0)
+def cross(first, second):
+    """Return whether two pieces of lines cross, from the sides of each on which the ends of the other are."""
+    (a, b), (c, d) = np.array(first), np.array(second)
 
-    def crossings(order):
-        slopes = [[y / (1.0 - x) for x, y in points[k].tolist()] for k in order]
-        return sum(
-            above < below for k, upper in enumerate(slopes) for lower in slopes[k + 1 :] for above, below in zip(upper, lower, strict=True)
-        )
+    def side(start, end, point):
+        (x, y), (u, v) = end - start, point - start
+        return x * v - y * u
 
-    chosen = choose_order(points, start)
-    assert sorted(chosen) == [*range(len(points))]
-    for k, one in enumerate(chosen):
-        rest = chosen[:k] + chosen[k + 1 :]
-        assert all(crossings([*rest[:place], one, *rest[place:]]) >= crossings(chosen) for place in range(len(chosen)))
+    return side(a, b, c) * side(a, b, d) < -1e-12 and side(c, d, a) * side(c, d, b) < -1e-12
+
+
+PLACES = st.tuples(st.integers(-30, 25), st.integers(-30, 30))
+"""A point of a drawing, cm."""
+
+
+@given(st.lists(PLACES, min_size=2, max_size=8, unique=True))
+def test_lines_to_parts_at_rest_do_not_cross(porter, places):
+    data = FrameData(porter, porter.scene.part, (0.0, 3.4), np.linspace(0.0, 3.4, 3))
+    view = fit_view((-0.3, 0.3, -0.35, 0.35), (12.0, 40.0, 180.0, 400.0))
+    labels = [Label(name=str(k), points=np.tile(place, (3, 1)) / 100) for k, place in enumerate(places)]
+    placed = place_labels(data, labels, view, [])
+    assert sorted(label.name for label in placed) == sorted(label.name for label in labels)
+    assert np.diff([label.height for label in placed]).min() >= LABEL_PITCH - 1e-9
+    assert not any(cross(a, b) for first, second in combinations(placed, 2) for a in first.lines[0] for b in second.lines[0])
+
+
+def test_a_line_has_a_gap_where_another_crosses_it():
+    """Two points that change places, at one distance from the names: their lines cross in one of two frames."""
+    run = fake_run(GOVERNOR_DIMENSIONS["porter"], duration=1.0, output_interval=0.02)
+    data = FrameData(run, run.scene.part, (0.0, 1.0), np.array([0.25, 0.75]))
+    view = fit_view((-0.3, 0.3, -0.35, 0.35), (12.0, 40.0, 180.0, 400.0))
+    high, low = (-0.2, 0.2), (-0.2, -0.2)
+    labels = [Label(name=name, points=np.array(points)) for name, points in (("a", [high, low]), ("b", [low, high]))]
+    upper, lower = (label.lines for label in place_labels(data, labels, view, []))
+    drawn = [[sum(start != end for start, end in lines[k]) for k in range(2)] for lines in (upper, lower)]
+    assert sorted(drawn[1]) == [1, 2]  # pieces of the lower line without and with a crossing
+    assert drawn[0] == [1, 1]
+    assert not any(cross(a, b) for k in range(2) for a in upper[k] for b in lower[k])
+
+
+def test_columns_of_words_stand_one_below_the_other_where_there_is_no_space():
+    words = [TextShape("scale", x, y, text, 0.1) for x, text in ((0.0, "compression"), (0.1, "bar: cylinder")) for y in (0.0, -0.02)]
+    roomy, small = (fit_view((0.0, 0.4, -0.2, 0.2), (0.0, 0.0, size, size)) for size in (480.0, 120.0))
+    assert separate_words(words, roomy) == words
+    first, second, third, fourth = separate_words(words, small)
+    assert [first, second] == words[:2]
+    assert third.x == fourth.x == first.x
+    assert second.y > third.y > fourth.y
 
 
 def test_a_line_is_broken_at_boxes():

@@ -18,7 +18,7 @@ import typer
 
 import governor_mechanism as gm
 from governor_mechanism.errors import MechanismError, did_you_mean
-from governor_mechanism.model.results.film_options import OPTIONS, FilmFormat, FilmLayout, FilmOptionError, FilmOptions
+from governor_mechanism.model.results.film_options import OPTIONS, FilmFormat, FilmOptionError, FilmOptions
 from governor_mechanism.model.results.pictures import Theme
 from governor_mechanism.units.quantities import number_or_text
 
@@ -76,27 +76,6 @@ COMMAND_WORDS: Final[Mapping[str, str]] = {
 """Words of messages on the command line, by those of Python."""
 
 
-WIDE_RATIO: Final = 16 / 9
-"""Width over height of a film of the layout "wide"."""
-
-
-def parse_film_size(text: str) -> int:
-    """Return the height of a film in pixels, written as 720, or with the width before it, as 720x720 or 1280x720."""
-    width, cross, height = text.lower().partition("x")
-    if not all(word.strip().isdecimal() for word in ((width, height) if cross else (width,))):
-        raise MechanismError(f"--size {text!r} is not understood; write the height of the film in pixels, as --size 720, or 1280x720")
-    if cross and width.strip() != height.strip() and not _is_wide(text):
-        hint = f"one of several parts is as wide as they need; give the height, as --size {int(height)}"
-        raise MechanismError(f"--size {text!r} has a width of its own: a film is square, or 16:9 as 1280x720, and {hint}")
-    return int(height or width)
-
-
-def _is_wide(text: str) -> bool:
-    """Return whether a size is written with a width of 16/9 of its height, to a pixel."""
-    width, _, height = text.lower().partition("x")
-    return bool(height) and abs(int(width) - WIDE_RATIO * int(height)) <= 1.0
-
-
 def _parse_names(option: str, example: str, text: str) -> list[str]:
     """Return the names in the text of an option with commas between, each once."""
     names = dict.fromkeys(name.strip() for name in text.split(",") if name.strip())
@@ -106,7 +85,7 @@ def _parse_names(option: str, example: str, text: str) -> list[str]:
 
 
 _PARSERS: Final[Mapping[str, Callable[[str], object]]] = {
-    "size": parse_film_size,
+    "size": str,
     "readings": partial(_parse_names, "--readings", "arm_angle,sleeve_lift"),
     "paths": partial(_parse_names, "--paths", "foot,crank pin"),
     "layers": partial(_parse_names, "--layers", "velocity,poles"),
@@ -154,10 +133,7 @@ def gather_film_options(
     if given["no_film"]:
         refuse_idle_options("film", *names, condition="with --no-film")
     chosen = {one.name: given[one.name] for one in FILM_PARAMETERS if given[one.name] != one.default}
-    size = chosen.get("size")
     chosen |= {name: _PARSERS[name](text) for name, text in chosen.items() if name in _PARSERS}
-    if size is not None and _is_wide(size) and chosen.setdefault("layout", FilmLayout.WIDE) is not FilmLayout.WIDE:
-        raise MechanismError(f"--size {size!r} is 16:9, and --layout {chosen['layout']} is not; leave one of them out")
     if "footer" in chosen:
         chosen["footer"] = False
     if given["theme"] is Theme.DARK and given["film"] != FilmFormat.HTML:

@@ -1,6 +1,7 @@
 """What a user may ask of a film: one record, whose fields say what each option means, what it may be, and how a command names it."""
 
 import inspect
+import re
 import textwrap
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, fields
@@ -14,6 +15,10 @@ from governor_mechanism.units.quantities import convert_texts, format_value
 
 MIN_FRAME_SIZE, MAX_FRAME_SIZE = 320, 4320
 """Smallest frame (pixels) in which text is readable, and the largest that screens show."""
+WIDE_RATIO: Final = 16 / 9
+"""Width over height of a film of the layout "wide"."""
+_SIZE = re.compile(r"\s*(?:(?P<width>\d{1,9})\s*[xX×]\s*)?(?P<height>\d{1,9})\s*")
+"""Size of a film as text: its height in pixels, or its width and height."""
 MAX_FRAME_RATE = 50
 """Largest frame rate (1/s): viewers show a GIF frame of less than 2 hundredths of a second far too long."""
 MAX_PLOTS = 4
@@ -86,14 +91,36 @@ def _read_frame_rate(value: float | None) -> float | None:
     return value
 
 
-def _read_size(value: int) -> int:
-    if not isinstance(value, int) or isinstance(value, bool):
-        template = '{size} is the height of the film in pixels, as 720; 1280x720 is 720 in the layout "wide"; got {found}'
+def _read_size(value: int | str) -> int:
+    """Return the height of a film in pixels, a number or text: "720", or with the width before it, "720x720" or "1280x720"."""
+    height = _parse_size(value)[1] if isinstance(value, str) else value
+    if not isinstance(height, int) or isinstance(height, bool):
+        template = '{size} is the height of the film in pixels, as 720, or its width and height, as "1280x720"; got {found}'
         raise FilmOptionError(template, found=format_value(value))
-    if not MIN_FRAME_SIZE <= value <= MAX_FRAME_SIZE:
+    if not MIN_FRAME_SIZE <= height <= MAX_FRAME_SIZE:
         template = "{size} must be {least} to {most} pixels; got {found}"
-        raise FilmOptionError(template, least=MIN_FRAME_SIZE, most=MAX_FRAME_SIZE, found=value)
-    return value
+        raise FilmOptionError(template, least=MIN_FRAME_SIZE, most=MAX_FRAME_SIZE, found=height)
+    return height
+
+
+def _parse_size(text: str) -> tuple[int, int]:
+    """Return the width and height of a square film, or one of 16:9, from text; both are equal if the width is not given."""
+    found = _SIZE.fullmatch(text)
+    if not found:
+        template = "{size} {found!r} is not understood; write the height of the film in pixels, as 720, or 1280x720"
+        raise FilmOptionError(template, found=text)
+    height = int(found["height"])
+    width = int(found["width"] or height)
+    if width != height and not _is_wide(width, height):
+        hint = f"one of several parts is as wide as they need; give the height, as {height}"
+        template = "{size} {found!r} has a width of its own: a film is square, or 16:9 as 1280x720, and {hint}"
+        raise FilmOptionError(template, found=text, hint=hint)
+    return width, height
+
+
+def _is_wide(width: int, height: int) -> bool:
+    """Return whether the width is 16/9 of the height, to a pixel."""
+    return abs(width - WIDE_RATIO * height) <= 1.0
 
 
 def _one_of(name: str, words: type[StrEnum]) -> Callable[[str], StrEnum]:
@@ -178,7 +205,7 @@ class FilmKeywords(TypedDict, total=False):
     """Options of a film as users write them: `gm.film(run, path, size=720, stop="2 s")`."""
 
     frames_per_second: float | None
-    size: int
+    size: int | str
     layout: str
     readings: Sequence[str] | None
     footer: bool
@@ -215,7 +242,8 @@ class FilmOptions:
     size: int = film_option(
         480,
         None,
-        "Height of the film in pixels, and its width per run of one part; at least 320. A page fits its window.",
+        'Height of the film in pixels, and its width per run of one part; at least 320. Or width and height as text: "1280x720" is 720 in '
+        'the layout "wide". A page fits its window.',
         read=_read_size,
         help="Size of the film in pixels: its height, as 720, or 1280x720 for a film of the layout wide. [480]",
     )
@@ -332,8 +360,9 @@ class FilmOptions:
             if name not in OPTIONS:
                 known = ", ".join(OPTIONS)
                 raise MechanismError(f"a film has no option {name!r}; its options are {known}.{did_you_mean(name, OPTIONS)}")
+        chosen: Mapping[str, object] = {**options, **_find_wide_layout(options)}
         for one in fields(self):
-            object.__setattr__(self, one.name, _read(one.name, options.get(one.name, one.default), one.default))
+            object.__setattr__(self, one.name, _read(one.name, chosen.get(one.name, one.default), one.default))
         self._require_combination()
 
     def _require_combination(self) -> None:
@@ -352,6 +381,16 @@ class FilmOptions:
             raise FilmOptionError("{forces} are those of the true positions, which {exaggerate} does not show; leave one of the two out")
         if self.layers and self.exaggerate > 1.0:
             raise FilmOptionError("{layers} are those of the true motion, which {exaggerate} does not show; leave one of the two out")
+
+
+def _find_wide_layout(options: FilmKeywords) -> FilmKeywords:
+    """Return the layout of a film whose size is written as 16:9, nothing for another; raise FilmOptionError if another is chosen."""
+    size, layout = options.get("size"), options.get("layout", FilmLayout.WIDE)
+    if not isinstance(size, str) or not _is_wide(*_parse_size(size)):
+        return {}
+    if layout != FilmLayout.WIDE:
+        raise FilmOptionError("{size} {found!r} is 16:9, and {layout} {other} is not; leave one of them out", found=size, other=layout)
+    return {"layout": FilmLayout.WIDE}
 
 
 def _read(name: str, value: object, default: object) -> object:

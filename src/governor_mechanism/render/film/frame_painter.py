@@ -13,7 +13,8 @@ from governor_mechanism.model.results.film_options import DEFAULT_OPTIONS, FilmO
 from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.render.film import layout
 from governor_mechanism.render.film.frame_canvas import LINE_PITCH, FrameCanvas, PlotHeading
-from governor_mechanism.render.film.labels import LABEL_HEIGHT, LETTER_WIDTH, AngleArc, PlacedLabel, find_labels, place_labels
+from governor_mechanism.render.film.label_places import LABEL_HEIGHT, LETTER_WIDTH, PlacedLabel, place_labels, separate_words
+from governor_mechanism.render.film.labels import AngleArc, find_labels
 from governor_mechanism.render.film.layout import frame_layout, shift_rect
 from governor_mechanism.render.film.moving_parts import Panel, plot_panel
 from governor_mechanism.render.film.outside_view import OutsideView, outside_box
@@ -198,9 +199,10 @@ class ElevationOverlay:
         return max((LETTER_WIDTH * LABEL_HEIGHT * len(label.name) + 10.0 for label in self._labels), default=0.0)
 
     def place_labels(self, view: PixelView, add_text: AddText, shift: float) -> None:
-        """Write the names at the right of a view."""
-        words = [shape for shape in self.static_shapes if isinstance(shape, TextShape)]
-        self._placed = place_labels(self._data, self._labels, view, words)
+        """Write the names at the right of a view, and add the shapes of the drawing that do not move to the static ones."""
+        resting = self._data.drawing.static_shapes
+        self.static_shapes += separate_words(resting, view) if self._labels else resting
+        self._placed = place_labels(self._data, self._labels, view, self.static_shapes)
         for label in self._placed:
             add_text(label.name, (view.rect[2] + 6.0 - shift, label.height), LABEL_HEIGHT, color=INK)
 
@@ -330,7 +332,7 @@ class FramePainter(FrameCanvas):
         parts = [*frame_data.moving_parts(), *overlay.parts()]
         if path is not None and ends is not None:
             parts.insert(0, Flexible(shapes_at=lambda k: [self._traced_path(frame_data, path, ends, k)]))
-        return self._make_shape_panel(view, (*overlay.static_shapes, *drawing.static_shapes), parts)
+        return self._make_shape_panel(view, overlay.static_shapes, parts)
 
     def _outside_box(self, index: int) -> BoundingBox:
         """Return the box (m) around part `index` seen from outside, in all runs that share its scale."""

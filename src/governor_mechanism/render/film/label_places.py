@@ -1,0 +1,252 @@
+"""Places of names at the right of a drawing, chosen for the whole film, so that the lines to their parts cross little.
+
+A name keeps its height while its part moves. Where two lines cross all the same, the lower one has a gap.
+"""
+
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from itertools import combinations, pairwise, product
+
+import numpy as np
+from scipy.optimize import linear_sum_assignment
+
+from governor_mechanism.render.film.labels import Label, Piece, break_lines, shares_within
+from governor_mechanism.render.frame_data import FrameData
+from governor_mechanism.render.geometry.primitives import SMALL_TEXT, BoundingBox, DrawnShape, PixelView, TextShape, bounding_box
+from governor_mechanism.types import BoolArray, FloatArray, IntArray
+
+LABEL_HEIGHT, LABEL_PITCH = SMALL_TEXT, 16.0
+"""Height of a name, and smallest distance to the next, pixels."""
+LETTER_WIDTH = 0.62
+"""Width of a letter relative to its height, about that of the widest words."""
+LINE_START = 2.0
+"""Distance (pixels) of the start of a line from the drawing, at its right."""
+_TEXT_HEIGHT, _MARGIN = SMALL_TEXT, 2.0
+"""Height of the words of a drawing, and the distance that a line keeps from them and from scales, pixels."""
+_SCALE_ROLES = frozenset({"scale", "pointer"})
+"""Roles of shapes off which a value is read."""
+_EMPTY_BOX: BoundingBox = (1e9, -1e9, 1e9, -1e9)
+"""A box (m) that no line passes."""
+_MAX_FRAMES = 24
+"""Number of frames at which crossings are counted: a line moves little between them."""
+_STEP = 4.0
+"""Distance of the compared heights, pixels."""
+_WORD_COST, _LINE_COST = 400.0, 1000.0
+"""Displacement (pixels) of a name that is worth one crossing at every frame, with a word or a scale, and with another line."""
+_MAX_SWEEPS = 8
+"""Number of times that all names are moved; two or three suffice mostly."""
+_MIN_GAIN = 1e-6
+"""Smallest gain (pixels) for which a name moves."""
+_MIN_WIDTH = 1e-12
+"""Smallest length (m) of a line: a shorter one is divided by this."""
+_HALF_GAP = 4.0
+"""Half the gap (pixels) of a line where another one crosses it."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class PlacedLabel:
+    """A name, its middle height (pixels from the top), and the pieces (m) of the line to its part at each frame."""
+
+    name: str
+    height: float
+    lines: Sequence[tuple[Piece, ...]]
+
+
+def place_labels(data: FrameData, labels: Sequence[Label], view: PixelView, resting: Sequence[DrawnShape]) -> list[PlacedLabel]:
+    """Return the names from the top, at heights and with lines that cross little over the film, neither each other nor resting words."""
+    if not labels:
+        return []
+    frames = np.unique(np.linspace(0, len(data.times) - 1, _MAX_FRAMES).astype(int))
+    fixed = list(_boxes_of(resting, view))
+    boxes = _boxes_at(data, frames, view, fixed)
+    points = [np.array([label.points, *label.other_points]) for label in labels]
+    rows, chosen = _Places(view, [one[:, frames] for one in points], boxes).choose()
+    order = np.argsort(rows).tolist()
+    ends = np.array([points[k][chosen[k]] for k in order])
+    starts = np.array([(view.line_x(LINE_START), view.height_of(rows[k])) for k in order])
+    gaps = _gaps_at_crossings(starts, ends, _HALF_GAP / view.scale)
+    fixed_boxes = np.array(fixed).reshape(-1, 4)
+
+    def place(place: int, k: int) -> PlacedLabel:
+        lines = break_lines(starts[place], ends[place], fixed_boxes, gaps[place])
+        return PlacedLabel(name=labels[k].name, height=rows[k], lines=lines)
+
+    return [place(position, k) for position, k in enumerate(order)]
+
+
+def separate_words(shapes: Sequence[DrawnShape], view: PixelView) -> list[DrawnShape]:
+    """Return shapes, with a column of words below the one at its left where that is too long: words do not shrink with a view."""
+    letter, height = LETTER_WIDTH * _TEXT_HEIGHT / view.scale, _TEXT_HEIGHT / view.scale
+    columns: dict[float, list[TextShape]] = {}
+    for shape in shapes:
+        if isinstance(shape, TextShape):
+            columns.setdefault(round(shape.x, 9), []).append(shape)
+    moved: dict[int, TextShape] = {}
+    for (_, left), (_, right) in pairwise(sorted(columns.items())):
+        if any(abs(a.y - b.y) < 0.5 * height and a.x + letter * len(a.text) > b.x for a, b in product(left, right)):
+            lowest = min(word.y for word in left)
+            rows = sorted(right, key=lambda word: -word.y)
+            moved |= {id(word): replace(word, x=left[0].x, y=lowest - (row + 1) * 1.2 * height) for row, word in enumerate(rows)}
+    return [moved.get(id(shape), shape) for shape in shapes]
+
+
+class _Places:
+    """Search for the heights of names in a view and the points (a, f, 2) m of each to which its line leads.
+
+    Costs (pixels) are the distances of its point, along and across, and those of words and scales in boxes (f, n, 4) m and of other lines
+    that its line crosses.
+    """
+
+    def __init__(self, view: PixelView, points: Sequence[FloatArray], boxes: FloatArray) -> None:
+        top, bottom = view.rect[1] + LABEL_PITCH, view.rect[3] - LABEL_PITCH
+        self._rows = np.linspace(top, bottom, max(round((bottom - top) / _STEP), 2) + 1)
+        self._apart = int(np.ceil(LABEL_PITCH / (self._rows[1] - self._rows[0]) - 1e-9))
+        self._x, self._points = view.line_x(LINE_START), points
+        self._heights = np.array([view.height_of(row) for row in self._rows.tolist()])
+        starts = np.column_stack([np.full(len(self._heights), self._x), self._heights])
+        words = [np.array([_count_crossings(starts, one, boxes) for one in ends]) for ends in points]
+        steps = [view.scale * np.abs(ends[:, None] - starts[:, None]) for ends in points]
+        self._lengths = [np.hypot(one[..., 0], one[..., 1]).mean(axis=-1) for one in steps]
+        self._costs = [_WORD_COST * word + one.sum(axis=-1).mean(axis=-1) for word, one in zip(words, steps, strict=True)]
+        self._places: IntArray = np.zeros(len(points), dtype=np.int64)
+        self._chosen: IntArray = np.zeros(len(points), dtype=np.int64)
+
+    def choose(self) -> tuple[list[float], list[int]]:
+        """Return the row (pixels from the top) of each name, and the number of its point."""
+        if (len(self._points) - 1) * self._apart >= len(self._rows):
+            return np.linspace(self._rows[0], self._rows[-1], len(self._points))[self._order()].tolist(), self._chosen.tolist()
+        self._begin()
+        for _ in range(_MAX_SWEEPS):
+            moved = [self._move(k) for k in range(len(self._points))]
+            swapped = [self._swap(*pair) for pair in combinations(range(len(self._points)), 2)]
+            if not any(moved + swapped):
+                break
+        return self._rows[self._places].tolist(), self._chosen.tolist()
+
+    def _order(self) -> IntArray:
+        """Return the place of each name in the order in which the first points follow each other from the top."""
+        means = [-float(one[0, :, 1].mean()) for one in self._points]
+        places: IntArray = np.argsort(np.argsort(means, kind="stable"), kind="stable")
+        return places
+
+    def _begin(self) -> None:
+        """Put the names at equal distances, with lines that are shortest in all: those of parts at rest do not cross."""
+        count = len(self._points)
+        places = np.linspace(0, len(self._rows) - 1, count).astype(int)
+        names, order = linear_sum_assignment([costs[0, places] for costs in self._lengths])
+        self._places[names] = places[order]
+
+    def _costs_at(self, k: int, places: IntArray, others: Sequence[int]) -> FloatArray:
+        """Return the costs (a, p) of the points of a name at places, beside other names."""
+        costs: FloatArray = self._costs[k][:, places]
+        if not others:
+            return costs
+        other_ends = np.array([self._points[j][self._chosen[j]] for j in others])
+        heights, other_heights = self._heights[places][:, None, None], self._heights[self._places[others]][:, None]
+        crossed = _lines_cross(self._x, heights, self._points[k][:, None, None], other_heights, other_ends)
+        total: FloatArray = costs + _LINE_COST * crossed.mean(axis=-1).sum(axis=-1)
+        return total
+
+    def _cost_of(self, k: int, others: Sequence[int]) -> float:
+        """Return the costs of a name as it stands, beside other names."""
+        return float(self._costs_at(k, self._places[[k]], others)[self._chosen[k], 0])
+
+    def _move(self, k: int) -> bool:
+        """Move a name to the best of the free places; return whether one is better."""
+        others = [j for j in range(len(self._points)) if j != k]
+        distances = np.abs(np.arange(len(self._rows))[:, None] - self._places[others])
+        free = np.flatnonzero((distances >= self._apart).all(axis=1))
+        costs = self._costs_at(k, free, others)
+        point, place = np.unravel_index(int(costs.argmin()), costs.shape)
+        if costs[point, place] >= self._cost_of(k, others) - _MIN_GAIN:
+            return False
+        self._places[k], self._chosen[k] = free[place], point
+        return True
+
+    def _swap(self, first: int, second: int) -> bool:
+        """Let two names change places if that is better, and return whether they did."""
+        rest = [j for j in range(len(self._points)) if j not in (first, second)]
+        pair, places, chosen = [first, second], self._places.copy(), self._chosen.copy()
+        before = self._cost_of(first, rest) + self._cost_of(second, [*rest, first])
+        self._places[pair] = places[[second, first]]
+        after = 0.0
+        for k, others in ((first, rest), (second, [*rest, first])):
+            costs = self._costs_at(k, self._places[[k]], others)[:, 0]
+            self._chosen[k] = costs.argmin()
+            after += costs.min()
+        if after < before - _MIN_GAIN:
+            return True
+        self._places, self._chosen = places, chosen
+        return False
+
+
+def _lines_cross(x: float, heights: FloatArray, ends: FloatArray, other_heights: FloatArray, other_ends: FloatArray) -> BoolArray:
+    """Return whether lines from heights (...) at x (m) to ends (..., 2) at its left cross others.
+
+    They do if their order where the shorter one ends is not that at their starts.
+    """
+    shorter = np.maximum(ends[..., 0], other_ends[..., 0])
+
+    def height_there(start: FloatArray, end: FloatArray) -> FloatArray:
+        share: FloatArray = (x - shorter) / np.maximum(x - end[..., 0], _MIN_WIDTH)
+        return start + share * (end[..., 1] - start)
+
+    above = height_there(heights, ends) - height_there(other_heights, other_ends)
+    crossed: BoolArray = (heights - other_heights) * above < 0.0
+    return crossed
+
+
+def _gaps_at_crossings(starts: FloatArray, ends: FloatArray, half_gap: float) -> list[FloatArray]:
+    """Return for each of some lines from starts (n, 2) to ends (n, f, 2) m its gaps (f, m, 2) where earlier ones cross it.
+
+    A gap is the shares of the line where it begins and ends; one that ends before it begins is none.
+    """
+    steps = ends - starts[:, None]
+    return [_gaps_of_line(starts[: k + 1], steps[: k + 1], half_gap) for k in range(len(starts))]
+
+
+def _gaps_of_line(starts: FloatArray, steps: FloatArray, half_gap: float) -> FloatArray:
+    """Return the gaps (f, m, 2) of the last of some lines, from starts by steps, where the others cross it."""
+    (*_, own), between = steps, starts[:-1, None] - starts[-1]
+    determinant = _cross(own, steps[:-1])
+    determinant = np.where(determinant == 0.0, np.inf, determinant)  # parallel lines do not cross
+    share, other_share = _cross(between, steps[:-1]) / determinant, _cross(between, own) / determinant
+    is_crossed = (share > 0.0) & (share < 1.0) & (other_share > 0.0) & (other_share < 1.0)
+    reach = half_gap / np.maximum(np.hypot(*own.T), _MIN_WIDTH)
+    gaps = np.stack([np.where(is_crossed, share - reach, 1.0), np.where(is_crossed, share + reach, 0.0)], axis=-1)
+    clipped: FloatArray = np.moveaxis(gaps[is_crossed.any(axis=1)], 0, 1).clip(0.0, 1.0)
+    return clipped
+
+
+def _cross(first: FloatArray, second: FloatArray) -> FloatArray:
+    """Return the z component of the vector products of vectors (..., 2)."""
+    product: FloatArray = first[..., 0] * second[..., 1] - first[..., 1] * second[..., 0]
+    return product
+
+
+def _boxes_at(data: FrameData, frames: IntArray, view: PixelView, fixed: Sequence[BoundingBox]) -> FloatArray:
+    """Return the boxes (f, n, 4) m of words and scales at frames, those that are fixed and those that move; some are empty."""
+    by_frame = [[*fixed, *_boxes_of(data.drawing.moving_shapes(data.poses[k], float(data.times[k])), view)] for k in frames.tolist()]
+    count = max(map(len, by_frame))
+    return np.array([[*boxes, *[_EMPTY_BOX] * (count - len(boxes))] for boxes in by_frame]).reshape(len(by_frame), count, 4)
+
+
+def _boxes_of(shapes: Iterable[DrawnShape], view: PixelView) -> Iterator[BoundingBox]:
+    """Yield the boxes (m) of words and scales, with their margins."""
+    for shape in shapes:
+        margin = _MARGIN / view.scale
+        if isinstance(shape, TextShape):
+            width, half_height = LETTER_WIDTH * _TEXT_HEIGHT * len(shape.text) / view.scale, 0.5 * _TEXT_HEIGHT / view.scale
+            yield shape.x - margin, shape.x + width + margin, shape.y - half_height - margin, shape.y + half_height + margin
+        elif shape.role in _SCALE_ROLES:
+            left, right, low, high = bounding_box([shape])
+            yield left - margin, right + margin, low - margin, high + margin
+
+
+def _count_crossings(starts: FloatArray, ends: FloatArray, boxes: FloatArray) -> FloatArray:
+    """Return the mean number (h,) of boxes (f, n, 4) that lines cross from starts (h, 2) to an end (f, 2) that moves."""
+    if not boxes.shape[1]:
+        return np.zeros(len(starts))
+    enters, leaves = shares_within(starts[:, None, None], ends[None, :, None], boxes[None])
+    crossings: FloatArray = (enters < leaves).sum(axis=2).mean(axis=1)
+    return crossings
