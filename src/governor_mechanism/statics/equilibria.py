@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
@@ -22,6 +22,7 @@ from governor_mechanism.statics.equilibrium_speed import (
     has_equilibrium_speed,
     has_spindle_dependent_loads,
 )
+from governor_mechanism.statics.rests import Rest, find_rests, is_free
 from governor_mechanism.statics.speed_curve import compute_speed_curve
 from governor_mechanism.types import BoolArray, FloatArray, IntArray
 from governor_mechanism.units.quantities import format_quantity, parse_quantity
@@ -59,7 +60,7 @@ class Equilibrium(Result):
     readings
         Readings by name, SI.
     stiffness
-        Stiffness K, N m/rad or N/m; 0 if astatic.
+        Stiffness K, N m/rad or N/m; 0 if astatic, infinite where a contact bears the loads.
     frequency
         Frequency of small oscillations without damping, rad/s; 0 if not stable.
     divergence_rate
@@ -72,6 +73,10 @@ class Equilibrium(Result):
         Whether the equilibrium is stable; False if astatic.
     poses
         Poses; shape (bodies, 3).
+    contact
+        Name of the contact that bears the loads; empty for an equilibrium without one.
+    push
+        Its normal force, N; 0 without one.
     """
 
     coordinate: float
@@ -84,6 +89,8 @@ class Equilibrium(Result):
     uncertainty: float
     stable: bool
     poses: FloatArray
+    contact: str = ""
+    push: float = 0.0
 
     __repr__ = short_repr
 
@@ -123,7 +130,9 @@ def find_equilibria(
 def find_equilibria_or_empty(scene: Scene, spindle_speed: float | str | None = None) -> tuple[Equilibrium, ...]:
     """Return all equilibria as `find_equilibria` does, or an empty tuple if there is none."""
     reduction, speed = SingleDofReduction(scene), _requested_speed(scene, spindle_speed)
-    return tuple(_EquilibriumSearch(reduction, speed**2 if has_spindle_dependent_loads(scene) else 0.0).find())
+    search = _EquilibriumSearch(reduction, speed**2 if has_spindle_dependent_loads(scene) else 0.0)
+    found = [one for one in search.find() if is_free(reduction, one.poses[np.newaxis])[0]] + search.find_rests()
+    return tuple(sorted(found, key=lambda one: one.coordinate))
 
 
 def _requested_speed(scene: Scene, spindle_speed: object) -> float:
@@ -159,6 +168,24 @@ class _EquilibriumSearch:
             return equilibria
         tolerance = 10 * MIN_EQUILIBRIUM_SEPARATION * reduction.coordinate_scale
         return [equilibria[k] for k in travel.find_distinct([equilibrium.extent for equilibrium in equilibria], tolerance)]
+
+    def find_rests(self) -> list[Equilibrium]:
+        """Return the equilibria in which a contact bears the loads."""
+        return [self._build_rest(rest) for rest in find_rests(self.reduction, lambda coefficients: -self._force(coefficients)[0])]
+
+    def _build_rest(self, rest: Rest) -> Equilibrium:
+        value = float(rest.coefficients.coordinate[0])
+        return replace(
+            self._build_equilibrium(rest.coefficients, (value, value)),
+            stiffness=math.inf,
+            frequency=0.0,
+            divergence_rate=0.0,
+            sensitivity=0.0,
+            uncertainty=FORCE_ROUNDING * max(self.reduction.coordinate_scale, abs(value)),
+            stable=True,
+            contact=rest.contact,
+            push=rest.push,
+        )
 
     def _force(self, coefficients: PathCoefficients) -> tuple[FloatArray, FloatArray]:
         """Return the generalised force (n,) and the sum of the magnitudes of its terms."""

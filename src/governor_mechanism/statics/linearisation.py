@@ -287,7 +287,8 @@ def linearise_from_start(
         try:
             return linearise_scene(scene, poses, velocities, spindle_speed)
         except MechanismError as other_error:
-            earlier_problems = error.problems if NO_STEADY_STATE in other_error.problems else ()
+            is_general = any(one.startswith(NO_STEADY_STATE) for one in other_error.problems)
+            earlier_problems = error.problems if is_general else ()
             raise MechanismError(*earlier_problems, *other_error.problems) from None
     start = float(evaluate_output_value(scene.part.mechanism, scene.part.mechanism.coordinate, poses))
     return linearise_scene(scene, poses_at(scene, min(equilibria, key=lambda one: abs(one.coordinate - start))), velocities, spindle_speed)

@@ -7,6 +7,7 @@ from functools import cached_property, partial
 import numpy as np
 
 from governor_mechanism.errors import MechanismError
+from governor_mechanism.mechanics.dynamics.forces.contacts import outline_gaps_of
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.numerics.roots import jacobian
 from governor_mechanism.statics.first_order_system import FirstOrderSystem
@@ -260,4 +261,6 @@ def settle(
         relaxed = state.z if state.is_steady else state.z + RELAXATION_STEP * state.direction_of_acceleration
         motions = [dynamics.mass_centre_motion(z, state.rates) for z in (relaxed, state.z)]
         poses, velocities = next(motion for motion in motions if np.all(np.isfinite(motion[0])))
-    raise MechanismError(NO_STEADY_STATE)
+    touching = list(dict.fromkeys(gap.contact for gap in outline_gaps_of(scene)))
+    clause = f". Where parts touch, the motion has no linear equations: contacts are {', '.join(map(repr, touching))}" if touching else ""
+    raise MechanismError(f"{NO_STEADY_STATE}{clause}")

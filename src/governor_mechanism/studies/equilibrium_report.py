@@ -88,7 +88,8 @@ class EquilibriumReport(Result):
     @property
     def columns(self) -> tuple[Column, ...]:
         """What is reported of the equilibria, and of their bands if a resistance is given."""
-        names = ("coordinate", "extent", "stable", "stiffness", "frequency", "divergence_rate", "uncertainty", "sensitivity", "readings")
+        names = ["coordinate", "extent", "stable", "stiffness", "frequency", "divergence_rate", "uncertainty", "sensitivity", "readings"]
+        names += ["contact", "push"] if any(row.equilibrium.contact for row in self.rows) else []
         band = [Column("insensitivity_band", value="band_values")] if any(row.band is not None for row in self.rows) else []
         return *(Column(name, value=f"equilibrium.{name}") for name in names), *band
 
@@ -204,6 +205,8 @@ def _format_position(scene: Scene, equilibrium: Equilibrium) -> str:
 def _format_stability(scene: Scene, equilibrium: Equilibrium) -> str:
     if equilibrium.astatic:
         return "astatic, in equilibrium anywhere between"
+    if equilibrium.contact:
+        return f"at rest on contact {equilibrium.contact!r}, which bears {equilibrium.push:.6g} N"
     is_angle = scene.part.mechanism.reading(scene.part.mechanism.coordinate).quantity == "angle"
     stiffness = f"stiffness {equilibrium.stiffness:.6g} {'N m/rad' if is_angle else 'N/m'}"
     undamped = "undamped " if has_damping(scene) else ""

@@ -13,6 +13,7 @@ import numpy as np
 
 from governor_mechanism.building.first_configuration import list_assemblies
 from governor_mechanism.errors import MechanismError
+from governor_mechanism.mechanics.dynamics.forces.contacts import outline_gaps_of
 from governor_mechanism.mechanics.kinematics.assembly import PositionSolver
 from governor_mechanism.mechanics.kinematics.kinematic_analysis import TIME_VARIABLE, Kinematics
 from governor_mechanism.mechanics.kinematics.output_variables import READING_UNITS
@@ -34,6 +35,7 @@ from governor_mechanism.observables.derived_readings import analyse_kinematics
 from governor_mechanism.observables.linkage import DeadCentre, DriveTravel, FourBar, Mobility, Toggle, find_four_bars, find_mobility
 from governor_mechanism.observables.motion_readings import REST_RATIO, Motion, evaluate_motion_reading
 from governor_mechanism.scenes.custom.assembly import explain_no_assembly, hold_given_values, written_angles
+from governor_mechanism.statics.rests import OVERLAP_TOLERANCE
 from governor_mechanism.types import FloatArray
 from governor_mechanism.units.quantities import DISPLAY_UNITS, format_value, parse_quantity
 from governor_mechanism.units.text_table import format_table, short_repr
@@ -120,11 +122,17 @@ class KinematicStudy(Kinematics):
 
     @cached_property
     def notes(self) -> tuple[str, ...]:
-        """Sentences on readings that are not defined at some values."""
+        """Sentences on readings that are not defined at some values, and on parts that overlap there."""
         n_values = len(self.values)
         gaps = {name: int(np.isnan(values).sum()) for name, values in self.readings.items()}
         missing = {name: f"is not defined at {count} of {n_values} values" for name, count in gaps.items() if count}
-        return tuple(f"{name} {what}, where {_reason_of_gap(name)}" for name, what in missing.items())
+        sentences = [f"{name} {what}, where {_reason_of_gap(name)}" for name, what in missing.items()]
+        outlines, tolerance = outline_gaps_of(self.scene), OVERLAP_TOLERANCE * self.scene.mechanism.length_scale
+        for contact in dict.fromkeys(gap.contact for gap in outlines):
+            overlaps = np.any([self.readings[gap.name] < -tolerance for gap in outlines if gap.contact == contact], axis=0)
+            if count := int(np.sum(overlaps)):
+                sentences.append(f"the parts of contact {contact!r} overlap at {count} of {n_values} values, where the mechanism cannot be")
+        return tuple(sentences)
 
     @cached_property
     def _travel(self) -> DriveTravel | None:
