@@ -348,6 +348,8 @@ def _kind_of(equilibrium: Equilibrium) -> str:
 
 def _describe_stability(equilibrium: Equilibrium) -> str:
     """Return a sentence on the motion near an equilibrium."""
+    if equilibrium.contact:
+        return f"The loads press contact {equilibrium.contact} there with {equilibrium.push:.3g} N."
     if equilibrium.stable:
         return f"Without damping it swings about it with {equilibrium.frequency / (2 * math.pi):.3g} Hz."
     if equilibrium.astatic:
