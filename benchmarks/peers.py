@@ -23,6 +23,7 @@ import numpy as np
 
 from governor_mechanism.engines import ImpulseEngine, MultibodyEngine, ReducedEngine
 from governor_mechanism.engines.base import Engine, RunRequest
+from governor_mechanism.engines.certificate import MAX_STEP_LIMIT, StepPlan
 from governor_mechanism.engines.multibody.engine import MultibodyRunner
 from governor_mechanism.engines.reduced.engine import ReducedRunner
 from governor_mechanism.errors import GovernorMechanismError
@@ -163,8 +164,9 @@ def prepare_reduced(case: Case, exponent: int) -> Callable[[], FloatArray]:
     """Return the integration of the reduced engine, with its tables built beforehand."""
     reduced_run = ReducedRunner(ReducedEngine(), case.scene, run_request(case)).get_reduced_run(1.0)
     # The first run builds the tables, which are not timed.
-    reduced_run.integrate(case.times, REFERENCE_TOLERANCE)
-    return lambda: reduced_run.integrate(case.times, 10.0**-exponent).states[:, 0]
+    plan = StepPlan(max_steps=MAX_STEP_LIMIT)
+    reduced_run.integrate(case.times, REFERENCE_TOLERANCE, plan)
+    return lambda: reduced_run.integrate(case.times, 10.0**-exponent, plan).states[:, 0]
 
 
 def prepare_multibody(case: Case, exponent: int) -> Callable[[], FloatArray]:
@@ -174,8 +176,9 @@ def prepare_multibody(case: Case, exponent: int) -> Callable[[], FloatArray]:
 
     def run() -> FloatArray:
         """Run once and return the angles."""
-        state = integrator.state_history(integrator.integrate(10.0**-exponent).states)
-        return evaluate_output_value(mechanism, case.reading, state.poses[integrator.time_grid.truncate(len(state.times)).reported_indices])
+        states = integrator.integrate(10.0**-exponent, StepPlan(max_steps=MAX_STEP_LIMIT)).states
+        history = integrator.state_history(states, integrator.time_grid.monitor_times[: len(states)])
+        return evaluate_output_value(mechanism, case.reading, history.at(integrator.time_grid.truncate(len(states)).reported_indices).poses)
 
     return run
 
