@@ -465,7 +465,7 @@ class ExplicitRun:
         """Integrate up to a time (s) or to the first event; return the status and the contacts of event functions that are positive."""
         context, n_evaluations, rows = self._context, int(self.counts[StepCounter.EVALUATIONS]), self.rows_until(end)
         n_states, event_tolerances = len(self.state), system.event_functions["tolerance"].copy()
-        n_kinks = int(np.isin(system.event_functions["kind"], KINKS).sum())  # the last event functions
+        n_kinks = sum(kind in KINKS for kind in system.event_functions["kind"].tolist())  # the last event functions
         buffers = make_step_buffers(n_states, n_states, context.error_scale, event_tolerances, self.counts, n_kinks)
         cubics, gap = context.input_cubics(self.time), context.constraint_tolerance
         shafts, limit_rows = (context.shafts, context.limits) if self._has_limits else (context.shafts[:0], context.no_limits)

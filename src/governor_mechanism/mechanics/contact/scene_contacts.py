@@ -35,6 +35,7 @@ from governor_mechanism.mechanics.kinematics.constraint_kernels import RowColumn
 from governor_mechanism.model.events import Event
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.numerics.jit import jit
+from governor_mechanism.numerics.once_per_object import once_per_object
 from governor_mechanism.types import GROUND_INDEX, NO_INDEX, BoolArray, FloatArray, RecordArray
 
 
@@ -92,6 +93,12 @@ class InputModes:
 
 ContactModeKey = tuple[tuple[int | None, ...], ContactMode]
 """Properties shared by modes whose systems differ only in the held values."""
+
+
+@once_per_object
+def _systems_by_mode(scene: Scene) -> dict[ContactModeKey, System]:
+    """Return the systems of the modes in which a scene was so far; the held values are those of the first time."""
+    return {}
 
 
 class ContactResponse(NamedTuple):
@@ -268,7 +275,9 @@ class SceneContacts:
 
     def _mask(self, contacts: Collection[int]) -> BoolArray:
         """Return which contacts are among those of given indices."""
-        return np.isin(np.arange(len(self.contacts)), list(contacts))
+        mask = np.zeros(len(self.contacts), dtype=bool)
+        mask[[k for k in contacts if k < len(mask)]] = True
+        return mask
 
     def evaluate_dynamics(self) -> ContactDynamics:
         """Evaluate the motion of the contacts in the state of the transition."""
@@ -311,13 +320,18 @@ class SceneContacts:
             for held, low, high in zip(mode.held_values, self.contacts["low"], self.contacts["high"], strict=True)
         )
         key = holds, replace(mode, held_values=())
-        if key not in self._models:
-            system = make_system(self._scene, mode)[0]
-            self._models[key] = mode, system, make_system_workspace(system)
-        elif self._models[key][0] != mode:
-            _, system, workspace = self._models[key]
-            self._models[key] = mode, with_held_values(system, self._outputs.tolist(), mode), workspace
-        return self._models[key][1:]
+        known_mode, system, workspace = self._models.get(key) or (None, *self._make_model(key, mode))
+        if known_mode != mode:
+            system = with_held_values(system, self._outputs.tolist(), mode)
+            self._models[key] = mode, system, workspace
+        return system, workspace
+
+    def _make_model(self, key: ContactModeKey, mode: ContactMode) -> tuple[System, SystemWorkspace]:
+        """Return the system of a mode, which later runs of the scene take over, and a workspace of this run."""
+        systems = _systems_by_mode(self._scene)
+        if key not in systems:
+            systems[key] = make_system(self._scene, mode)[0]
+        return systems[key], make_system_workspace(systems[key])
 
     def _find_rest_values(self, dynamics: ContactDynamics) -> FloatArray:
         """Return where the contacts rest: at a stop that they touch, else where they are."""

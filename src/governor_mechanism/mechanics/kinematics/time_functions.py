@@ -46,6 +46,16 @@ class PiecewiseCubic:
         coefficients = (self._coefficients[:, : 4 - order] * DERIVATIVE_FACTORS[order, : 4 - order])[pieces]
         return _evaluate_polynomials(coefficients, arguments - self._origins[pieces])
 
+    def shifted_coefficients(self, arguments: FloatArray) -> FloatArray:
+        """Return the cubics right of each argument, in the argument's distance from it; shape (n, 4), highest power first."""
+        pieces = self._find_pieces(arguments)
+        own = arguments - self._origins[pieces]
+        cubic, square, rate, value = self._coefficients[pieces].T
+        steep = 3.0 * cubic * own
+        return np.stack(
+            [cubic, steep + square, (steep + 2.0 * square) * own + rate, ((cubic * own + square) * own + rate) * own + value], axis=1
+        )
+
     def integrals(self, start: float, ends: FloatArray) -> FloatArray:
         """Return the integrals (n,) from a start to each end."""
         values = self._antiderivative(np.append(ends, start))
@@ -178,8 +188,7 @@ class CubicTimeFunction:
         if self._cubic is None:
             cubics[:, 3] = self._first_value
         else:
-            for column, (order, factorial) in enumerate(((3, 6), (2, 2), (1, 1), (0, 1))):
-                cubics[:, column] = self._cubic.derivative(times, order) / factorial
+            cubics[:, : VALUE_COLUMN + 1] = self._cubic.shifted_coefficients(times)
         cubics[:, 4] = self._integral_before + self._cubic_integrals(0.0, times)
         if not len(self._harmonics):
             return cubics

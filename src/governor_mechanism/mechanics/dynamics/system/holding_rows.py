@@ -145,11 +145,14 @@ def with_held_values(
 def stands_still(system: System, state: FloatArray, cubics: FloatArray, length_scale: float) -> bool:
     """Return whether joints, standing drives and sticking contacts hold every body, and nothing that loads one varies within a turn."""
     rows, drives = system.constraint_rows, system.constraint_rows.table["drive"]
+    is_free = system.inverse_mass.ravel() > 0.0
+    n_free = int(is_free.sum())
+    if len(rows.table) < n_free:
+        return False
     is_driven = np.any(cubics[drives[drives != NO_INDEX], :VALUE_COLUMN])
     if is_driven or len(system.lags) or np.any(system.planes["amplitude"]) or np.any(cubics[:, N_CUBIC_COLUMNS:]):
         return False
     poses = state[: system.state_layout.velocities].reshape(-1, 3)
     scales = np.tile([1.0, 1.0, 1.0 / length_scale], len(poses))
-    is_free = system.inverse_mass.ravel() > 0.0
     jacobian = (RowEvaluation(rows, poses).jacobian.reshape(-1, len(scales)) * scales)[:, is_free]
-    return numerical_rank(jacobian) == int(is_free.sum())
+    return numerical_rank(jacobian) == n_free

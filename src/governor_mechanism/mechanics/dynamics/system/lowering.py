@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 
@@ -20,7 +21,7 @@ from governor_mechanism.mechanics.dynamics.system.holding_rows import (
     make_rubbing,
     order_rows,
 )
-from governor_mechanism.mechanics.kinematics.constraint_equations import bodies_of_rows, make_constraint_table
+from governor_mechanism.mechanics.kinematics.constraint_equations import ConstraintTable, bodies_of_rows, make_constraint_table
 from governor_mechanism.mechanics.kinematics.constraint_kernels import ConstraintRows
 from governor_mechanism.mechanics.kinematics.points import Origins
 from governor_mechanism.mechanics.kinematics.time_functions import CubicTimeFunction
@@ -124,7 +125,8 @@ def make_system(
     Results: system, the arrays; inputs, inputs as functions of time: given spindle speeds, drives, loads of
     force elements, friction forces, inputs of factors and lags.
     """
-    return _make_initial_system(scene) if mode is None else _make_system_in_mode(scene, mode)
+    system, inputs = _make_initial_system(scene)
+    return (system if mode is None else system._replace(**_arrays_of_mode(scene, mode, system.output_rows, system.force_elements))), inputs
 
 
 def given_speeds(scene: Scene) -> list[Spindle]:
@@ -141,27 +143,12 @@ def multibody_input_layout(scene: Scene) -> InputLayout:
 
 @once_per_object
 def _make_initial_system(scene: Scene) -> tuple[System, tuple[CubicTimeFunction, ...]]:
-    return _make_system_in_mode(scene, initial_mode(scene))
-
-
-def _make_system_in_mode(scene: Scene, mode: ContactMode) -> tuple[System, tuple[CubicTimeFunction, ...]]:
     mechanism = scene.mechanism
-    origins = {body.name: body_reference_point(mechanism, body) for body in mechanism.bodies}
-    constraint_table = make_constraint_table(mechanism, origins)
-    output_names = forced_output_names(scene)
+    origins, constraint_table = _make_joint_rows(scene)
     speeds, layout, loads = given_speeds(scene), multibody_input_layout(scene), loads_of(scene)
-    output_rows, force_elements = lower_outputs(mechanism, output_names, mechanism.force_elements, origins, layout.element_loads.start)
-    holding_rows = make_holding_rows(scene, mode, output_rows)
-    row_order = order_rows(constraint_table.rows, holding_rows)
-    held_rows = np.argsort(row_order)[len(constraint_table.joint_indices) :]
-    segments = concatenate_segments([constraint_table.rows.curve_segments, output_rows.curve_segments])
-    holding_rows["first_segment"] += len(constraint_table.rows.curve_segments)
-    joint_rows = disable_rows(constraint_table, [mechanism.joint_index(name) for name in mode.broken])
-    ordered_rows = np.concatenate([joint_rows, holding_rows])[row_order]
-    rows = ConstraintRows(ordered_rows, bodies_of_rows(ordered_rows), segments)
-    rows.table["drive"] += np.where(rows.table["drive"] != NO_INDEX, layout.drives.start, 0)
-    row_pairs = find_coupled_rows(rows.row_bodies)
-    input_terms, lags = make_input_terms(output_names, mode.segments, layout, loads)
+    output_rows, force_elements = lower_outputs(
+        mechanism, forced_output_names(scene), mechanism.force_elements, origins, layout.element_loads.start
+    )
     inputs: list[InputFunction | PrescribedMotion] = [speed.speed_function for speed in speeds]
     inputs += [*constraint_table.motions, *loads]
     inputs += [InputFunction()] * (layout.n_inputs - len(inputs))
@@ -171,10 +158,7 @@ def _make_system_in_mode(scene: Scene, mode: ContactMode) -> tuple[System, tuple
     bodies = make_body_records(scene, origins)
     system = System(
         state_layout=lay_out_state(len(bodies)),
-        constraint_rows=rows,
         force_elements=force_elements,
-        row_pairs=row_pairs,
-        bandwidth=int(np.max(row_pairs[:, 0] - row_pairs[:, 1], initial=0)),
         bodies=bodies,
         inverse_mass=inverse_mass,
         equal_mass_metric=inverse_mass * np.where(total_inertia[:, :1] > 0, total_inertia[:, :1], 1.0),
@@ -182,11 +166,40 @@ def _make_system_in_mode(scene: Scene, mode: ContactMode) -> tuple[System, tuple
         has_stand_in_inertia=bool(stand_in_inertia.any()),
         planes=make_plane_records(scene, speeds),
         output_rows=output_rows,
-        output_forces=make_output_forces(scene, mode, layout.friction_inputs),
-        rubbing=make_rubbing(scene, mode, held_rows),
-        event_functions=make_event_functions(scene, mode, layout.friction_inputs, held_rows, force_elements),
-        input_terms=input_terms,
-        lags=lags,
         n_inputs=layout.n_inputs,
+        **_arrays_of_mode(scene, initial_mode(scene), output_rows, force_elements),
     )
     return system, tuple(map(CubicTimeFunction, inputs))
+
+
+@once_per_object
+def _make_joint_rows(scene: Scene) -> tuple[Origins, ConstraintTable]:
+    """Return the origins of the bodies and the rows of the joints, which are the same in all modes."""
+    origins = {body.name: body_reference_point(scene.mechanism, body) for body in scene.mechanism.bodies}
+    return origins, make_constraint_table(scene.mechanism, origins)
+
+
+def _arrays_of_mode(scene: Scene, mode: ContactMode, output_rows: ConstraintRows, force_elements: RecordArray) -> dict[str, Any]:
+    """Return the fields of a system that depend on the contact mode."""
+    constraint_table, layout = _make_joint_rows(scene)[1], multibody_input_layout(scene)
+    holding_rows = make_holding_rows(scene, mode, output_rows)
+    row_order = order_rows(constraint_table.rows, holding_rows)
+    held_rows = np.argsort(row_order)[len(constraint_table.joint_indices) :]
+    segments = concatenate_segments([constraint_table.rows.curve_segments, output_rows.curve_segments])
+    holding_rows["first_segment"] += len(constraint_table.rows.curve_segments)
+    joint_rows = disable_rows(constraint_table, [scene.mechanism.joint_index(name) for name in mode.broken])
+    ordered_rows = np.concatenate([joint_rows, holding_rows])[row_order]
+    rows = ConstraintRows(ordered_rows, bodies_of_rows(ordered_rows), segments)
+    rows.table["drive"] += np.where(rows.table["drive"] != NO_INDEX, layout.drives.start, 0)
+    row_pairs = find_coupled_rows(rows.row_bodies)
+    input_terms, lags = make_input_terms(forced_output_names(scene), mode.segments, layout, loads_of(scene))
+    return {
+        "constraint_rows": rows,
+        "row_pairs": row_pairs,
+        "bandwidth": int(np.max(row_pairs[:, 0] - row_pairs[:, 1], initial=0)),
+        "output_forces": make_output_forces(scene, mode, layout.friction_inputs),
+        "rubbing": make_rubbing(scene, mode, held_rows),
+        "event_functions": make_event_functions(scene, mode, layout.friction_inputs, held_rows, force_elements),
+        "input_terms": input_terms,
+        "lags": lags,
+    }
