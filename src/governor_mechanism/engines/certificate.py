@@ -267,6 +267,10 @@ class CertifiedRunner(Runner):
         self.engine, self.max_steps = engine, engine.step_limit(evaluator.scene)
 
     @abstractmethod
+    def count_steps(self) -> int:
+        """Return the steps of all runs so far, rejected ones included."""
+
+    @abstractmethod
     def run_once(self, tolerance: float, plan: StepPlan) -> RunResult:
         """Run with a tolerance and a plan of the steps."""
 
@@ -299,12 +303,12 @@ class CertifiedRunner(Runner):
 
     def _halve_steps(self, tolerance: float) -> RunResult:
         """Return the first run, of those that halve the steps of the one before, that meets the accuracy, or the best one."""
-        n_steps_before = self._count_steps()
+        n_steps_before = self.count_steps()
         coarse = self._start(tolerance)
         fine = self._halve(coarse)
         best_run, best, n_stagnant = coarse, self._compare(coarse, fine), 0
         while self._misses(best) and n_stagnant < self.engine.settings.max_stagnant_runs:
-            n_used = self._count_steps() - n_steps_before
+            n_used = self.count_steps() - n_steps_before
             if best.outcome is Outcome.STEP_LIMIT or n_used + 2 * fine.n_steps > RUNS_PER_CERTIFICATE * self.max_steps:
                 break
             # Shorter steps round more often, and their error of passing singular configurations is larger.
@@ -355,9 +359,9 @@ class CertifiedRunner(Runner):
         return self._record(tolerance, StepPlan(max_steps=max_steps, level=level, coarser_steps=coarse.plan.steps, steps=steps))
 
     def _record(self, tolerance: float, plan: StepPlan) -> RecordedRun:
-        n_steps_before = self._count_steps()
+        n_steps_before = self.count_steps()
         result = self.run_once(tolerance, plan)
-        return RecordedRun(result=result, tolerance=tolerance, plan=plan, n_steps=self._count_steps() - n_steps_before)
+        return RecordedRun(result=result, tolerance=tolerance, plan=plan, n_steps=self.count_steps() - n_steps_before)
 
     def _compare(self, coarse: RecordedRun, fine: RecordedRun) -> RunResult:
         """Return the result of the coarser of two runs with its errors, estimated by their difference."""
@@ -420,13 +424,6 @@ class CertifiedRunner(Runner):
             return result
         detail = f"the energy balance drifts by {energy.drift:.1e} of its scale, more than errors of {estimate:.1e} in the readings explain"
         return replace(result, error_estimate=error, detail=result.detail or (detail if error > self.request.accuracy else ""))
-
-    def _count_steps(self) -> int:
-        """Return the steps of all runs so far, rejected ones included."""
-        if not self.n_runs:
-            return 0
-        steps, rejected, _ = self.count_work()
-        return steps + rejected
 
     def _smallest_tolerance(self, result: RunResult) -> float:
         """Return the smallest tolerance for a motion: far from the origin, double precision resolves positions less well."""

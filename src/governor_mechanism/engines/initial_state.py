@@ -12,7 +12,7 @@ from governor_mechanism.errors import MechanismError
 from governor_mechanism.mechanics.curves.outlines import is_inside, outline_points
 from governor_mechanism.mechanics.dynamics.characteristic_scales import time_scale
 from governor_mechanism.mechanics.dynamics.forces.contacts import contacts_of, outline_gaps_of
-from governor_mechanism.mechanics.kinematics.assembly import PositionSolver
+from governor_mechanism.mechanics.kinematics.assembly import PositionSolver, mobility_of, position_solver_of
 from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output_value
 from governor_mechanism.mechanics.kinematics.points import point_path, rotate_vector
 from governor_mechanism.mechanics.kinematics.time_functions import SpindleSpeedFunction
@@ -62,7 +62,7 @@ def part_initial_state(scene: Scene) -> Motion:
 @once_per_object
 def _solve_initial_state(scene: Scene) -> Motion:
     mechanism = scene.mechanism
-    position_solver = PositionSolver(mechanism)
+    position_solver = position_solver_of(mechanism)
     values = scene.start.values
     if position_solver.equations.is_driven.any() and scene.state is None:
         _require_independent_drivers(mechanism)
@@ -159,7 +159,7 @@ def _equilibrium_poses(scene: Scene) -> FloatArray:
             f"start = '{EQUILIBRIUM}' is not determined with clearance, which leaves the sleeve free between two ends; give "
             f"start.{mechanism.coordinate} as a number"
         )
-    if list(values) != [mechanism.coordinate] or PositionSolver(mechanism).mobility != 1:
+    if list(values) != [mechanism.coordinate] or mobility_of(mechanism) != 1:
         raise MechanismError(
             f"start = '{EQUILIBRIUM}' is for the coordinate of a mechanism with one degree of freedom, {mechanism.coordinate!r}; "
             f"found {list(values)}; give numbers"
@@ -169,7 +169,7 @@ def _equilibrium_poses(scene: Scene) -> FloatArray:
 
 def _require_independent_drivers(mechanism: Mechanism) -> None:
     """Raise an error for drivers that the joints or other drivers leave nothing to move; tested where only the joints are closed."""
-    position_solver = PositionSolver(mechanism)
+    position_solver = position_solver_of(mechanism)
     is_driver_row = position_solver.equations.is_driven
     driver_names = _driver_names(position_solver)
     undriven_mechanism = replace(mechanism, joints=tuple(joint for joint in mechanism.joints if joint.name not in driver_names))

@@ -1,6 +1,6 @@
 """Scales to which the errors of a run are relative: they follow its motion, not the stiffest spring."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 
 import numpy as np
 
@@ -47,21 +47,17 @@ class MotionScales:
         largest = max([self._loading_rate, *(float(np.max(values, initial=0.0)) for values in rates)])
         return min(largest, 1 / self._time_scale) if self._loading_rate else 1 / self._time_scale
 
-    def energy_scale(self, rates: Mapping[str, FloatArray]) -> float:
-        """Return the scale (J) of energies and moments, from the rates (n,) of all readings."""
-        return self._energy_scale(self.motion_rate(rates))
-
-    def _energy_scale(self, motion_rate: float) -> float:
+    def energy_scale(self, motion_rate: float) -> float:
+        """Return the scale (J) of energies and moments at a rate (1/s) of the motion."""
         return self.mass * (self._mechanism.length_scale * motion_rate) ** 2
 
-    def error_scales(self, readings: Mapping[str, FloatArray], rates: Mapping[str, FloatArray]) -> dict[str, float]:
-        """Return the scale of each reading and rate, of the joint gap and of the event times, from readings and rates (n,), in SI.
+    def error_scales(self, readings: Mapping[str, FloatArray], rates: Iterable[str], motion_rate: float) -> dict[str, float]:
+        """Return the scale of each reading and rate, of the joint gap and of the event times, from readings (n,), in SI.
 
         A reading has 1 rad or its length scale, its rate that per second of the motion; what belongs to a spindle has a scale of its own.
         The torque of a spindle has at least its largest value: where a body flies away, it grows with the square of the distance.
         """
-        mechanism, rate = self._mechanism, self.motion_rate(rates)
-        energy_scale = self._energy_scale(rate)
+        mechanism, rate, energy_scale = self._mechanism, motion_rate, self.energy_scale(motion_rate)
         scales = {reading.name: mechanism.output_scale(reading.name) for reading in mechanism.readings}
         scales |= {name_of_rate(name): rate * scales[name] for name in rates}
         length = mechanism.length_scale

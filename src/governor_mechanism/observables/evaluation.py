@@ -17,7 +17,7 @@ from governor_mechanism.mechanics.dynamics.forces.contact_modes import ContactMo
 from governor_mechanism.mechanics.dynamics.forces.contacts import contacts_of, outline_gaps_of, output_forces_of
 from governor_mechanism.mechanics.dynamics.forces.force_laws import spindle_inertia, spindle_inertia_rate
 from governor_mechanism.mechanics.dynamics.forces.output_forces import CONSERVATIVE_TYPES
-from governor_mechanism.mechanics.kinematics.assembly import PositionSolver, assembly_notes, mobility_of
+from governor_mechanism.mechanics.kinematics.assembly import assembly_notes, mobility_of, position_solver_of
 from governor_mechanism.mechanics.kinematics.constraint_equations import constraint_equations_of
 from governor_mechanism.mechanics.kinematics.output_variables import (
     READING_UNITS,
@@ -259,14 +259,14 @@ class ReadingEvaluator:
         for name, unit, spindle_values in self._evaluate_spindles(history):
             readings[name], units[name] = spindle_values, unit
         rates = dict(zip(names, rates_of_values, strict=True))
-        scales = self._motion_scales.error_scales(readings, rates)
+        motion_rate = self._motion_scales.motion_rate(rates)
         return Observables(
             readings=readings,
             rates=rates,
             units=units,
-            scales=scales,
+            scales=self._motion_scales.error_scales(readings, rates, motion_rate),
             evaluate_joint_gap=partial(self.evaluate_joint_gap, history.poses, history.times),
-            evaluate_energy=partial(self._evaluate_energy, history, self._motion_scales.energy_scale(rates)),
+            evaluate_energy=partial(self._evaluate_energy, history, self._motion_scales.energy_scale(motion_rate)),
         )
 
     def make_trajectory(self, result: RunResult, *, cost: Cost, settings: dict[str, Any]) -> Trajectory:
@@ -274,7 +274,8 @@ class ReadingEvaluator:
         states = result.reported_states
         observables = result.observables
         is_started = result.n_reached > 0
-        mobility = PositionSolver(self.mechanism).count_degrees_of_freedom(states.poses[0]) if is_started else mobility_of(self.mechanism)
+        solver = position_solver_of(self.mechanism)
+        mobility = solver.count_degrees_of_freedom(states.poses[0]) if is_started else mobility_of(self.mechanism)
         return Trajectory(
             scene=self.scene,
             times=states.times,

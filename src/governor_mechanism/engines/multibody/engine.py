@@ -13,6 +13,7 @@ from governor_mechanism.engines.certificate import CertifiedRunner, ErrorControl
 from governor_mechanism.engines.exit_location import count_before, find_first_exit
 from governor_mechanism.engines.initial_state import initial_state
 from governor_mechanism.engines.multibody.integration import MultibodySettings
+from governor_mechanism.integrators.stages import StepCounter
 from governor_mechanism.integrators.step_record import IntegrationStatus
 from governor_mechanism.mechanics.dynamics.forces.contacts import FRICTION_LAW_NAME, contacts_of
 from governor_mechanism.model.effect import Effect
@@ -111,6 +112,10 @@ class MultibodyRunner(CertifiedRunner):
         times = self.integrator.time_grid.monitor_times[: len(best.contact_modes)]
         events = tuple(event for event in best.contact_events if not len(times) or event.time <= times[-1])
         return replace(best, dense_output=None if self.integrator.is_stiff else best.dense_output, contact_events=events)
+
+    def count_steps(self) -> int:
+        """Return the steps of all runs so far, rejected ones included."""
+        return int(self.integrator.counters[StepCounter.ACCEPTED] + self.integrator.counters[StepCounter.REJECTED])
 
     def count_work(self) -> tuple[int, int, Mapping[str, int]]:
         """Return the steps, the rejected steps, and the evaluations by force law."""

@@ -18,6 +18,7 @@ from governor_mechanism.engines.reduced.integration import ReducedSettings
 from governor_mechanism.engines.reduced.passage import describe_passage_end
 from governor_mechanism.engines.reduced.run import ReducedRun, ReducedSolution
 from governor_mechanism.errors import MechanismError
+from governor_mechanism.integrators.stages import StepCounter
 from governor_mechanism.integrators.time_grid import divide_intervals, make_time_grid
 from governor_mechanism.mechanics.dynamics.forces.contact_modes import ContactMode
 from governor_mechanism.mechanics.dynamics.forces.contacts import FRICTION_LAW_NAME
@@ -34,7 +35,7 @@ from governor_mechanism.model.scene import Scene
 from governor_mechanism.observables.evaluation import ReadingEvaluator
 from governor_mechanism.observables.run_result import RunResult, StateHistory
 from governor_mechanism.observables.sampled_motion import DenseOutput
-from governor_mechanism.types import NO_INDEX, BoolArray, FloatArray
+from governor_mechanism.types import NO_INDEX, BoolArray, FloatArray, IntArray
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -113,7 +114,7 @@ class ReducedRunner(CertifiedRunner):
         if motion_exit is not None:
             outcome, detail = motion_exit.outcome, motion_exit.detail
             is_kept = is_kept & (history.times < motion_exit.time)
-        reported = np.flatnonzero(is_kept)
+        reported: slice | IntArray = slice(None) if is_kept.all() else np.flatnonzero(is_kept)
         reported_states, solution = history.at(reported), solution.at(reported)
         modes = reduced_run.contact_modes(solution, reported_states.poses)
         return RunResult(
@@ -169,6 +170,11 @@ class ReducedRunner(CertifiedRunner):
         states = reduced_run.state_history(solution)
         modes = reduced_run.contact_modes(solution, states.poses)
         return states, modes, partial(reduced_run.integrate_from_row, solution, tolerance)
+
+    def count_steps(self) -> int:
+        """Return the steps of all runs so far, rejected ones included."""
+        counts = (one.counts for one in self._reduced_runs.values())
+        return sum(int(one[StepCounter.ACCEPTED] + one[StepCounter.REJECTED]) for one in counts)
 
     def count_work(self) -> tuple[int, int, Mapping[str, int]]:
         """Return the steps, the rejected steps, and the evaluations by force law."""

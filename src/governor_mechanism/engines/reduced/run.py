@@ -57,7 +57,7 @@ class ReducedSolution:
     last_step: float
     exit_step: LastStep[IntArray] | None = None
 
-    def at(self, indices: IntArray) -> "ReducedSolution":
+    def at(self, indices: slice | IntArray) -> "ReducedSolution":
         """Return the solution with some of its times."""
         return replace(self, times=self.times[indices], states=self.states[indices], modes=self.modes[indices])
 

@@ -297,12 +297,18 @@ REPORTABLE_GAP_RATIO = 1e-9
 
 
 @once_per_object
+def position_solver_of(mechanism: Mechanism) -> PositionSolver:
+    """Return the solver of a mechanism at time 0."""
+    return PositionSolver(mechanism)
+
+
+@once_per_object
 def mobility_of(mechanism: Mechanism) -> int:
     """Return the degrees of freedom that joints and drives leave at the initial guess, as `PositionSolver.mobility`.
 
     Result: free coordinates minus the rank of the Jacobian.
     """
-    return PositionSolver(mechanism).mobility
+    return position_solver_of(mechanism).mobility
 
 
 def assembly_notes(scene: Scene) -> tuple[str, ...]:

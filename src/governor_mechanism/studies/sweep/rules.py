@@ -3,7 +3,6 @@
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from functools import cache
 from typing import Literal, NamedTuple
 
 import numpy as np
@@ -201,8 +200,7 @@ class RunNumbers:
     """A run from which numbers are taken; what several of them need is computed once."""
 
     def __init__(self, run: Trajectory) -> None:
-        self.run = run
-        self._turning_points = cache(self._find_turning_points)
+        self.run, self._turning_points = run, dict[tuple[str, float], TurningPoints]()
 
     def samples(self, reading: str, min_swing: float = 0.0, *, is_rate: bool = False) -> ReadingSamples:
         """Return a reading, or its rate, at the reported times. Raise MechanismError if there is none."""
@@ -216,10 +214,9 @@ class RunNumbers:
 
     def turning_points(self, reading: str, min_swing: float) -> TurningPoints:
         """Return the turning points of a reading between which it moves by more than a size, SI."""
-        return self._turning_points(reading, min_swing)
-
-    def _find_turning_points(self, reading: str, min_swing: float) -> TurningPoints:
-        return find_turning_points(self.samples(reading, min_swing))
+        if (reading, min_swing) not in self._turning_points:
+            self._turning_points[reading, min_swing] = find_turning_points(self.samples(reading, min_swing))
+        return self._turning_points[reading, min_swing]
 
 
 class Taken(NamedTuple):
