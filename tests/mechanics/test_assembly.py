@@ -1,19 +1,23 @@
 """Assembly and equilibria from the joints alone: closed joints, correct tangents, one degree of freedom."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from chain_mechanisms import hanging_chain
 from governor_mechanism.closed_form import pendulum as closed
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.machines.registry import MACHINES
+from governor_mechanism.mechanics.kinematics import assembly
 from governor_mechanism.mechanics.kinematics.assembly import PositionSolver
 from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output, evaluate_output_value
-from governor_mechanism.model.joints import Distance
+from governor_mechanism.model.joints import GROUND, Distance, Point
 from governor_mechanism.model.output_variables import PointCoordinate
+from governor_mechanism.numerics.least_squares import least_norm_solution
 from governor_mechanism.scenes.parser import parse_scene_document
 from governor_mechanism.statics.equilibria import find_equilibria
 from governor_mechanism.statics.speed_curve import equilibrium_speed_at
@@ -146,3 +150,22 @@ def test_points_that_are_to_be_apart_may_coincide_in_the_guess(slot):
     solver = PositionSolver(parse_scene_document(document).mechanism)
     assert solver.mobility == 1
     assert abs(solver.solve({})[1, 1]) == pytest.approx(0.05, abs=1e-15)
+
+
+@pytest.mark.parametrize("offset", [0.0, 1e3, 1e6])
+def test_joints_far_from_the_origin_close_in_as_few_iterations(offset, monkeypatch):
+    """Rounding of far positions is no gap to be closed; Newton's iteration from 1e-4 needs three steps and one to round."""
+    steps = []
+
+    def solve(rows, rhs):
+        steps.append(least_norm_solution(rows, rhs))
+        return steps[-1]
+
+    monkeypatch.setattr(assembly, "least_norm_solution", solve)
+    mechanism = hanging_chain(3, duration=1.0, output_interval=1.0).mechanism
+    first = replace(mechanism.joints[0], first=Point(body=GROUND, x=offset))
+    guess = tuple((offset + x, y + 1e-5, angle + 1e-4) for x, y, angle in mechanism.initial_guess)
+    solver = PositionSolver(replace(mechanism, joints=(first, *mechanism.joints[1:]), initial_guess=guess))
+    poses = solver.solve({})
+    assert np.max(np.abs(solver.equations.residuals(poses))) < 1e-15 * max(offset, 1.0)
+    assert len(steps) <= 4

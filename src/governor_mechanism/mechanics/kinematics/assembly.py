@@ -26,6 +26,9 @@ MAX_TRAVEL = 200.0
 ASSEMBLY_TOLERANCE = 1e-13
 """Closure tolerance of the joints relative to the mechanism's length scale; rounding leaves about 1e-15."""
 
+CLOSURE_ROUNDINGS = 4.0
+"""Roundings of the farthest coordinate that closed joints may have: more than the closure tolerance beyond 100 length scales."""
+
 TURNING_POINT_OFFSET = 1e-3
 """Distance from a turning point of an output, in length scales and rad, below which the guess is moved off it, and by how much."""
 
@@ -251,7 +254,9 @@ class PositionSolver:
             differences = [float(output.value) - values[name] for name, output in zip(names, outputs, strict=True)]
             output_residuals = [wrap_difference(self.mechanism.reading(name), one) for name, one in zip(names, differences, strict=True)]
             residual = np.append(joints.residuals, output_residuals) / row_scales
-            converged = np.max(np.abs(residual), initial=0.0) < ASSEMBLY_TOLERANCE  # one more step leaves only rounding
+            rounding = CLOSURE_ROUNDINGS * np.finfo(np.float64).eps * np.max(np.abs(poses[:, :2]), initial=0.0) / length_scale
+            # One more step leaves only rounding.
+            converged = np.max(np.abs(residual), initial=0.0) < max(ASSEMBLY_TOLERANCE, rounding)
             jacobian = self._select_free(np.concatenate([joints.jacobian, *(output.gradient[np.newaxis] for output in outputs)]))
             jacobian *= self.free_coordinate_scales
             jacobian /= row_scales[:, np.newaxis]
