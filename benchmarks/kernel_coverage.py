@@ -387,6 +387,7 @@ class LeftOut:
 def find_left_out(name: str, text: str, kernel: ast.FunctionDef) -> LeftOut:
     """Return what is left out in a kernel: the statements and exits whose first line stands in the list."""
     left_out, source, statements, exits = LeftOut(), text.split("\n"), dict(STATEMENTS.get(name, {})), dict(EXITS.get(name, {}))
+    node: Any
     for node in ast.walk(kernel):
         first_line = source[node.lineno - 1].strip() if isinstance(node, ast.stmt) else ""
         if first_line in statements:

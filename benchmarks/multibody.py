@@ -30,6 +30,10 @@ from chain_mechanisms import hanging_chain
 END = 10.0
 
 
+compiled: Any = njit
+"""Decorator without types: numba states what it returns in types that have no use here."""
+
+
 def main() -> None:
     """Print the tables."""
     compare_with_one_coordinate()
@@ -89,7 +93,7 @@ def shortest_time(work: Callable[[], Any], repeats: int = 7) -> float:
     return min(times)
 
 
-@njit  # type: ignore[misc]
+@compiled
 def acceleration(angle: float, rate: float) -> float:
     """Return the acceleration of the scene `porter` from I a'' + I' a'^2 / 2 + V' - J' w^2 / 2 = 0."""
     arm, offset, ball, sleeve, g, w = 0.3, 0.04, 5.0, 20.0, 9.81, 4 * math.pi
@@ -101,7 +105,7 @@ def acceleration(angle: float, rate: float) -> float:
     return (out - pull - 0.5 * growth * rate * rate) / inertia
 
 
-@njit  # type: ignore[misc]
+@compiled
 def integrate_one_coordinate(tolerance: float) -> tuple[float, float]:
     """Return angle and rate at the end, by DOP853 with error control."""
     y, t, h = np.array([math.radians(40.0), 0.15]), 0.0, 0.01
@@ -170,6 +174,8 @@ def make_numpy_right_hand_side(scene: Scene) -> tuple[Callable[[float, FloatArra
     rows = np.arange(len(ends)) // 2
     sign = np.where(np.arange(len(ends)) % 2 == 0, -1.0, 1.0)
     held = body >= 0
+    spring: Any
+    torque: Any
     spring, torque = mechanism.force_elements
     if not hasattr(spring, "stiffness"):
         spring, torque = torque, spring

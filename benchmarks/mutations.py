@@ -105,7 +105,7 @@ def changes(node: ast.AST) -> list[Change]:
     elif isinstance(node, ast.Compare) and len(node.ops) >= 1:
         found += [_comparison_change(node, k) for k in range(len(node.ops))]
     elif isinstance(node, ast.UnaryOp) and isinstance(node.op, ast.USub | ast.Not):
-        found.append(("operator removed", lambda one: _replace(one, one.operand)))
+        found.append(("operator removed", _remove_operator))
     elif isinstance(node, ast.Constant):
         found += _constant_changes(node)
     elif isinstance(node, ast.If | ast.IfExp | ast.While):
@@ -153,11 +153,15 @@ def _constant_changes(node: ast.Constant) -> list[Change]:
     return [(f"{value!r} becomes {new!r}", lambda one: setattr(one, "value", new))]
 
 
-def _negate_condition(node: ast.AST) -> None:
+def _remove_operator(node: Any) -> None:
+    _replace(node, node.operand)
+
+
+def _negate_condition(node: Any) -> None:
     node.test = ast.UnaryOp(op=ast.Not(), operand=node.test)
 
 
-def _rename(node: ast.AST) -> None:
+def _rename(node: Any) -> None:
     if isinstance(node, ast.Attribute):
         node.attr = FUNCTIONS[node.attr]
     else:

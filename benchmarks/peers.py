@@ -28,7 +28,8 @@ from governor_mechanism.engines.multibody.engine import MultibodyRunner
 from governor_mechanism.engines.reduced.engine import ReducedRunner
 from governor_mechanism.errors import GovernorMechanismError
 from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output_value
-from peers_cases import Case, FloatArray, Method, SettingResult, cases
+from governor_mechanism.types import FloatArray
+from peers_cases import Case, Method, SettingResult, cases
 
 PEERS = {"Exudyn": ("exudyn", "peers_exudyn"), "MuJoCo": ("mujoco", "peers_mujoco")}
 """Package of each peer, and the module with its models."""

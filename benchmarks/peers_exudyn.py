@@ -21,7 +21,8 @@ import exudyn
 import exudyn.itemInterface
 import numpy as np
 
-from peers_cases import GRAVITY, INTERVALS, Case, FloatArray, Governor, Method, SliderCrank
+from governor_mechanism.types import FloatArray
+from peers_cases import GRAVITY, INTERVALS, Case, Governor, Method, SliderCrank
 
 ExudynModel = tuple[int, Callable[[FloatArray], FloatArray], Callable[[], None]]
 """Sensor, function from its coordinates to the angle, and function to call before a run."""

@@ -23,7 +23,8 @@ from itertools import pairwise
 import mujoco
 import numpy as np
 
-from peers_cases import GRAVITY, INTERVALS, Case, FloatArray, Governor, Method, SliderCrank
+from governor_mechanism.types import FloatArray
+from peers_cases import GRAVITY, INTERVALS, Case, Governor, Method, SliderCrank
 
 # A failed coarse step shows in its error; this prevents a log file.
 mujoco.set_mju_user_warning(lambda _: None)
