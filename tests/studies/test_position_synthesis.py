@@ -54,6 +54,21 @@ def test_three_positions_and_two_pivots_give_back_the_linkage(chosen):
     assert "branch" in found.rows[1].defects  # the rocker drives, and cannot lead through a toggle
 
 
+def test_text_table_and_figure_say_where_and_how_large_it_is():
+    """The pivots that were given stand in text and table, and a bar is as long as its words say."""
+    positions, _ = guided_positions(3)
+    found = gm.synthesise_positions(positions, fixed_pivots=pairs(FIXED))
+    assert "(0, 0)  (3200, 0)" in str(found).splitlines()[1]
+    row = found.to_dataframe().iloc[0]
+    assert row[["input_pivot_x", "input_pivot_y", "output_pivot_x", "output_pivot_y"]].to_list() == pytest.approx([0.0, 0.0, 3.2, 0.0])
+    figure = found.plot()
+    assert [text.get_text() for text in figure.legends[0].get_texts()][:3] == ["input", "output", "coupler"]
+    for panel in figure.axes:
+        (words,) = (text.get_text() for text in panel.texts if text.get_text().endswith(" mm"))
+        (bar,) = (line for line in panel.lines if line.get_transform() is panel.transAxes)
+        assert np.ptp(bar.get_xdata()) * np.ptp(panel.get_xlim()) == pytest.approx(1e-3 * float(words.removesuffix(" mm")))
+
+
 def test_burmesters_curves_hold_all_circles_and_pass_the_poles():
     positions, moving = guided_positions(4)
     body = Displacements(positions)

@@ -7,9 +7,11 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 from matplotlib.colors import LinearSegmentedColormap, ListedColormap
+from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from governor_mechanism.render.figures.page import SERIES_LINE_STYLES, Page, Panel, add_legend
+from governor_mechanism.render.geometry.primitives import round_step
 from governor_mechanism.render.style import BLUE, GREEN, GREEN_EDGES, INK, LIGHT_STEEL, MUTED, PAPER, RULE, SERIES_COLOURS, SKY, VERMILLION
 from governor_mechanism.studies.synthesis.pivot_map import REGIONS
 from governor_mechanism.types import ComplexArray, FloatArray
@@ -27,7 +29,7 @@ MAX_SHOWN: Final = 6
 MAX_POSITIONS: Final = 9
 """Number of positions in which a linkage is drawn, of more along a curve some of them."""
 
-_CELL, _HEADING, _FOOT, _GAP = 3.1, 0.75, 0.3, 0.12
+_CELL, _HEADING, _FOOT, _GAP = 3.1, 0.75, 0.4, 0.12
 """Width and height of the room of a linkage, and heights of heading and foot, and gap between rooms, inches."""
 _ERROR_HEIGHT, _CURVE_HEIGHT = 2.9, 6.0
 """Heights of a panel of errors and of one of Burmester's curves, over the whole width below the linkages, inches."""
@@ -61,9 +63,25 @@ def synthesis_figure(
         panel.axison = False
         _draw_linkage(panel, row, points)
         panel.write_heading(f"{row.number}  {row.linkage.type}; defects: {row.defects}", y=1.02, size=8.5)
-    hidden = f"; the first {MAX_SHOWN} of {len(result.rows)} are shown" if len(result.rows) > MAX_SHOWN else ""
-    page.write_footnote(f"dark: first position; pale: the others; thin: path of the point{hidden}", y=0.1 / height)
+    page.legend(
+        handles=_key(),
+        loc="lower center",
+        bbox_to_anchor=(0.5, (below + 0.05) / height),
+        ncols=6,
+        frameon=False,
+        fontsize=8,
+        handlelength=1.6,
+    )
+    if len(result.rows) > MAX_SHOWN:
+        page.write_footnote(f"the first {MAX_SHOWN} of {len(result.rows)} linkages", y=0.1 / height)
     return page
+
+
+def _key() -> list[Line2D]:
+    """Return what the lines and points of a linkage mean."""
+    lines = {"input": (BLUE, 2.0), "output": (VERMILLION, 2.0), "coupler": (INK, 1.4), "other positions": (RULE, 1.4), "path": (GREEN, 0.9)}
+    points = Line2D([], [], color=VERMILLION, marker=".", markersize=5, linestyle="none", label="asked for")
+    return [*(Line2D([], [], color=colour, linewidth=width, label=label) for label, (colour, width) in lines.items()), points]
 
 
 def _draw_linkage(panel: Panel, row: SynthesisedLinkage, points: ComplexArray | None) -> None:
@@ -86,7 +104,18 @@ def _draw_linkage(panel: Panel, row: SynthesisedLinkage, points: ComplexArray | 
     everything = np.concatenate([pivots, row.positions.ravel(), asked, path[:, 0] + 1j * path[:, 1]])
     low, high = _corners(everything)
     middle = 0.5 * (low + high)
-    panel.show_region((middle.real, middle.imag), 0.55 * max((high - low).real, (high - low).imag))
+    half_width = 0.58 * max((high - low).real, panel.aspect_ratio * (high - low).imag)
+    panel.show_region((middle.real, middle.imag - 0.06 * half_width), half_width)  # with space for the bar below
+    _draw_scale(panel, half_width)
+
+
+def _draw_scale(panel: Panel, half_width: float) -> None:
+    """Draw a bar of a round length (mm) at the lower left of a linkage whose panel is two half widths (m) wide."""
+    length = round_step(2.0 * half_width, 6)
+    share = length / (2.0 * half_width)
+    ends = (0.0, share)
+    panel.plot(ends, (0.02, 0.02), "|-", color=MUTED, linewidth=0.9, markersize=4, transform=panel.transAxes, clip_on=False)
+    panel.text(share + 0.02, 0.02, f"{1e3 * length:g} mm", transform=panel.transAxes, color=MUTED, fontsize=7.5, va="center_baseline")
 
 
 def _corners(points: ComplexArray) -> tuple[complex, complex]:
@@ -129,7 +158,7 @@ def position_figure(result: PositionSynthesis) -> Page:
             panel.plot(*(1e3 * curve.T), ".", color=colour, markersize=2.5, label=label, zorder=2)
         panel.plot(*places.T, "o", color=INK, markersize=4, label="positions", zorder=4)
         panel.show_region(tuple(places.mean(axis=0)), panel.aspect_ratio * _CURVE_EXTENT * float(np.ptp(places, axis=0).max()))
-        add_legend(panel, loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=3, borderaxespad=0.2, fontsize=8)
+        add_legend(panel, loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=3, borderaxespad=0.2, fontsize=8, markerscale=2.0)
     return page
 
 

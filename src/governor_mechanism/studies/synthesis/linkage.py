@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import cmath
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import cached_property
@@ -193,6 +193,27 @@ def _length_column(key: str, index: int) -> Column:
     return Column(key, f"{key}, mm", ".6g/mm", "m", value=lambda row: row.linkage.lengths[index])
 
 
+_PLACES: Final[Mapping[str, Callable[[FourBarLinkage], complex]]] = {
+    "input_pivot": lambda linkage: linkage.fixed[0],
+    "output_pivot": lambda linkage: linkage.fixed[1],
+    "input_joint": lambda linkage: linkage.moving[0],
+    "output_joint": lambda linkage: linkage.moving[1],
+    "point": lambda linkage: linkage.point,
+}
+"""Fixed pivots, moving pivots and point at the first position, by the names of their columns."""
+
+
+def _coordinate_columns(key: str) -> Iterator[Column]:
+    """Yield the columns of the coordinates of a point in tables."""
+    place = _PLACES[key]
+    yield Column(f"{key}_x", unit="m", value=lambda row: place(row.linkage).real, in_json=False)
+    yield Column(f"{key}_y", unit="m", value=lambda row: place(row.linkage).imag, in_json=False)
+
+
+def _format_point(point: complex) -> str:
+    return f"({1e3 * point.real:.5g}, {1e3 * point.imag:.5g})"
+
+
 DIMENSION_COLUMNS: Final = (
     Column("number", "no.", "{number}", side="r"),
     *(_length_column(key, index) for index, key in enumerate(("ground", "input", "coupler", "output"))),
@@ -202,8 +223,11 @@ CHECK_COLUMNS: Final = (
     Column("transmission_angle", "transmission, deg", ".2f/deg", "rad", value="check.transmission"),
     Column("defects", "defects", value="defects"),
     *(Column(key, unit="m", value=f"linkage.{key}", in_table=False) for key in ("fixed", "moving", "point")),
+    *(column for key in _PLACES for column in _coordinate_columns(key)),
 )
-"""Columns of all answers: before and after those of a kind of synthesis. Pivots and point stand in JSON alone."""
+"""Columns of all answers: before and after those of a kind of synthesis. JSON has pivots and point as pairs, tables as coordinates."""
+PIVOT_COLUMN: Final = Column(heading="fixed pivots, mm", cell=lambda row: "  ".join(map(_format_point, row.linkage.fixed)))
+"""Fixed pivots of input and output, in the text."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -223,7 +247,7 @@ class Synthesis(Result):
 
     __repr__ = short_repr
     index = "number"
-    columns = (*DIMENSION_COLUMNS, Column("distance", "distance, mm", ".2g/mm", "m", value="check.distance"), *CHECK_COLUMNS)
+    columns = (*DIMENSION_COLUMNS, PIVOT_COLUMN, Column("distance", "distance, mm", ".2g/mm", "m", value="check.distance"), *CHECK_COLUMNS)
 
     def __str__(self) -> str:
         """Return the linkages as a table, and the notes."""
