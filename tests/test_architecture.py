@@ -128,7 +128,7 @@ DELEGATIONS = {
     "model.results.records": {"Energy._repr_html_", "Reaction._repr_html_"},
     "model.results.result": {
         "Recorded.as_json",
-        *(f"Result.{name}" for name in ("to_dataframe", "save_json", "save_csv", "figures", "_draw", "_repr_html_")),
+        *(f"Result.{name}" for name in ("__str__", "to_dataframe", "save_json", "save_csv", "figures", "_draw", "_repr_html_")),
     },
     "model.scene": {f"Scene.{name}" for name in ("from_dict", "replace", "to_toml", "describe", "_repr_html_")},
     "model.mechanism": {"Mechanism.build", "Mechanism._repr_html_"},

@@ -1,13 +1,11 @@
 """Studies and curves as tables and JSON: the numbers of their arrays, under their names."""
 
-import inspect
 import json
 
 import numpy as np
 import pytest
 
 import governor_mechanism as gm
-from governor_mechanism.model.results.result import Result
 from governor_mechanism.studies.regulation.speed_changes import SettlingStudy
 
 pandas = pytest.importorskip("pandas")
@@ -93,49 +91,6 @@ def test_valve_gears_are_a_table_of_their_positions():
     table = gears.to_dataframe()
     assert table["position"].tolist() == [1.0, 0.0, -1.0]
     np.testing.assert_array_equal(table[["crank_end_cut_off", "head_end_cut_off"]], gears.gears[0].cut_offs)
-
-
-def results_of_every_kind() -> list[object]:
-    """One result of each public function that only evaluates."""
-    band, limit = gm.insensitivity_band("porter", [0.5, 0.6], resistance="40 N"), gm.equilibria("porter")[0]
-    return [
-        gm.speed_curve("watt_improved", points=5),
-        gm.controlling_force("porter", points=5),
-        band,
-        limit,
-        gm.linearise("porter_dashpot"),
-        gm.kinematics("hartung_dubois", over="lever_angle", values=[0.0, 0.1]),
-        gm.valve_timing("slide_valve_marks"),
-        gm.design_hartnell(),
-        gm.design_flywheel(),
-        gm.assemblies("four_bar_chain"),
-        gm.load("porter").describe(),
-        gm.run("porter"),
-    ]
-
-
-def test_every_result_is_plain_values_a_table_and_two_files(tmp_path):
-    for result in results_of_every_kind():
-        path = result.save_json(tmp_path / "result.json")
-        assert json.loads(path.read_text(encoding="utf-8")) == json.loads(json.dumps(result.as_json(), default=str))
-        table = result.to_dataframe()
-        written = pandas.read_csv(result.save_csv(tmp_path / "result.csv"), comment="#", index_col=0 if table.index.name else None)
-        assert list(written.columns) == list(table.columns)
-        assert len(written) == len(table) > 0
-        for name in table.columns:
-            if table[name].dtype.kind == "f":
-                np.testing.assert_array_equal(written[name], table[name])  # the digits that give the same float
-
-
-def test_every_public_type_of_results_can_be_exported():
-    """Of the other types scenes have `to_toml`; the rest belong to results or are none."""
-    types = {name: getattr(gm, name) for name in gm.__all__ if inspect.isclass(getattr(gm, name))}
-    exported = {name for name, one in types.items() if issubclass(one, Result)}
-    methods = ("as_json", "to_dataframe", "save_json", "save_csv")
-    assert all(hasattr(types[name], method) for name in exported for method in methods)
-    endings = ("Study", "Design", "Report", "Curve", "Band", "Force", "Limit", "Map", "Timing", "Gears", "Rules", "Kinematics", "Sweep")
-    assert {name for name in types if name.endswith(endings)} <= exported
-    assert {"Assemblies", "Equilibrium", "Linearisation", "SceneDescription", "Trajectory"} <= exported
 
 
 def test_modes_are_the_rows_of_linearised_equations():

@@ -98,8 +98,9 @@ def test_a_result_draws_itself_and_one_without_a_figure_says_so(tmp_path):
     (path,) = FigureFiles(folder=tmp_path, formats=["svg"]).save_all(curve, "curve")
     assert path.name == "curve.svg"
     assert curve.plot(gm.equilibria("watt_improved", 6.4)).save(tmp_path / "marked.svg").stat().st_size > path.stat().st_size
-    with pytest.raises(gm.MechanismError, match=r"Swings has no figure.*to_dataframe"):
-        SWINGS.plot()
+    assert len(SWINGS.plot().axes) == 2  # its columns of numbers
+    with pytest.raises(gm.MechanismError, match=r"Equilibrium has no column of numbers to draw.*to_dataframe"):
+        gm.equilibria("porter")[0].plot()
 
 
 def test_a_comparison_is_a_table_of_its_quantities():

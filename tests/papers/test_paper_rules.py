@@ -15,10 +15,10 @@ from governor_mechanism.papers.rules import study as paper_rules
 from governor_mechanism.papers.rules.damping import DashpotCheck, DryFrictionCheck
 from governor_mechanism.papers.rules.dead_band import DeadBandCheck, RegulatingForceCheck, measure_dead_band
 from governor_mechanism.papers.rules.droop import DroopCheck
-from governor_mechanism.papers.rules.figure import paper_rules_figure
 from governor_mechanism.papers.rules.rule import SteadyEngine, Verdict, build_cyclic_engine, find_steady_engine
 from governor_mechanism.papers.rules.shaking import ClearanceCheck, OilBrakeCheck, ShakingCheck
 from governor_mechanism.papers.rules.study import PaperRules, study_paper_rules
+from result_checks import check_result
 
 ARM, BALL, SLEEVE_MASS, GRAVITY, FLYWHEEL = 0.3, 5.0, 21.0, 9.81, 800.0
 """The shipped governor and flywheel, SI."""
@@ -228,7 +228,7 @@ def test_rules_are_written_as_text_json_and_figure(tmp_path):
     written = json.loads(rules.save_json(tmp_path / "rules.json").read_text())
     assert [one["verdict"] for one in written["rules"]] == [rule.verdict.value for rule in rules]
     assert written["rules"][5]["numbers"]["settling_times"][0] is None
-    assert paper_rules_figure(rules).save(tmp_path / "rules.png").read_bytes().startswith(b"\x89PNG")
+    check_result(rules, tmp_path)
 
 
 def test_the_study_tells_its_progress(monkeypatch):

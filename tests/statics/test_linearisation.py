@@ -350,17 +350,17 @@ def test_limit_of_an_inverted_pendulum():
 def test_report_of_a_limit():
     scene = pendulum_on_a_spring()
     result = report_linearisation(scene, None, "force.spring.stiffness=9.5:12 N m/rad")
-    assert "stable above 9.81 N m/rad; at the limit the motion diverges without oscillation" in "\n".join(map(str, result.text))
-    assert json.loads(format_json(result.values))["limit"]["value"] == pytest.approx(9.81, rel=RELATIVE_TOLERANCE)
+    assert "stable above 9.81 N m/rad; at the limit the motion diverges without oscillation" in str(result.result)
+    assert json.loads(format_json(result.result.as_json()))["limit"]["value"] == pytest.approx(9.81, rel=RELATIVE_TOLERANCE)
 
 
 def test_report_of_all_equilibria():
     """Rising and falling branch at one speed: one equilibrium is stable, the other diverges."""
     scene = gm.load("watt_improved")
     result = report_linearisation(scene, 6.4, None)
-    report = json.loads(format_json(result.values))
+    report = json.loads(format_json(result.result.as_json()))
     assert [row["stability"] for row in report["linearisations"]] == ["unstable", "stable"]
-    assert "damping ratio" in "\n".join(map(str, result.text))
+    assert "damping ratio" in str(result.result)
     for row, point in zip(report["linearisations"], gm.equilibria(scene, 6.4), strict=True):
         # The product of the eigenvalues does not depend on damping: K / I.
         product = np.prod([abs(complex(*mode["eigenvalue"])) ** (2 if mode["eigenvalue"][1] else 1) for mode in row["modes"]])

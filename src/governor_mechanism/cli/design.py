@@ -7,17 +7,14 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Callable, Mapping, Sequence
-from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Final
+from typing import Annotated, Any, Final
 
 import typer
 
 from governor_mechanism.cli import console
 from governor_mechanism.cli.options import remember_options
+from governor_mechanism.files.writing import save_text
 from governor_mechanism.render.figure_files import FigureFiles
-
-if TYPE_CHECKING:
-    from governor_mechanism.studies.design.skeleton import Design
 
 _OPTIONS = ("--with", "--out", "--no-figure", "--format", "--theme", "--json", "--help")
 """Options of the command, for a misspelt one."""
@@ -93,36 +90,25 @@ def _design(
     machine: str, context: typer.Context, changes: Sequence[str] | None, figures: FigureFiles, *, as_json: bool
 ) -> console.CommandResult:
     """Design a machine, simulate it, compare it with its paper, and write the scene and the figures."""
-    from governor_mechanism.studies.design.simulated import PROCEDURES, DesignReport
+    from governor_mechanism.scenes.changed_document import format_scene_toml
+    from governor_mechanism.studies.design.simulated import PROCEDURES, report_design
+    from governor_mechanism.studies.design.skeleton import scene_comment
 
     console.prepare_folder(figures.folder)
     procedure = PROCEDURES[machine]
     inputs = _replace_inputs(procedure.inputs, changes or (), parse_input_options(context.args))
     with console.show_status("designing"):
         designed = procedure.design(inputs)
-    paper = procedure.compare() if procedure.compare and inputs == procedure.inputs else None
     with console.show_status("simulating"):
-        simulated = procedure.simulate(designed, paper) if procedure.simulate else None
-    report = DesignReport(machine=machine, design=designed, simulated=simulated, paper=paper)
-    files = [_write_scene(designed, figures.folder)]
+        report = report_design(designed)
+    text = format_scene_toml(designed.scene_document, scene_comment(designed.machine))
+    files = [save_text(text, figures.folder / f"{designed.machine}_design.toml")]
     with console.show_status("drawing"):
         files += figures.save_all(report, "")
     if as_json:
         for warning in designed.warnings:  # the text output contains them
             console.print_to_stderr(warning)
     return console.CommandResult(report, files=files, ok=report.ok)
-
-
-def _write_scene(designed: Design, folder: Path) -> Path:
-    """Write the scene file of a design, and return its path."""
-    from governor_mechanism.files.writing import atomic_write
-    from governor_mechanism.scenes.changed_document import format_scene_toml
-    from governor_mechanism.studies.design.skeleton import scene_comment
-
-    path = folder / f"{designed.machine}_design.toml"
-    with atomic_write(path) as temporary:
-        temporary.write_text(format_scene_toml(designed.scene_document, scene_comment(designed.machine)), encoding="utf-8")
-    return path
 
 
 def _replace_inputs(defaults: Any, assignments: Sequence[str], options: Mapping[str, str]) -> Any:

@@ -15,7 +15,7 @@ from governor_mechanism.cli import console
 from governor_mechanism.cli.compare import SideBySideFormat
 from governor_mechanism.cli.options import Changes, SceneName, load_changed, refuse_idle_options, stem_of
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.files.writing import atomic_write
+from governor_mechanism.files.writing import save_text
 from governor_mechanism.model.results.film_options import FilmOptions
 from governor_mechanism.render.figure_files import FigureFiles
 
@@ -44,8 +44,7 @@ def sensitivities(
     loaded = load_changed(scene, changes)
     with console.show_status("differentiating"):
         result = gm.sensitivities(loaded, of, by, engine=engine, accuracy=accuracy, workers=workers)
-    stem = f"{stem_of(loaded)}_sensitivities"
-    files = [result.save_csv(out / f"{stem}.csv"), result.save_json(out / f"{stem}.json")]
+    files = FigureFiles(folder=out).save_data(result, f"{stem_of(loaded)}_sensitivities")
     return console.CommandResult(result, files=files, ok=result.ok)
 
 
@@ -86,9 +85,8 @@ def fit(
         options: dict[str, Any] = {"engine": engine, "starts": starts, "seed": seed, "workers": workers}
         result = gm.fit(loaded, data, over, noise=levels, without=intervals, profile=profile or (), **options)
     stem = f"{stem_of(loaded)}_fit"
-    files = [_write_scene(result.scene, figures.folder / f"{stem}.toml")]
-    files += [result.save_csv(figures.folder / f"{stem}.csv"), result.save_json(figures.folder / f"{stem}.json")]
-    return console.CommandResult(result, files=files + figures.save_all(result, stem), ok=result.ok)
+    scene_file = save_text(result.scene.to_toml(), figures.folder / f"{stem}.toml")
+    return console.CommandResult(result, files=[scene_file, *figures.save_all(result, stem)], ok=result.ok)
 
 
 def _read_noise(noise: list[str]) -> str | dict[str, str] | None:
@@ -142,17 +140,13 @@ def optimise(
         refuse_idle_options("report", "film", condition="with two objectives")
         with console.show_status("optimising"):
             result = gm.trade_off(loaded, over, minimise=least, maximise=greatest, points=points, **options)
-        stem = f"{stem_of(loaded)}_trade_off"
-        files = [result.save_csv(figures.folder / f"{stem}.csv"), result.save_json(figures.folder / f"{stem}.json")]
-        return console.CommandResult(result, files=files + figures.save_all(result, stem), ok=result.ok)
+        return console.CommandResult(result, files=figures.save_all(result, f"{stem_of(loaded)}_trade_off"), ok=result.ok)
     refuse_idle_options("points", condition="without a second objective")
     goals: dict[str, Any] = {"minimise": least[0] if least else None, "maximise": greatest[0] if greatest else None, "report": report or ()}
     stem = f"{stem_of(loaded)}_optimum"
     with console.show_status("optimising"), console.first_interrupt_is_answered():
         optimum = gm.optimise(loaded, over, **goals, **options, out=figures.folder / f"{stem}.part")
-    files = [_write_scene(optimum.scene, figures.folder / f"{stem}.toml")]
-    files += [optimum.save_csv(figures.folder / f"{stem}.csv"), optimum.save_json(figures.folder / f"{stem}.json")]
-    files += figures.save_all(optimum, stem)
+    files = [save_text(optimum.scene.to_toml(), figures.folder / f"{stem}.toml"), *figures.save_all(optimum, stem)]
     if film is not None:
         from governor_mechanism.render.film.writer import write_film
 
@@ -161,10 +155,3 @@ def optimise(
             path = figures.folder / f"{stem}.{film.value}"
             files.append(write_film(runs, path, FilmOptions(), titles=["before", "after"], progress=progress))
     return console.CommandResult(optimum, files=files, ok=optimum.ok)
-
-
-def _write_scene(scene: gm.Scene, path: Path) -> Path:
-    """Write a scene file."""
-    with atomic_write(path) as temporary:
-        temporary.write_text(scene.to_toml(), encoding="utf-8")
-    return path

@@ -14,10 +14,12 @@ from typer.core import TyperGroup
 
 import governor_mechanism as gm
 from governor_mechanism.cli import console
-from governor_mechanism.cli.compare import compare, crosscheck
+from governor_mechanism.cli.compare import compare
+from governor_mechanism.cli.crosscheck import crosscheck
 from governor_mechanism.cli.design import design_app
-from governor_mechanism.cli.equilibria import equilibria, regulation_app
+from governor_mechanism.cli.equilibria import equilibria
 from governor_mechanism.cli.fitting import fit, optimise, sensitivities
+from governor_mechanism.cli.regulation import regulation_app
 from governor_mechanism.cli.run import open_scene, run
 from governor_mechanism.cli.scenes import assemblies, catalogue, describe, init, kinematics, models, schema
 from governor_mechanism.cli.studies import accuracy, effects, errata, hard_cases, sweep, valve_gears

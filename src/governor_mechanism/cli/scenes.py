@@ -94,8 +94,7 @@ def assemblies(
     loaded = load_changed(scene, changes)
     with console.show_status("closing the joints"):
         result = gm.assemblies(loaded)
-    files = figures.save(result.plot(), f"{stem_of(loaded)}_assemblies") if figures.formats else []
-    return console.CommandResult(result, files=files)
+    return console.CommandResult(result, files=figures.save_all(result, f"{stem_of(loaded)}_assemblies"))
 
 
 def kinematics(
@@ -130,9 +129,7 @@ def kinematics(
     with console.show_status("moving the mechanism"):
         result = gm.kinematics(loaded, over, rate=number_or_text(rate), readings=readings or default_readings(loaded, over))
         text = str(result)
-    stem = f"{stem_of(loaded)}_kinematics"
-    files = [result.save_csv(figures.folder / f"{stem}.csv"), result.save_json(figures.folder / f"{stem}.json")]
-    return console.CommandResult(result, text=[text], files=files + figures.save_all(result, stem))
+    return console.CommandResult(result, text=[text], files=figures.save_all(result, f"{stem_of(loaded)}_kinematics"))
 
 
 def schema(as_json: console.AsJson = False) -> console.CommandResult:

@@ -37,7 +37,7 @@ def accuracy(
     with console.show_progress_bar("accuracy") as progress:
         study = gm.accuracy_study(loaded_scene, longest, progress)
     stem = f"{stem_of(loaded_scene)}_accuracy"
-    files = [study.save_csv(figures.folder / f"{stem}.csv"), study.save_json(figures.folder / f"{stem}.json")]
+    files = figures.save_data(study, stem)
     is_measurable = wanted is None or wanted >= study.reference.resolvable_error
     is_reached = wanted is None or (is_measurable and study.cheapest_for(wanted) is not None)
     advice = None if wanted is None else study.advice(wanted) if is_measurable else study.unresolvable_message(wanted)
@@ -139,8 +139,8 @@ def hard_cases(
     console.prepare_folder(figures.folder)
     with console.show_progress_bar("hard cases") as progress:
         report = gm.hard_cases(case or (), short, progress)
-    files = [report.save_csv(figures.folder / "hard_cases.csv"), report.save_json(figures.folder / "hard_cases.json")]
-    return console.CommandResult(report, files=files + figures.save_all(report, "hard_case"), ok=report.ok)
+    files = figures.save_data(report, "hard_cases") + figures.save_figures(report, "hard_case")
+    return console.CommandResult(report, files=files, ok=report.ok)
 
 
 def valve_gears(
@@ -156,8 +156,7 @@ def valve_gears(
     console.prepare_folder(figures.folder)
     with console.show_status("reversing"):
         study = gm.valve_gears(scenes or (), count)
-    files = [study.save_json(figures.folder / "valve_gears.json")]
-    return console.CommandResult(study, files=files + figures.save_all(study, "valve_gears"))
+    return console.CommandResult(study, files=figures.save_all(study, "valve_gears"))
 
 
 class PaperChoice(StrEnum):

@@ -14,7 +14,7 @@ import governor_mechanism as gm
 from governor_mechanism.cli import console
 from governor_mechanism.cli.options import Changes, SceneName, load_changed, refuse_idle_options, stem_of
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.files.writing import atomic_write
+from governor_mechanism.files.writing import save_text
 from governor_mechanism.render.figure_files import FigureFiles
 
 if TYPE_CHECKING:
@@ -54,8 +54,7 @@ def positions(
     if draw_map:
         refuse_idle_options("take", condition="with --map")
         result, stem = gm.map_pivots(file), f"{Path(file).stem}_map"
-        files = [result.save_csv(figures.folder / f"{stem}.csv"), result.save_json(figures.folder / f"{stem}.json")]
-        return console.CommandResult(result, files=files + figures.save_all(result, stem), ok=result.is_possible)
+        return console.CommandResult(result, files=figures.save_all(result, stem), ok=result.is_possible)
     with console.show_status("running four-bars through the positions"):
         return _report(gm.synthesise_positions(file), file, take, figures)
 
@@ -119,11 +118,8 @@ def _write(result: Synthesis | DimensionSynthesis, stem: str, take: int, figures
     """Return what a command prints, after it has written the scene of one row, the table, the record and the figure."""
     if not 1 <= take <= len(result.rows):
         raise MechanismError(f"--take must be the number of a linkage, 1 to {len(result.rows)}; found {take}")
-    scene_file = figures.folder / f"{stem}_{take}.toml"
-    with atomic_write(scene_file) as temporary:
-        temporary.write_text(result.rows[take - 1].scene.to_toml(), encoding="utf-8")
-    files = [scene_file, result.save_csv(figures.folder / f"{stem}.csv"), result.save_json(figures.folder / f"{stem}.json")]
-    return console.CommandResult(result, files=files + figures.save_all(result, stem), ok=ok)
+    scene_file = save_text(result.rows[take - 1].scene.to_toml(), figures.folder / f"{stem}_{take}.toml")
+    return console.CommandResult(result, files=[scene_file, *figures.save_all(result, stem)], ok=ok)
 
 
 synthesis_app = typer.Typer(

@@ -25,6 +25,7 @@ from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.types import DataFrame, Dataset
 from governor_mechanism.units.problems import PATH, check_arguments
 from governor_mechanism.units.quantities import format_quantity, format_reading_name
+from governor_mechanism.units.text_table import format_table, summarise
 
 
 def make_data_frame(
@@ -104,7 +105,7 @@ def tabulate_result(
     A result without columns or arrays has one row with all its plain values, in which a list is one cell. Raises MechanismError if pandas
     is not installed.
     """
-    columns, others = _column_values(result)
+    columns, others = column_values(result)
     further = list(further)
     columns |= {column.key: result.values_of(column) for column in further}
     table = make_data_frame(columns, index=result.index or None, units=_units([*result.columns, *further]))
@@ -121,7 +122,7 @@ def save_record(result: Result, path: str | os.PathLike[str]) -> Path:
 @check_arguments(path=PATH)
 def save_columns(result: Result, path: str | os.PathLike[str]) -> Path:
     """Write the table of a result as a CSV file: a comment with the units, if they are known, a header, and the rows."""
-    columns, _ = _column_values(result)
+    columns, _ = column_values(result)
     units = _units(result.columns)
     comment = "" if result.has_units_in_header else "; ".join(f"{name} {unit}" for name, unit in units.items())
     names = [f"{name} [{units[name]}]" if result.has_units_in_header and units.get(name) else name for name in columns]
@@ -130,7 +131,33 @@ def save_columns(result: Result, path: str | os.PathLike[str]) -> Path:
     return save_table(names, rows, Path(path), comment=f"units: {comment}" if comment else "")
 
 
-def _column_values(result: Result) -> tuple[dict[str, Any], dict[str, Any]]:
+MAX_PRINTED_ROWS = 12
+"""Largest number of rows of a table that are printed; of more, the first and the last."""
+
+
+def format_result(result: Result) -> str:
+    """Return the columns of a result as a text table, or a single row as names, values and units."""
+    columns, _ = column_values(result)
+    units = {name: unit for name, unit in _units(result.columns).items() if unit != "1"}
+    n_rows = max(map(len, columns.values()), default=0)
+    if n_rows == 1:
+        return format_table([], [(name, format_cell(values[0]), units.get(name, "")) for name, values in columns.items()])
+    names = [f"{name}, {units[name]}" if name in units else name for name in columns]
+    half = MAX_PRINTED_ROWS // 2
+    is_long = n_rows > MAX_PRINTED_ROWS
+    shown = [*range(half), *range(n_rows - half, n_rows)] if is_long else range(n_rows)
+    rows = [[format_cell(values[row]) for values in columns.values()] for row in shown]
+    return format_table(names, [*rows[:half], ["..."] * len(names), *rows[half:]] if is_long else rows, "r")
+
+
+def format_cell(value: object) -> str:
+    """Return a value of a column as text; nothing for none."""
+    if isinstance(value, np.generic):
+        value = value.item()
+    return "" if value is None else value if isinstance(value, str) else summarise(value)
+
+
+def column_values(result: Result) -> tuple[dict[str, Any], dict[str, Any]]:
     """Return the columns of a result by name, and what is in none of them."""
     columns = [column for column in result.columns if column.key and column.in_table]
     if columns:

@@ -91,11 +91,16 @@ def number_or_text(value: float) -> float | str:
     return value if math.isfinite(value) else str(float(value))
 
 
+def save_text(text: str, path: Path) -> Path:
+    """Write a text file."""
+    with atomic_write(path) as temporary:
+        temporary.write_text(text, encoding="utf-8")
+    return path
+
+
 def save_json(value: object, path: Path) -> Path:
     """Write a value as a JSON file."""
-    with atomic_write(path) as temporary:
-        temporary.write_text(format_json(value) + "\n", encoding="utf-8")
-    return path
+    return save_text(format_json(value) + "\n", path)
 
 
 def save_table(

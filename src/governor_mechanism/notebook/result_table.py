@@ -10,6 +10,7 @@ import numpy as np
 
 from governor_mechanism.model.results.film_options import FilmKeywords, FilmOptions
 from governor_mechanism.model.results.pictures import Film
+from governor_mechanism.model.results.result import Result
 from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.render.film.writer import write_film
@@ -103,7 +104,7 @@ CONSTANT_RATIO = 1e-9
 
 def result_html(result: Any) -> str:
     """Return a result as HTML: the text that it prints, with its columns aligned, or else its fields."""
-    if "__str__" in {name for owner in type(result).__mro__[:-1] for name in vars(owner)}:
+    if "__str__" in {name for owner in type(result).__mro__ if owner not in (Result, object) for name in vars(owner)}:
         return format_printed(str(result))
     title = f"{type(result).__name__} (SI units)"
     rows = [row for field in dataclasses.fields(result) if field.repr for row in _field_rows(field.name, getattr(result, field.name))]

@@ -18,6 +18,10 @@ if TYPE_CHECKING:  # numpy is slow to import
     from governor_mechanism.model.results.result import Result
 
 
+COLUMNS_FIGURE = "render.figures.columns.columns_figure"
+"""The function that draws a result whose class names no other."""
+
+
 class FigureFormat(StrEnum):
     """Format of a figure's file. SVG and PDF hold vectors, and their texts as outlines."""
 
@@ -62,26 +66,37 @@ class FigureFiles:
         """Write a figure in all formats."""
         return [figure.save(self.folder / f"{stem}.{one}", self.theme) for one in dict.fromkeys(self.formats)]
 
-    def save_all(self, result: Result, stem: str) -> list[Path]:
+    def save_data(self, result: Result, stem: str) -> list[Path]:
+        """Write the files of numbers that the class of a result names."""
+        savers = {"csv": result.save_csv, "json": result.save_json}
+        return [savers[kind](self.folder / f"{stem}.{kind}") for kind in result.data_files]
+
+    def save_figures(self, result: Result, stem: str) -> list[Path]:
         """Write all figures of a result in all formats; draw nothing without formats."""
         figures = result.figures() if self.formats else {}
         return [path for end, figure in figures.items() for path in self.save(figure, f"{stem}{end}")]
+
+    def save_all(self, result: Result, stem: str) -> list[Path]:
+        """Write the files of numbers that the class of a result names, and all its figures."""
+        return self.save_data(result, stem) + self.save_figures(result, stem)
 
 
 def draw_result(
     result: Result,
     *options: Any,  # those of the function that draws it
 ) -> Figure:
-    """Return the figure that the class of a result names; raise MechanismError if it names none."""
-    if not result.figure:
-        where = "figures() returns them" if result.figure_set else "as_json() and to_dataframe() return its numbers"
-        raise MechanismError(f"{type(result).__name__} has no figure that shows all of it; {where}")
-    figure: Figure = _find_function(result.figure)(result, *options)
+    """Return the figure of a result: that which its class names, the only one of its set, or that of its columns."""
+    if result.figure_set and not result.figure:
+        figures = draw_figures(result)
+        if len(figures) > 1:
+            raise MechanismError(f"{type(result).__name__} has {len(figures)} figures; figures() returns them")
+        return next(iter(figures.values()))
+    figure: Figure = _find_function(result.figure or COLUMNS_FIGURE)(result, *options)
     return figure
 
 
 def draw_figures(result: Result) -> Mapping[str, Figure]:
-    """Return all figures of a result by the ends of the names of their files; raise MechanismError if its class names none."""
+    """Return all figures of a result by the ends of the names of their files."""
     return _find_function(result.figure_set)(result) if result.figure_set else {"": draw_result(result)}
 
 

@@ -1,18 +1,19 @@
 """Eigenvalues, stability and onset of oscillations of any first-order system x' = f(x) at a steady state."""
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from enum import StrEnum
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
 from numpy.typing import NDArray
 
+from governor_mechanism.model.results.result import Column
 from governor_mechanism.numerics.roots import VectorFunction, directional_derivative, jacobian
 from governor_mechanism.types import BoolArray, FloatArray
 from governor_mechanism.units.quantities import format_reading_name
-from governor_mechanism.units.text_table import format_table, short_repr
+from governor_mechanism.units.text_table import short_repr
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -32,23 +33,36 @@ class Mode:
     __repr__ = short_repr
 
 
-def format_modes(
-    modes: Sequence[Mode],  # at least one mode; all have amplitudes of the same outputs
-) -> str:
-    """Return modes as lines of a table: growth, frequency, damping ratio, error, and the amplitude of each output."""
-    outputs = list(modes[0].amplitudes)
-    headers = ["growth 1/s", "frequency rad/s", "damping ratio", "error 1/s", *(format_reading_name(name) for name in outputs)]
-    rows = [
-        [
-            f"{mode.eigenvalue.real:.6g}" if mode.damping_ratio else "0",
-            f"{mode.eigenvalue.imag:.8g}",
-            "conserved" if mode.is_conserved else f"{mode.damping_ratio:.6g}",
-            f"{mode.error_estimate:.1g}",
-            *(_format_amplitude(mode.amplitudes[name]) for name in outputs),
-        ]
-        for mode in modes
-    ]
-    return format_table(headers, rows, "r")
+def mode_columns(
+    outputs: Iterable[str],  # names of the outputs, whose amplitudes the text shows
+) -> tuple[Column, ...]:
+    """Return the columns of modes."""
+    return (
+        Column("growth_rate", "growth 1/s", _format_growth, "1/s", value="eigenvalue.real", side="r"),
+        Column("frequency", "frequency rad/s", ".8g", "rad/s", value="eigenvalue.imag"),
+        Column("damping_ratio", "damping ratio", _format_damping, side="r"),
+        Column("error_estimate", "error 1/s", ".1g", "1/s"),
+        *(Column("", format_reading_name(name), partial(_format_amplitude, name), side="r") for name in outputs),
+        Column("natural_frequency", unit="rad/s"),
+        Column("is_conserved"),
+    )
+
+
+def _format_growth(mode: Mode) -> str:
+    """Return the rate of growth; 0 of an undamped motion, whose rate is rounding."""
+    return f"{mode.eigenvalue.real:.6g}" if mode.damping_ratio else "0"
+
+
+def _format_damping(mode: Mode) -> str:
+    return "conserved" if mode.is_conserved else f"{mode.damping_ratio:.6g}"
+
+
+def _format_amplitude(output: str, mode: Mode) -> str:
+    """Return magnitude and phase, a real amplitude with its sign."""
+    amplitude = mode.amplitudes[output]
+    if abs(amplitude.imag) <= 1e-9 * abs(amplitude):
+        return f"{amplitude.real:.4g}"
+    return f"{abs(amplitude):.4g} at {math.degrees(math.atan2(amplitude.imag, amplitude.real)):.4g} deg"
 
 
 def format_rate(
@@ -59,13 +73,6 @@ def format_rate(
     """Return the steady rate of a reading as text, as "spindle speed 10.3 rad/s"."""
     title = format_reading_name(name) if name.endswith("speed") else f"rate of {format_reading_name(name)}"
     return f"{title} {value:.6g} {unit}/s"
-
-
-def _format_amplitude(amplitude: complex) -> str:
-    """Return magnitude and phase, a real amplitude with its sign."""
-    if abs(amplitude.imag) <= 1e-9 * abs(amplitude):
-        return f"{amplitude.real:.4g}"
-    return f"{abs(amplitude):.4g} at {math.degrees(math.atan2(amplitude.imag, amplitude.real)):.4g} deg"
 
 
 ComplexArray = NDArray[np.complexfloating]

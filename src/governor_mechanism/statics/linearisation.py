@@ -3,19 +3,19 @@
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cache, cached_property
-from typing import Generic, TypeVar
+from typing import Generic, Self, TypeVar
 
 import numpy as np
 
 from governor_mechanism.errors import MechanismError, did_you_mean
 from governor_mechanism.mechanics.kinematics.output_variables import READING_UNITS, evaluate_output_value
 from governor_mechanism.model.part import FreeSpindle, Spindle
-from governor_mechanism.model.results.result import Column, Result
+from governor_mechanism.model.results.result import Column, Result, format_columns
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.numerics.roots import directional_derivative, jacobian
 from governor_mechanism.statics.equilibria import Equilibrium, find_equilibria
 from governor_mechanism.statics.equilibrium_speed import has_spindle_dependent_loads
-from governor_mechanism.statics.first_order_system import ComplexArray, FirstOrderSystem, Mode, Onset, Stability, format_modes, format_rate
+from governor_mechanism.statics.first_order_system import ComplexArray, FirstOrderSystem, Mode, Onset, Stability, format_rate, mode_columns
 from governor_mechanism.statics.scene_dynamics import SceneDynamics
 from governor_mechanism.statics.steady_state import NO_STEADY_STATE, SteadyState, settle
 from governor_mechanism.types import FloatArray
@@ -88,14 +88,11 @@ class Linearisation(FirstOrderSystem, Result):
     __repr__ = short_repr
 
     derived = ("stability", "stable", "error_estimate", "matrix", "eigenvalues", "modes")
-    columns = (
-        Column("growth_rate", value="eigenvalue.real"),
-        Column("frequency", value="eigenvalue.imag"),
-        Column("error_estimate"),
-        Column("natural_frequency"),
-        Column("damping_ratio"),
-        Column("is_conserved"),
-    )
+
+    @property
+    def columns(self) -> tuple[Column, ...]:
+        """What is stated of each mode."""
+        return mode_columns(self._amplitude_scales())
 
     @property
     def rows(self) -> tuple[Mode, ...]:
@@ -107,7 +104,7 @@ class Linearisation(FirstOrderSystem, Result):
         units = {reading.name: READING_UNITS[reading.quantity] for reading in self._dynamics.scene.mechanism.readings}
         state = [f"{format_reading_name(name)} {format_quantity(value, units[name])}" for name, value in self.readings.items()]
         state += [format_rate(name, value, units.get(name, "rad")) for name, value in self.rates.items()]
-        return "\n".join([f"{', '.join(state)}: {self.stability}", format_modes(self.modes), *self.notes])
+        return "\n".join([f"{', '.join(state)}: {self.stability}", format_columns(self.columns, self.rows), *self.notes])
 
     @property
     def stable(self) -> bool:
@@ -333,6 +330,13 @@ RELATIVE_TOLERANCE = 1e-12
 """Tolerance of the value at the limit, relative to the ends of its range."""
 
 
+_ONSET_MEANINGS = {
+    Onset.SOFT: "soft (their amplitude grows from zero)",
+    Onset.HARD: "hard (large disturbances lead to large oscillations on the stable side too)",
+    Onset.UNKNOWN: "not determined",
+}
+"""What each onset of oscillations means."""
+
 Linearised = TypeVar("Linearised", bound=FirstOrderSystem)
 
 
@@ -367,6 +371,26 @@ class StabilityLimit(Result, Generic[Linearised]):
     linearisation: Linearised
 
     __repr__ = short_repr
+
+    columns = (Column("key"), Column("value"), Column("unit"), Column("frequency", unit="rad/s"), Column("stable_below"), Column("onset"))
+
+    @property
+    def rows(self) -> tuple[Self, ...]:
+        """The limit, which is the row of tables."""
+        return (self,)
+
+    def __str__(self) -> str:
+        """Return the limit in a sentence, and the linearised equations there."""
+        return f"{self.sentence}\n{self.linearisation}"
+
+    @property
+    def sentence(self) -> str:
+        """On which side of the limit the steady state is stable, and what begins there."""
+        value = f"{self.value:.10g} {self.unit}".strip()
+        start = f"{self.key}: stable {'below' if self.stable_below else 'above'} {value}"
+        if not self.frequency:
+            return f"{start}; at the limit the motion diverges without oscillation"
+        return f"{start}; oscillations of {self.frequency:.6g} rad/s begin there, onset {_ONSET_MEANINGS[self.onset]}"
 
 
 def find_stability_limit(

@@ -58,6 +58,7 @@ class InsensitivityBand(Result):
     insensitivity: FloatArray
 
     __repr__ = short_repr
+    columns = (Column("falling_speed", unit="rad/s"), Column("rising_speed", unit="rad/s"), Column("insensitivity", unit="1"))
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -7,14 +7,24 @@ from dataclasses import dataclass
 from functools import partial
 from typing import Any, ParamSpec, TypeVar
 
+from governor_mechanism.engines.initial_state import initial_state
 from governor_mechanism.engines.rotating_part import rotating_part_alone
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.files.results import json_value, record_rows
-from governor_mechanism.model.results.result import Column, Result
+from governor_mechanism.model.part import Spindle
+from governor_mechanism.model.results.result import Column, Recorded, Result
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.statics.controlling_force import DEFAULT_SPEED_CHANGE, ControllingForce, compute_controlling_force
 from governor_mechanism.statics.equilibria import Equilibrium, find_equilibria, has_damping
 from governor_mechanism.statics.equilibrium_speed import format_coordinate, has_equilibrium_speed, require_equilibrium_speed
+from governor_mechanism.statics.linearisation import (
+    Linearisation,
+    StabilityLimit,
+    last_spindle_speed,
+    linearise_from_start,
+    linearise_scene,
+    poses_at,
+)
 from governor_mechanism.statics.speed_curve import InsensitivityBand, SpeedCurve, compute_insensitivity_band, compute_speed_curve
 from governor_mechanism.units.quantities import format_quantity, format_reading_name
 from governor_mechanism.units.text_table import short_repr
@@ -183,6 +193,53 @@ def result_or_reason(function: Callable[_Arguments, _Result], *arguments: _Argum
         return function(*arguments, **options)
     except MechanismError as error:
         return error.problems[0]
+
+
+@dataclass(frozen=True, kw_only=True)
+class LinearisationReport(Recorded):
+    """Linearised equations of a scene: about each equilibrium, or why there are none, or at a limit of stability."""
+
+    title: str  # title of the scene
+    linearisations: tuple[Linearisation | str, ...]
+    limit: StabilityLimit[Linearisation] | None = None
+
+    def as_json(self) -> dict[str, Any]:
+        """Return limit and linearisations in SI; instead of a missing one, the reason."""
+        limit = {} if self.limit is None else {name: value for name, value in self.limit.as_json().items() if name != "linearisation"}
+        values = {"limit": limit} if limit else {}
+        return {**values, "linearisations": [*map(_linearisation_values, self.linearisations)]}
+
+    def __str__(self) -> str:
+        """Return title, limit and linearisations."""
+        return "\n".join([self.title, *([self.limit.sentence] if self.limit else []), *map(str, self.linearisations)])
+
+
+def _linearisation_values(linearisation: Linearisation | str) -> object:
+    """Return what is reported of linearised equations, whose eigenvalues stand with the modes, or the reason why there are none."""
+    if isinstance(linearisation, str):
+        return linearisation
+    record = dict(linearisation.as_json())
+    del record["eigenvalues"]
+    return {"states": record.pop("state_names"), **record}
+
+
+def report_linearisations(
+    scene: Scene,
+    spindle_speed: float | None,  # speed of the spindle, rad/s; that of the scene if None
+) -> LinearisationReport:
+    """Linearise about each equilibrium, or about the state nearest to the start if no equilibria are known."""
+    poses, velocities = initial_state(scene)
+    points: Sequence[Equilibrium] | str = ""
+    if len(scene.parts) == 1 and isinstance(scene.spindle, Spindle):
+        speed = last_spindle_speed(scene) if spindle_speed is None else spindle_speed
+        points = result_or_reason(find_equilibria, rotating_part_alone(scene), speed)
+    if isinstance(points, str):
+        return LinearisationReport(title=scene.title, linearisations=(linearise_from_start(scene, poses, velocities, spindle_speed),))
+    starts = (poses_at(scene, point) for point in points)
+    results = [result_or_reason(linearise_scene, scene, start, velocities, spindle_speed) for start in starts]
+    if all(isinstance(one, str) for one in results):
+        raise MechanismError(*dict.fromkeys(map(str, results)))
+    return LinearisationReport(title=scene.title, linearisations=tuple(results))
 
 
 def _format_band(scene: Scene, band: InsensitivityBand | str) -> str:

@@ -76,6 +76,7 @@ class KinematicStudy(Kinematics):
 
     __repr__ = short_repr
     figure = "render.figures.kinematics.kinematics_figure"
+    data_files = ("csv", "json")
     record = ("title=scene.title", "over", "values", "readings", "rates", "reading_accelerations", "paths", "units")
     derived = ("mobility", "four_bars", "dead_centres", "toggles", "time_ratios", "notes")
 

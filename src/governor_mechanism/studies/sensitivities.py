@@ -98,6 +98,8 @@ class Sensitivities(Result):
     n_runs: int
 
     hidden = ("histories", "times")
+    data_files = ("csv", "json")
+    drawn = ("elasticity",)
     columns: ClassVar[tuple[Column, ...]] = (
         Column("of", "number"),
         Column("by", "key"),

@@ -127,10 +127,10 @@ class ValveTiming(Result):
     index = "name"
     columns = (
         Column("name", "event"),
-        Column("simulated", "simulated", ".6f/deg"),
-        Column("exact", "exact", ".6f/deg"),
-        Column("theory", "theory", ".6f/deg"),
-        Column("shift", "shift", "+.6f/deg"),
+        Column("simulated", "simulated", ".6f/deg", "rad"),
+        Column("exact", "exact", ".6f/deg", "rad"),
+        Column("theory", "theory", ".6f/deg", "rad"),
+        Column("shift", "shift", "+.6f/deg", "rad"),
         Column("simulated_stroke", "stroke", ".6f"),
         Column("exact_stroke", "exact", ".6f"),
         Column("theory_stroke", "theory", ".6f"),
@@ -260,6 +260,7 @@ class ValveGears(Result):
     __repr__ = short_repr
 
     figure = "render.figures.plates.reversed_gear.valve_gears_figure"
+    data_files = ("json",)
     columns = (
         Column("gear", value=lambda study: [gear.name for gear in study.gears for _ in gear.positions]),
         _curve("position", "positions"),

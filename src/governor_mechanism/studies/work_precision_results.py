@@ -152,6 +152,7 @@ class AccuracyStudy(Result):
     __repr__ = short_repr
 
     figure = "render.figures.work_precision.work_precision_figure"
+    data_files = ("csv", "json")
     record = ("title=scene.title", "reference", "variants", "n_samples", "time_scale", "early_end_message")
     has_units_in_header = True
 

@@ -83,7 +83,10 @@ class CheckReport(Result):
             Column("allowed", "allowed", ".1e"),
             Column("reason"),
             Column("passed", "verdict", "{verdict}"),
+            Column("difference / allowed", value=_difference_ratio, in_table=False, in_json=False),
         )
+
+    drawn = ("difference / allowed",)
 
     @property
     def defects(self) -> tuple[str, ...]:

@@ -127,15 +127,21 @@ class Result(Recorded):
     has_units_in_header
         Whether a CSV file names the unit in the heading of a column, "speed [rad/s]", and not in a comment above all.
     figure
-        Module and function that draws the result, as "render.figures.sweep.sweep_figure"; empty without one.
+        Module and function that draws the result, as "render.figures.sweep.sweep_figure"; without one, its columns are drawn.
     figure_set
         The same of the function that draws all figures of a result with several, by the ends of the names of their files.
+    drawn
+        Keys of the columns that a figure of columns has; by default all with numbers.
+    data_files
+        Endings of the files of its numbers that a command writes beside the figures: "csv", "json" or both.
     """
 
     attributes: ClassVar[tuple[str, ...]] = ()
     has_units_in_header: ClassVar[bool] = False
     figure: ClassVar[str] = ""
     figure_set: ClassVar[str] = ""
+    data_files: ClassVar[tuple[str, ...]] = ()
+    drawn: ClassVar[tuple[str, ...]] = ()
 
     @property
     def columns(self) -> Sequence[Column]:
@@ -151,6 +157,12 @@ class Result(Recorded):
         """Return the values of a column, one for each row or an array of the result."""
         rows = getattr(self, "rows", None)
         return column.value_of(self) if rows is None else [column.value_of(row) for row in rows]
+
+    def __str__(self) -> str:
+        """Return the columns as a text table, which is shortened; a single row as names and values."""
+        from governor_mechanism.files.results import format_result
+
+        return format_result(self)
 
     def to_dataframe(self) -> DataFrame:
         """Return the columns of the result as a table of pandas, SI; `attrs["units"]` has the units that are stated.
@@ -192,7 +204,7 @@ class Result(Recorded):
         Raises
         ------
         MechanismError
-            If results of this kind have no figure.
+            If the result has several figures, or a single row.
         """
         return self._draw()
 

@@ -74,6 +74,7 @@ class PaperRules(Result):
     __repr__ = short_repr
 
     figure = "papers.rules.figure.paper_rules_figure"
+    data_files = ("json",)
     record = ("rules=rows",)
     columns = (
         Column("rule", "rule", value="title"),

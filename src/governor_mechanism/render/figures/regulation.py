@@ -8,6 +8,7 @@ from matplotlib.colors import TwoSlopeNorm
 from matplotlib.patches import Rectangle
 
 from governor_mechanism.errors import MechanismError
+from governor_mechanism.model.results.pictures import Figure
 from governor_mechanism.render.artists import OVER_COLOUR_MAP
 from governor_mechanism.render.figures.page import (
     BAND_OPACITY,
@@ -27,6 +28,7 @@ from governor_mechanism.render.shown_readings import format_label
 from governor_mechanism.render.style import BLUE, GREEN, INK, MUTED, PAPER, RULE, SERIES_COLOURS, SERIF_FONT, SKY, VERMILLION
 from governor_mechanism.studies.regulation.cyclic_irregularity import ClearanceStudy, CyclicMotionStudy
 from governor_mechanism.studies.regulation.governed_engine import GovernedEngine
+from governor_mechanism.studies.regulation.governor_studies import GovernorStudies
 from governor_mechanism.studies.regulation.load_change import SETTLING_BAND, LoadChangeStudy, Verdict
 from governor_mechanism.studies.regulation.speed_changes import SETTLING_TOLERANCE, FoldJumpStudy, SettlingStudy
 from governor_mechanism.studies.regulation.stability_map import StabilityMap
@@ -42,6 +44,13 @@ _PANEL_RECT = (0.11, 0.14, 0.85, 0.69)
 
 _RATIO_RECT, _REST_RECT = (0.11, 0.255, 0.85, 0.55), (0.11, 0.15, 0.85, 0.07)
 """Rectangles of the panel of ratios and of the strip below it for a sleeve at rest, whose ratio has no logarithm."""
+
+
+def governor_studies_figure(studies: GovernorStudies) -> Figure:
+    """Draw the results of a study of some governors in one figure."""
+    first, *others = studies.results
+    figure: Figure = first.plot(*others)
+    return figure
 
 
 def cyclic_figure(study: CyclicMotionStudy) -> Page:

@@ -442,3 +442,12 @@ PROCEDURES: Mapping[str, Procedure] = {
     "hartnell": Procedure(hartnell.DEFAULT_INPUTS, hartnell.design_hartnell, lambda design, _: simulate_hartnell(design)),
 }
 """The procedures by the names of the command line."""
+
+
+def report_design(design: Design) -> DesignReport:
+    """Simulate a design as its procedure does, and compare it with the paper if its inputs are those of the paper."""
+    machine = design.machine.replace("_", "-")
+    procedure = PROCEDURES[machine]
+    paper = procedure.compare() if procedure.compare and design.inputs == procedure.inputs else None
+    simulated = procedure.simulate(design, paper) if procedure.simulate else None
+    return DesignReport(machine=machine, design=design, simulated=simulated, paper=paper)

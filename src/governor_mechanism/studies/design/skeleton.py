@@ -276,6 +276,8 @@ class Design(Result):
 
     machine: ClassVar[str]
     warning_start: ClassVar[str] = ""
+    inputs: Any
+    figure_set = "render.figures.designs.simulated_figures"
 
     __repr__ = short_repr
 

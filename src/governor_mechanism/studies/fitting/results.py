@@ -146,6 +146,7 @@ class Fit(Result):
     )
     index: ClassVar[str] = "key"
     figure: ClassVar[str] = "render.figures.fit.fit_figure"
+    data_files: ClassVar[tuple[str, ...]] = ("csv", "json")
 
     @property
     def ok(self) -> bool:

@@ -86,6 +86,7 @@ class HardCasesReport(Result):
     __repr__ = short_repr
 
     figure = "render.figures.errors.hard_case_figure"
+    data_files = ("csv", "json")
     figure_set = "render.figures.errors.hard_case_figures"
     record = ("ok", "cases=described_cases", "rows")
     columns = (

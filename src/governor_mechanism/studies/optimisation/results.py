@@ -153,6 +153,7 @@ class Optimum(Result):
     )
     index: ClassVar[str] = "key"
     figure: ClassVar[str] = "render.figures.optimum.optimum_figure"
+    data_files: ClassVar[tuple[str, ...]] = ("csv", "json")
 
     @property
     def ok(self) -> bool:
@@ -248,6 +249,7 @@ class TradeOff(Result):
 
     hidden = ("scenes",)
     figure: ClassVar[str] = "render.figures.optimum.trade_off_figure"
+    data_files: ClassVar[tuple[str, ...]] = ("csv", "json")
 
     @property
     def ok(self) -> bool:

@@ -218,6 +218,7 @@ class LoadChangeStudy(Result):
     __repr__ = short_repr
 
     figure = "render.figures.regulation.load_change_figure"
+    data_files = ("json",)
     hidden = ("average", "run")
     derived = ("static_droop", "droop", "largest_deviation", "run=engine_record")
     index = "time"

@@ -117,6 +117,7 @@ class StabilityMap(Result):
     __repr__ = short_repr
 
     figure = "render.figures.regulation.stability_map_figure"
+    data_files = ("json",)
     record = ("title", "x", "y", "growth_rates", "frequencies", "border", "load_fraction", "stable_share")
 
     @property

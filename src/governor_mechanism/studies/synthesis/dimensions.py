@@ -187,6 +187,7 @@ class DimensionSynthesis(Result):
 
     hidden = ("before",)
     figure: ClassVar[str] = "render.figures.optimum.dimension_figure"
+    data_files: ClassVar[tuple[str, ...]] = ("csv", "json")
 
     @property
     def ok(self) -> bool:

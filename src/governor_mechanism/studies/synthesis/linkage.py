@@ -247,6 +247,7 @@ class Synthesis(Result):
 
     __repr__ = short_repr
     index = "number"
+    data_files = ("csv", "json")
     columns = (*DIMENSION_COLUMNS, PIVOT_COLUMN, Column("distance", "distance, mm", ".2g/mm", "m", value="check.distance"), *CHECK_COLUMNS)
 
     def __str__(self) -> str:

@@ -84,6 +84,7 @@ class PivotMap(Result):
 
     __repr__ = short_repr
     figure = "render.figures.synthesis.pivot_map_figure"
+    data_files = ("csv", "json")
     columns = (
         *(Column(key, unit="m") for key in ("x", "y", "other_x", "other_y", "link")),
         Column("region"),

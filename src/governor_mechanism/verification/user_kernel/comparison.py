@@ -100,6 +100,7 @@ class KernelReport(CheckReport):
     is_vectorised: bool = False
 
     figure = "render.figures.errors.kernel_errors_figure"
+    data_files = ("json",)
     record = (
         *("title", "against", "quantity", "unit", "description", "tolerance", "passed", "is_vectorised"),
         *("largest_error_estimate", "units_of_arguments", "worst", "rows", "notes", "defects"),

@@ -11,7 +11,8 @@ from governor_mechanism.render.figures.page import Page
 from governor_mechanism.render.figures.plates.isochronous import has_isochronous_parabolas, isochronous_figure
 from governor_mechanism.studies.design.hartung import HartungDesign, design_hartung
 from governor_mechanism.studies.design.pendulum import PendulumDesign
-from governor_mechanism.studies.design.simulated import DesignReport, SimulatedPendulum
+from governor_mechanism.studies.design.simulated import DesignReport, SimulatedPendulum, report_design
+from governor_mechanism.studies.design.skeleton import Design
 
 
 def _hartung_figures(design: HartungDesign, _: object, paper: object) -> dict[str, Page]:
@@ -37,6 +38,11 @@ _FIGURES: Mapping[str, Callable[[Any, Any, Any], Mapping[str, Page]]] = {
     "hartung": _hartung_figures,
     "pendulum": _pendulum_figures,
 }
+
+
+def simulated_figures(design: Design) -> Mapping[str, Page]:
+    """Simulate a design, and draw its figures, by the names of their files without ending."""
+    return design_figures(report_design(design))
 
 
 def design_figures(report: DesignReport) -> Mapping[str, Page]:
