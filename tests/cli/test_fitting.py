@@ -83,8 +83,8 @@ def test_sensitivities_are_printed_with_their_errors(tmp_path):
     assert sum(row["elasticity"] for row in rows) == pytest.approx(0.0, abs=1e-6)
 
 
-def optimise(tmp_path, *words):
-    fixed = ["--over", "dimensions.ball_mass=4kg:6kg", "--set", "run.duration=2 s", "--no-figure", "--out", tmp_path]
+def optimise(tmp_path, *words, heaviest="6kg"):
+    fixed = ["--over", f"dimensions.ball_mass=4kg:{heaviest}", "--set", "run.duration=2 s", "--no-figure", "--out", tmp_path]
     return invoke("optimise", "porter", *fixed, *words)
 
 
@@ -99,7 +99,8 @@ def test_optimise_writes_a_scene_with_the_best_values(tmp_path):
 
 
 def test_two_objectives_give_their_trade_off(tmp_path):
-    result = optimise(tmp_path, "--minimise", "frequency of sleeve_lift", "--maximise", "min sleeve_lift", "--points", "3")
+    objectives = ["--minimise", "frequency of sleeve_lift", "--maximise", "min sleeve_lift"]
+    result = optimise(tmp_path, *objectives, "--points", 3, heaviest="5.5kg")  # at 5.77 kg it stands, and has no frequency
     assert "frequency of sleeve_lift against min sleeve_lift" in result.stdout
     assert {path.name for path in tmp_path.iterdir()} == {"porter_trade_off.csv", "porter_trade_off.json"}
 

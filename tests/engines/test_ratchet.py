@@ -13,10 +13,10 @@ PITCH = math.tau / 12
 @pytest.mark.parametrize(("swing", "teeth"), [("12 deg", 0), ("20 deg", 1), ("35 deg", 2)])
 def test_the_wheel_goes_on_by_the_whole_teeth_that_fit_into_a_stroke(swing, teeth):
     """A stroke is twice the swing; the rest of it is the free travel of the pawl behind the next tooth."""
-    run = gm.run(gm.load("ratchet").replace({"dimensions.swing": swing}), certify=False, times=np.linspace(0.0, 3.0, 61))
+    run = gm.run(gm.load("ratchet").replace({"dimensions.swing": swing}), certify=False, times=np.linspace(0.0, 2.0, 41))
     assert math.floor(2 * math.radians(float(swing.split()[0])) / PITCH) == teeth
     wheel = run.readings["wheel_angle"]
-    assert np.diff(wheel[[20, 40, 60]]) == pytest.approx([-teeth * PITCH] * 2, abs=0.002 * PITCH)
+    assert np.diff(wheel[[20, 40]]) == pytest.approx([-teeth * PITCH], abs=0.002 * PITCH)
     backward = np.max(wheel - np.minimum.accumulate(wheel))
     assert backward < 0.1 * PITCH  # until the holding pawl stops it
     assert min(run.readings[name].min() for name in ("pawl_gap", "holding_pawl_gap")) > -1e-12

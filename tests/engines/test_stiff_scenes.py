@@ -57,20 +57,35 @@ def test_two_rods_with_a_stiff_joint_oscillate_as_one(stiffness, damping):
     assert run.joint_gap.max() < 1e-12
 
 
-def test_stiff_damped_mass_agrees_with_the_exact_solution():
-    mass, stiffness, damping = 1.0, 1e4, 1e4
+def damped_mass(rate, place):
+    """Return 1 kg at a place (m) on a spring that is slack at 1 m, with a damper: it comes back at about 1/s, or at the rate (1/s)."""
     loads = [
-        Spring(name="spring", first=ground_point(), second=body_point("ball"), stiffness=stiffness, free_length=1.0),
-        Damper(name="damper", first=ground_point(), second=body_point("ball"), damping=damping),
+        Spring(name="spring", first=ground_point(), second=body_point("ball"), stiffness=rate, free_length=1.0),
+        Damper(name="damper", first=ground_point(), second=body_point("ball"), damping=rate),
     ]
-    mechanism = make_mechanism([point_mass("ball", mass)], [], [x_reading("ball")], [(1.1, 0.0, 0.0)], loads=loads)
-    run = MultibodyEngine().run(make_scene(mechanism, gravity=False), accuracy=1e-8)
+    mechanism = make_mechanism([point_mass("ball", 1.0)], [], [x_reading("ball")], [(place, 0.0, 0.0)], loads=loads)
+    return make_scene(mechanism, gravity=False)
+
+
+@pytest.mark.parametrize("rate", [1e3, 1e4, 1e6, 1e8])
+@pytest.mark.parametrize("accuracy", [1e-5, 1e-8, 1e-11])
+def test_errors_of_a_damped_mass_follow_the_accuracy_at_any_stiffness(rate, accuracy):
+    run = MultibodyEngine().run(damped_mass(rate, 1.1), accuracy=accuracy)
     assert run.outcome is gm.Outcome.DONE
-    assert "implicit" in run.cost.method
-    root = math.sqrt(damping**2 - 4 * stiffness * mass)
-    slow, fast = (-damping + root) / (2 * mass), (-damping - root) / (2 * mass)
+    assert ("implicit" in run.cost.method) == (rate > 1e3)
+    fast = -0.5 * (rate + math.sqrt(rate**2 - 4 * rate))
+    slow = rate / fast
     exact = 1.0 + 0.1 * (fast * np.exp(slow * run.times) - slow * np.exp(fast * run.times)) / (fast - slow)
-    assert np.max(np.abs(run.readings["x"] - exact)) < 1e-8  # the requested accuracy
+    assert np.max(np.abs(run.readings["x"] - exact)) < accuracy
+
+
+def test_a_stiff_mass_at_rest_stays_there_in_few_steps_and_few_allowed_ones_are_a_named_end():
+    resting = MultibodyEngine().run(damped_mass(1e6, 1.0), accuracy=1e-8)
+    assert np.all(resting.readings["x"] == 1.0)
+    assert resting.cost.steps < 20 * resting.cost.runs
+    cut = MultibodyEngine(max_steps=3).run(damped_mass(1e6, 1.1), accuracy=1e-8)
+    assert cut.outcome is gm.Outcome.STEP_LIMIT
+    assert cut.times[-1] < 2.0
 
 
 def test_method_of_a_scene_that_is_not_stiff():

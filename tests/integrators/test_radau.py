@@ -1,4 +1,7 @@
-"""The Radau IIA methods on stiff problems with known solutions."""
+"""The Radau IIA methods on stiff problems with known solutions.
+
+Numba compiles them for these problems, which takes seconds; `test_stiff_scenes.py` guards the same laws where the engine uses them.
+"""
 
 import math
 from typing import NamedTuple
@@ -193,6 +196,7 @@ def test_stiffness_reduces_the_order_to_no_less_than_the_number_of_stages(n_stag
     assert np.all(errors[:, 0] < errors[:, 1])
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("rate", [0.0, 1e2, 1e4, 1e8])
 @pytest.mark.parametrize("tolerance", [1e-5, 1e-8, 1e-11])
 def test_errors_follow_the_tolerance_at_any_stiffness(rate, tolerance):
@@ -205,6 +209,7 @@ def test_errors_follow_the_tolerance_at_any_stiffness(rate, tolerance):
     assert counts[StepCounter.ACCEPTED] < 12 * tolerance ** (-1 / 6)  # as long as the order of the error estimate allows
 
 
+@pytest.mark.long
 def test_a_relaxation_oscillation_agrees_with_scipy():
     # Van der Pol's oscillator: slow for 0.8 s, then a jump at rates of 1e5.
     times, start, rate = [0.5, 1.0, 1.5, 2.0], (2.0, -0.66, 0.0), 1e3
@@ -221,6 +226,7 @@ def test_a_relaxation_oscillation_agrees_with_scipy():
     np.testing.assert_allclose(states, expected, rtol=0, atol=1e-7)  # errors of 500 steps of scipy
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("options", "status"),
     [
@@ -254,6 +260,7 @@ def test_a_doubtful_estimate_is_filtered_again_where_the_equation_is_defined():
     assert estimates[-1.0][1] == estimates[-1.0][0] == estimates[math.inf][0]
 
 
+@pytest.mark.long
 def test_what_rests_goes_on_resting():
     status, states, _, counts = integrate(10.0, 1e-6, np.array([5.0]), start=(0.0, 0.0, 0.0))
     assert status == IntegrationStatus.DONE
@@ -261,6 +268,7 @@ def test_what_rests_goes_on_resting():
     assert counts[StepCounter.ACCEPTED] < 10  # each step is eight times as long as the one before, from 0.1 ms on
 
 
+@pytest.mark.long
 def test_steps_are_half_as_long_as_those_of_another_run_and_keep_their_matrices():
     steps = make_step_record(50)
     for k in range(50):

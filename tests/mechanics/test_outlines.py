@@ -63,7 +63,7 @@ def test_the_distance_from_lines_and_arcs_is_that_of_the_nearest_of_many_points_
     poses, _ = random_states(np.random.default_rng(1), 100)
     for pose, value in zip(poses, evaluate_output(mechanism, "c_gap", poses).value, strict=True):
         place = place_of_roller(pose)
-        side = -1 if is_inside(points, *place) else 1
+        side = -1 if is_inside(points[::20], *place) else 1
         assert value + 0.01 == pytest.approx(side * distance_of_chords(points, place), abs=1e-8)  # sagitta of the chords
 
 
