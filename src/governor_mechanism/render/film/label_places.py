@@ -8,7 +8,6 @@ from dataclasses import dataclass, replace
 from itertools import combinations, pairwise, product
 
 import numpy as np
-from scipy.optimize import linear_sum_assignment
 
 from governor_mechanism.render.film.labels import Label, Piece, break_lines, shares_within
 from governor_mechanism.render.frame_data import FrameData
@@ -130,11 +129,18 @@ class _Places:
         return places
 
     def _begin(self) -> None:
-        """Put the names at equal distances, with lines that are shortest in all: those of parts at rest do not cross."""
-        count = len(self._points)
-        places = np.linspace(0, len(self._rows) - 1, count).astype(int)
-        names, order = linear_sum_assignment([costs[0, places] for costs in self._lengths])
-        self._places[names] = places[order]
+        """Put the names at equal distances, and exchange them as long as lines get shorter: those of parts at rest then do not cross."""
+        places = np.linspace(0, len(self._rows) - 1, len(self._points)).astype(int)[self._order()]
+        lengths = [one[0] for one in self._lengths]
+        is_shorter = True
+        while is_shorter:
+            is_shorter = False
+            for i, j in combinations(range(len(places)), 2):
+                (a, b), (first, second) = places[[i, j]], (lengths[i], lengths[j])
+                if first[b] + second[a] < first[a] + second[b] - _MIN_GAIN:
+                    places[[i, j]] = b, a
+                    is_shorter = True
+        self._places = places
 
     def _costs_at(self, k: int, places: IntArray, others: Sequence[int]) -> FloatArray:
         """Return the costs (a, p) of the points of a name at places, beside other names."""
