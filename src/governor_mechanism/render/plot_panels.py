@@ -103,7 +103,7 @@ def choose_part_panels(
 def all_part_panels(parts: ShownParts) -> list[PlotPanel]:
     """Return the panels of all readings of parts that have values."""
     found = [_PartReading(data=data, column=(data,), name=name) for data in parts for name in data.readings if _has_values(data, name)]
-    return [one.to_panel(k % len(SERIES_COLOURS)) for k, one in enumerate(found)]
+    return [one.to_panel(k % len(SERIES_COLOURS), is_constant=not one.is_changing) for k, one in enumerate(found)]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

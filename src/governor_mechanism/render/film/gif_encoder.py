@@ -131,7 +131,7 @@ class GifWriter:
         else:
             patch = self._changed_patch(pixels.ravel(), np.flatnonzero(pixels != self._last_pixels))
             if patch is not None or self._delay + centiseconds > MAX_FRAME_DELAY:
-                self._flush()
+                self.flush()
                 # A frame must have at least one pixel, even where nothing changed.
                 self._pending_patch = patch or (0, 0, np.full((1, 1), self._palette.transparent_index, dtype=np.uint8))
             np.copyto(self._last_pixels, pixels)
@@ -139,7 +139,7 @@ class GifWriter:
 
     def close(self) -> None:
         """Write the last frame and the end marker."""
-        self._flush()
+        self.flush()
         self._file.write(b";")
 
     def _changed_patch(self, pixels: PackedPixels, pixel_indices: NDArray[np.intp]) -> tuple[int, int, PaletteIndices] | None:
@@ -170,8 +170,8 @@ class GifWriter:
         # Loop count 0: repeat for ever.
         self._file.write(b"\x21\xff\x0bNETSCAPE2.0\x03\x01" + struct.pack("<H", 0) + b"\x00")
 
-    def _flush(self) -> None:
-        """Write the pending frame."""
+    def flush(self) -> None:
+        """Write the pending frame, which is not extended any more."""
         if self._pending_patch is None:
             return
         left, top, entries = self._pending_patch

@@ -211,24 +211,29 @@ def _estimate_size(film: FilmFrames, changes: Sequence[float], rate: float) -> f
 
 
 def _measure_changes(film: FilmFrames, n_probes: int, longest: int) -> list[float]:
-    """Return the bytes of the first frame, and the mean bytes of a frame after the one before, up to the one `longest` before that."""
-    painter, palette = film.painter, film.palette
+    """Return the bytes of the first frame, and the mean bytes of a frame after the one before, up to the one `longest` before that.
+
+    One GIF has all probes, one after the other.
+    """
+    file = io.BytesIO()
+    writer = GifWriter(file, film.palette)
+
+    def add(k: int) -> int:
+        """Return the bytes of frame k after the one that was added before."""
+        start = file.tell()
+        writer.add(film.painter.draw(k), 4)
+        writer.flush()
+        return file.tell() - start
+
+    first = add(0)
     changes = []
     for k in np.linspace(0, film.n_frames - 1 - longest, n_probes).astype(int).tolist():
-        frames = [painter.paint(k + step) for step in range(longest + 1)]
-        alone = _encoded_size(palette, frames[:1])
-        changes.append([_encoded_size(palette, [frames[0], later]) - alone for later in frames[1:]])
-    return [_encoded_size(palette, [painter.paint(0)]), *np.mean(changes, axis=0).tolist()]
-
-
-def _encoded_size(palette: Palette, frames: Sequence[RgbaPixels]) -> int:
-    """Return the bytes of a GIF of frames."""
-    file = io.BytesIO()
-    writer = GifWriter(file, palette)
-    for frame in frames:
-        writer.add(frame, 4)
-    writer.close()
-    return file.tell()
+        sizes = []
+        for step in range(1, longest + 1):
+            add(k)
+            sizes.append(add(k + step))
+        changes.append(sizes)
+    return [first, *np.mean(changes, axis=0).tolist()]
 
 
 Schedule = Callable[[float, float, float], FloatArray]

@@ -62,12 +62,23 @@ function makeHeading(plot) {
   return { heading, value };
 }
 
-/** A plot: its node, and `update(place, time)`, `peek(place or null)`. */
+/** A plot: its node, and `update(place)`, `peek(place or null)`; of a constant reading, its name and value alone. */
 function makePlot(plot, data, onSeek) {
   const node = makeNode("figure", `plot series-${plot.curves[0].series}`);
   const { heading, value } = makeHeading(plot);
-  const frame = makeNode("div", "frame");
   const curves = plot.curves.map((curve) => decodeCurve(curve, plot.limits[0]));
+  const write = (place) => {
+    // The mean over a turn begins half a turn after the start; before, the number is that of the next curve.
+    const curve = curves.find((one) => one.at(place) !== null) || curves[0];
+    const number = curve.at(place) ?? curve.valueOf(0);
+    value.textContent = `${formatNumber(number, plot.decimals)}${plot.unit === "°" ? "°" : ` ${plot.unit}`}`;
+    return number;
+  };
+  if (plot.isConstant) {
+    node.append(heading);
+    return { node, update: write, peek: (place) => place && write(place) };
+  }
+  const frame = makeNode("div", "frame");
   frame.append(makeCurves(plot, curves, data.times), ...makeTicks(plot));
   const [marker, dot, ghost] = ["marker", "dot", "ghost"].map((name) => makeNode("span", name));
   frame.append(ghost, marker, dot);
@@ -79,13 +90,6 @@ function makePlot(plot, data, onSeek) {
   node.setAttribute("aria-label", `${plot.name} over time`);
   makeSeekable(frame, data.times, onSeek);
   const share = ({ k, fraction }) => (100 * (k + fraction)) / Math.max(data.times.count - 1, 1);
-  const write = (place) => {
-    // The mean over a turn begins half a turn after the start; before, the number is that of the next curve.
-    const curve = curves.find((one) => one.at(place) !== null) || curves[0];
-    const number = curve.at(place) ?? curve.valueOf(0);
-    value.textContent = `${formatNumber(number, plot.decimals)}${plot.unit === "°" ? "°" : ` ${plot.unit}`}`;
-    return number;
-  };
   const update = (place) => {
     const number = write(place);
     // The layers are as large as the frame, and a shift in per cent is in their size; the curve below is not drawn again.
