@@ -1,7 +1,8 @@
 """Sphinx extension: the navigation follows the links of the index pages.
 
 Index pages are plain Markdown, which also reads well where the repository is browsed. Each gets a hidden table of contents: the pages of
-its folder in the order of its links, then the others by name.
+its folder in the order of its links, then the others by name. For the same reason pages link to the scripts of examples; on the site these
+links lead to the pages that are made of them.
 """
 
 from __future__ import annotations
@@ -19,6 +20,8 @@ SUFFIXES = (".md", ".ipynb")
 LISTED = re.compile(r"^(?:- |\| )\[[^]]*\]\(([^)\s]+)\)", re.MULTILINE)
 LINK = re.compile(r"\]\(([^)\s]+)\)")
 """Links with which items of lists and rows of tables begin, and all: a link of a sentence does not change their order."""
+EXAMPLE = re.compile(r"\]\(((?:\.\./)*)examples/(?:([\w/]+)\.py)?\)")
+"""Link to the script of an example, or to the folder of all of them."""
 MADE = "_generated/"
 """Begin of the addresses of pages that other extensions write."""
 
@@ -44,6 +47,28 @@ def list_entries(index: Path, text: str, root: Path) -> list[str]:
     targets = [target.partition("#")[0] for line in (LISTED, LINK) for target in line.findall(text)]
     linked = [str(Path(target).with_suffix("").as_posix()) for target in targets if _is_own_page(index, target, root)]
     return list(dict.fromkeys([*(entry for entry in linked if entry != "index"), *sorted(own)]))
+
+
+def link_made_examples(text: str) -> str:
+    """Return the text of a page with links to the pages of examples in the place of those to their scripts.
+
+    Parameters
+    ----------
+    text
+        The text in Markdown.
+
+    Returns
+    -------
+    str
+        The text.
+    """
+    return EXAMPLE.sub(lambda link: f"]({link[1]}{MADE}examples/{link[2] or 'index'}.rst)", text)
+
+
+def _link_made_examples(app: Sphinx, name: str, content: list[str]) -> None:
+    """Let the links of a page to examples lead to their pages."""
+    if (Path(app.srcdir) / f"{name}.md").is_file():
+        content[0] = link_made_examples(content[0])
 
 
 def _is_own_page(index: Path, target: str, root: Path) -> bool:
@@ -79,6 +104,7 @@ def _add_contents(app: Sphinx, name: str, content: list[str]) -> None:
 
 
 def setup(app: Sphinx) -> dict[str, Any]:
-    """Add the tables of contents when a page is read."""
+    """Change links and add tables of contents when a page is read."""
+    app.connect("source-read", _link_made_examples, priority=400)
     app.connect("source-read", _add_contents)
     return {"parallel_read_safe": True, "parallel_write_safe": True}

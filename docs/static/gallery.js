@@ -1,6 +1,7 @@
 // The gallery: films instead of posters where asked for, and cards that fit what is chosen.
 "use strict";
 
+const stillness = matchMedia("(prefers-reduced-motion: reduce)");
 const choices = document.querySelector(".choices");
 const cards = [...document.querySelectorAll("article.scene")];
 
@@ -17,6 +18,9 @@ for (const button of document.querySelectorAll("article.scene > button")) {
   const isMouse = (event) => event.pointerType === "mouse";
   button.addEventListener("pointerenter", (event) => isMouse(event) && show(button, true));
   button.addEventListener("pointerleave", (event) => isMouse(event) && show(button, false));
+  // With the keyboard alone: the film of the card on which the focus is.
+  button.addEventListener("focus", () => button.matches(":focus-visible") && !stillness.matches && show(button, true));
+  button.addEventListener("blur", () => show(button, false));
   button.addEventListener("click", (event) => {
     if (event.pointerType !== "mouse") show(button, button.getAttribute("aria-pressed") !== "true");
   });

@@ -26,7 +26,7 @@ from governor_mechanism.machines.registry import MACHINES
 from governor_mechanism.scenes.json_schema import scene_schema
 from governor_mechanism.scenes.library import list_catalogue_entries, load_scene, shipped_scenes
 from governor_mechanism.units.quantities import QUANTITY_KINDS
-from navigation import list_entries
+from navigation import link_made_examples, list_entries
 
 INCLUDED = {
     "scene_file": scene_file_text,
@@ -225,7 +225,8 @@ def test_links_lead_somewhere(page):
             assert made in generated_pages(), target
             assert not part or part in headings(generated_pages()[made]), target
             continue
-        assert path.is_file() or (path.is_dir() and page.parent == ROOT), target  # a site has no page of a folder
+        # a site has no page of a folder but that of the examples
+        assert path.is_file() or (path.is_dir() and (page.parent == ROOT or path.name == "examples")), target
         assert path.is_relative_to(ROOT), target
         assert not part or part in headings(whole_text(path)), target
 
@@ -264,6 +265,14 @@ def test_navigation_follows_the_links_of_an_index(tmp_path):
     text = "[b](b.md), [here](index.md#x), [a notebook](notes/n.ipynb), [x](other/x.md), [part](part/index.md), [web](https://b.org/b.md)"
     entries = ["a", "_generated/x/index", "c", "b", "notes/n", "part/index", "other/index"]
     assert list_entries(tmp_path / "index.md", listed + text, tmp_path) == entries
+
+
+def test_links_to_scripts_of_examples_lead_to_their_pages():
+    text = "[all](examples/), [one](../examples/studies/gate.py), [file](examples/ruff.toml)"
+    assert (
+        link_made_examples(text)
+        == "[all](_generated/examples/index.rst), [one](../_generated/examples/studies/gate.rst), [file](examples/ruff.toml)"
+    )
 
 
 def test_tables_keep_their_cells():
