@@ -189,3 +189,33 @@ def test_a_button_copies_a_command(tab, address):
     assert tab.evaluate("document.querySelector('#scene-porter pre + .copybtn, #scene-porter .copybtn') !== null") is True
     tab.open(address + "_generated/examples/linkages/four_bar.html", width=1366, height=800, reduced_motion=True)
     assert tab.evaluate("document.querySelector('article .highlight .copybtn') !== null") is True
+
+
+IN_ORDER = """[...document.querySelectorAll("button, input, select, a[href], summary, [tabindex='0']")]
+  .filter((one) => one.tabIndex >= 0 && !one.disabled && one.checkVisibility({ visibilityProperty: true }))"""
+"""What the keyboard must reach, in the order of the page."""
+FOCUS = """(() => {
+  const one = document.activeElement, style = getComputedStyle(one), picture = one.querySelector("img");
+  window.reached.push(one);
+  const hasRing = (style.outlineStyle !== "none" && parseFloat(style.outlineWidth) > 0) || style.boxShadow !== "none";
+  const isSeen = hasRing && parseFloat(style.opacity) > 0.5;
+  const isFilm = one.matches("article.scene > button") && picture.getAttribute("src").endsWith(".gif");
+  return [isSeen ? "" : one.outerHTML, isFilm];
+})()"""
+
+
+@pytest.mark.parametrize(("width", "dark"), [(1366, False), (1366, True), (390, False), (390, True)])
+def test_the_keyboard_alone_leads_through_the_gallery(address, width, dark):
+    """In the order of the page, with a ring that is seen; the film of the card on which the focus is runs."""
+    with open_browser() as tab:
+        tab.allowed_addresses = (*tab.allowed_addresses, address)
+        tab.open(address + "gallery.html", width=width, height=800, dark=dark)
+        count = tab.evaluate(f"window.reached = [], (window.wanted = {IN_ORDER}).length")
+        assert count > 200
+        seen = []
+        for _ in range(count):
+            tab.press("Tab")
+            seen.append(tab.evaluate(FOCUS))
+        assert [unseen for unseen, _ in seen if unseen] == []
+        assert tab.evaluate("window.wanted.every((one, k) => one === window.reached[k])") is True
+        assert sum(is_film for _, is_film in seen) == tab.evaluate("document.querySelectorAll('article.scene > button').length")
