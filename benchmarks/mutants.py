@@ -12,7 +12,7 @@ Tools that write mutants to files (cosmic-ray) would compile all kernels for eve
 every kernel has one.
 
 Usage: python benchmarks/mutants.py [closed_form effects mechanics] [--count 200] [--seed 18] [--only NUMBER ...] [--own]
-                                    [--table mutants.tsv] [--reach mutants.reach]
+                                    [--within PART ...] [--table mutants.tsv] [--reach mutants.reach]
 """
 
 from __future__ import annotations
@@ -211,6 +211,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--count", type=int, default=200, help="mutants of each folder")
     parser.add_argument("--seed", type=int, default=SEED)
     parser.add_argument("--only", type=int, nargs="+", help="numbers of mutants of the sample")
+    parser.add_argument("--within", nargs="+", default=[""], help="parts of the paths of the files in question, as curves/ or contacts.py")
     parser.add_argument("--own", action="store_true", help="leave out the wider tests")
     parser.add_argument("--table", type=Path, default=Path("mutants.tsv"))
     parser.add_argument("--reach", type=Path, default=Path("mutants.reach"), help="folder of the record of the lines that tests reach")
@@ -222,7 +223,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     os.chdir(ROOT)
     sys.meta_path.insert(0, MutantFinder())
     for folder in asked.folders:
-        everything = all_mutants(folder)
+        everything = [one for one in all_mutants(folder) if any(part in str(one.path) for part in asked.within)]
         sample = random.Random(asked.seed).sample(everything, min(asked.count, len(everything)))
         print(f"{folder}: {len(everything)} mutants, sample of {len(sample)}", flush=True)
         for is_interpreted in {mutant.is_in_kernels for mutant in sample} if asked.only is None else ():

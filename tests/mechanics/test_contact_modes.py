@@ -93,6 +93,14 @@ def test_event_functions_are_what_is_beyond_their_thresholds(discs):
     assert sorted(event_values(scene, ContactMode((0.3,), (0,)), 0.3, 0.0)) == pytest.approx([-2.0 - 0.7, 2.0 - 0.7])
 
 
+@pytest.mark.parametrize(("held", "inward"), [(-0.4, -1.0), (0.9, 1.0)])
+@pytest.mark.parametrize("moment", [2.0, -2.0])
+def test_a_stop_lets_go_when_it_would_have_to_pull(held, inward, moment):
+    torque = Torque(name="load", second="wheel", moment=InputFunction(values=(moment,)))
+    scene = coupled_scene(discs_part("disc", {"wheel": 0.5}, torque)).with_changes(effects=(STOPS,))
+    assert event_values(scene, ContactMode((held,), (0,)), held, 0.0) == pytest.approx([-inward * moment])
+
+
 @pytest.mark.parametrize("is_taut", [False, True])
 def test_a_one_sided_spring_changes_where_it_is_slack(is_taut):
     spring = OutputSpring(reading=ANGLE, rate=3.0, zero=0.3, one_sided=True)

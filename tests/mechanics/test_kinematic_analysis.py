@@ -93,7 +93,15 @@ def test_a_driver_that_does_not_move_the_reading_stands_still():
     np.testing.assert_allclose(moved.readings["crank_angle"], 0.0, atol=1e-12)
 
 
-def test_many_values_are_followed_as_few_are_solved():
+def test_a_regular_motion_is_followed_and_no_value_is_solved_for_alone(monkeypatch):
+    monkeypatch.delattr("governor_mechanism.mechanics.kinematics.kinematic_analysis._solve_motion")
+    angles = np.linspace(0.5, 0.8, 30)
+    motion = gm.kinematics("porter", "arm_angle", angles, rate=1.3)
+    np.testing.assert_allclose(motion.readings["ball_radius"], 0.04 + 0.3 * np.sin(angles), rtol=1e-12)
+    np.testing.assert_allclose(motion.rates["ball_radius"], 1.3 * 0.3 * np.cos(angles), rtol=1e-12)
+
+
+def test_many_values_are_solved_as_few_are():
     """Single values are reached from the start, dense ones each from the one before."""
     dense = np.linspace(0.1, 4.0, 500)
     many = gm.kinematics("quick_return", "lever_angle", 1.55 + 0.3 * np.sin(dense), rate=1.3, acceleration=-0.7)

@@ -7,9 +7,9 @@ import pytest
 
 import governor_mechanism as gm
 from contact_scenes import BOWL, CUP
-from governor_mechanism.mechanics.curves.join_kernels import distance_from_feature, next_feature
+from governor_mechanism.mechanics.curves.join_kernels import EdgePoint, distance_from_feature, extent_of_feature, next_feature
 from governor_mechanism.mechanics.curves.outline_kernels import N_PIECE_VALUES
-from governor_mechanism.mechanics.curves.outlines import chains_of, edges_of, is_inside, make_pieces, outline_points
+from governor_mechanism.mechanics.curves.outlines import bounding_circle, chains_of, edges_of, is_inside, make_pieces, outline_points
 from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output
 from governor_mechanism.model.curves import CornerOutline, CurveOutline
 
@@ -212,6 +212,22 @@ def test_the_way_ends_at_hollow_corners():
 
 BULGE = [[0, 0], [0.1, 0, 0.06], [0.1, 0.1], [0, 0.1]]
 """A square of which one edge bulges."""
+
+
+@pytest.mark.parametrize(("outline", "before"), [(SQUARE, math.pi / 2), (BULGE, math.pi / 2 + math.asin(0.05 / 0.06))])
+@pytest.mark.parametrize("share", [0.2, 0.7])
+def test_round_a_corner_the_extents_are_the_sines_of_the_angles_to_its_edges(outline, before, share):
+    """The edge before the corner, straight or bent, ends in a direction, and the next one goes to the left."""
+    turn = math.pi - before
+    normal = before + share * turn - math.pi / 2
+    found = extent_of_feature(pieces_of(outline), 4, EdgePoint(0.1, 0.1, math.cos(normal), math.sin(normal), 1.0))
+    assert found == pytest.approx((-math.sin(share * turn), -math.sin((1 - share) * turn)), abs=1e-14)
+
+
+def test_the_circle_round_a_square_has_its_middle_and_is_not_much_wider():
+    middle_x, middle_y, radius = bounding_circle(edges_of(make_mechanism(SQUARE).outlines[0].outline))
+    assert (middle_x, middle_y) == pytest.approx((0.05, 0.05))
+    assert 0.05 * math.sqrt(2) <= radius <= 0.05 * math.sqrt(2) + 0.1 / 4 + 1e-12
 
 
 @pytest.mark.parametrize("outline", [SQUARE, BULGE], ids=["straight", "bent"])

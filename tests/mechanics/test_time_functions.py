@@ -52,6 +52,14 @@ def test_a_motion_goes_on_at_the_rates_of_its_ends(times, values):
         assert motion(np.array([beyond])) == pytest.approx([float(spline(end)) + rate * (beyond - end)], abs=1e-13)
 
 
+@pytest.mark.parametrize("start", [0.0, 0.35])
+def test_the_integral_of_a_sine_is_its_cosine(start):
+    wave = Harmonic(amplitude=0.3, frequency=2.0, phase=0.5)
+    integrals = CubicTimeFunction(InputFunction(values=(4.0,), harmonics=(wave,))).integrals(start, INSIDE)
+    cosine = lambda time: np.cos(4 * np.pi * time + 0.5)  # noqa: E731
+    np.testing.assert_allclose(integrals, 4.0 * (INSIDE - start) + 0.3 / (4 * np.pi) * (cosine(start) - cosine(INSIDE)), atol=1e-14)
+
+
 def test_rows_of_inputs_without_harmonics_are_filled_with_zeros():
     wave = PrescribedMotion.constant_rate(0.0, 0.0, (Harmonic(amplitude=0.3, frequency=2.0, phase=0.5),))
     rows = stack_local_cubics([CubicTimeFunction(InputFunction(values=(4.0,))), CubicTimeFunction(wave)], np.array([0.0, 0.25]))

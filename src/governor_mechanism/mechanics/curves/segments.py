@@ -169,7 +169,6 @@ def _normals_under_flat(one: Lift, start: float, height: float, directions: Floa
 
 def concatenate_segments(parts: list[FloatArray]) -> FloatArray:
     """Return all curve segments with as many coefficients as the highest degree needs; the others are zero."""
-    if len(parts) == 1:
-        return parts[0]
-    n_columns = max(part.shape[1] for part in parts)
-    return np.concatenate([np.insert(part, [1] * (n_columns - part.shape[1]), 0.0, axis=1) for part in parts])
+    n_columns = max((part.shape[1] for part in parts), default=2)
+    filled = (np.insert(part, [1] * (n_columns - part.shape[1]), 0.0, axis=1) for part in parts)
+    return np.concatenate([np.zeros((0, n_columns)), *filled])

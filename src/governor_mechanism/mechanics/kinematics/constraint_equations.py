@@ -59,7 +59,7 @@ def make_constraint_table(
         for row in joint.constraint_rows(mechanism.length_scale)
         if not _is_trivially_satisfied(mechanism, joint, row)
     ]
-    table, curve_segments, n_segments = make_row_table(len(entries)), [np.zeros((0, 2))], 0
+    table, curve_segments, n_segments = make_row_table(len(entries)), list[FloatArray](), 0
     motions: list[PrescribedMotion] = []
     for i, (_, joint, row) in enumerate(entries):
         segments = [] if row.curve is None else [make_curve_segments(row.curve)]

@@ -154,7 +154,7 @@ def make_output_rows(
 
 def rows_of_readings(mechanism: Mechanism, readings: Sequence[Reading], origins: Origins) -> ConstraintRows:
     """Return the output rows of readings, which the mechanism need not list, as `make_output_rows` does."""
-    table, parts, n_segments = make_row_table(len(readings)), [np.zeros((0, 2))], 0
+    table, parts, n_segments = make_row_table(len(readings)), list[FloatArray](), 0
     for record, reading in zip(table, readings, strict=True):
         row = _row_of_reading(reading)
         set_fields(record, attachment_fields(mechanism, row.first, row.second, origins))

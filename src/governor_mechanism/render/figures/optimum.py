@@ -1,4 +1,4 @@
-"""Figures of an optimum, values between their bounds with quantities before and after; of a trade-off; and of dimensions for a path."""
+"""Figures of what was searched: an optimum before and after, a trade-off, dimensions for a path, and a fit with its residuals."""
 
 from __future__ import annotations
 
@@ -9,11 +9,12 @@ import numpy as np
 from matplotlib.ticker import MaxNLocator
 
 from governor_mechanism.render.figures.page import DASHED, MM_PER_M, Page, Panel, add_legend, format_plain_ticks
-from governor_mechanism.render.shown_readings import axis_limits_for, display_unit_of, format_label
+from governor_mechanism.render.shown_readings import axis_limits_for, display_unit_of, format_label, format_name
 from governor_mechanism.render.style import BLUE, INK, MUTED, VERMILLION
 from governor_mechanism.units.quantities import format_quantity
 
 if TYPE_CHECKING:
+    from governor_mechanism.studies.fitting.results import Fit
     from governor_mechanism.studies.optimisation.results import OptimisedQuantity, Optimum, TradeOff
     from governor_mechanism.studies.synthesis.dimensions import DimensionSynthesis
 
@@ -113,4 +114,37 @@ def dimension_figure(result: DimensionSynthesis) -> Page:
     shown = MM_PER_M * np.vstack([result.path, best.curve, result.before])
     panel.show_points(shown, margin=0.1, min_half_width=1e-6)
     add_legend(panel)
+    return page
+
+
+_FIT_WIDTH, _READING_HEIGHT, _FIT_HEADER, _FIT_FOOTER = 8.0, 3.6, 0.9, 0.6
+"""Width of the page of a fit, height for each reading, and heights above and below, inches."""
+
+
+def _describe_fit(fit: Fit) -> str:
+    """Return what was fitted to what, in a line."""
+    n_values, n_unknowns = sum(len(one.values) for one in fit.measurements), len(fit.rows)
+    return f"{n_unknowns} value{'s' * (n_unknowns > 1)} fitted to {n_values} measured ones; band: two standard deviations of the noise"
+
+
+def fit_figure(fit: Fit) -> Page:
+    """Draw measured and fitted values over time, and the residuals with two standard deviations of the noise."""
+    height = _FIT_HEADER + _FIT_FOOTER + _READING_HEIGHT * len(fit.measurements)
+    page = Page(_FIT_WIDTH, height, fit.title, _describe_fit(fit), subtitle_y=1 - 0.7 * _FIT_HEADER / height)
+    ratios = [2.4, 1.0] * len(fit.measurements)
+    margins = {"left": 0.11, "right": 0.97, "top": 1 - _FIT_HEADER / height, "bottom": _FIT_FOOTER / height}
+    grid = page.add_gridspec(2 * len(fit.measurements), 1, height_ratios=ratios, hspace=0.3, **margins)
+    for k, one in enumerate(fit.measurements):
+        unit, factor = display_unit_of(one.unit)
+        panel = page.add_panel(grid[2 * k, 0], "", f"{format_name(one.reading)} [{unit}]")
+        panel.plot(one.times, one.values * factor, ".", color=MUTED, markersize=3, label="measured")
+        panel.plot(fit.run.times, fit.run.readings[one.reading] * factor, color=BLUE, linewidth=1.4, label="fitted run")
+        panel.legend(loc="best", frameon=False, fontsize=8)
+        below = page.add_panel(grid[2 * k + 1, 0], "time [s]", f"residual [{unit}]", label_size=9)
+        below.set_xlim(panel.get_xlim())
+        limit = 2.0 * fit.noise[one.reading] * factor
+        below.axhspan(-limit, limit, color=BLUE, alpha=0.12, linewidth=0)
+        below.axhline(0.0, color=INK, linewidth=0.6)
+        residuals = fit.residuals[one.reading] * factor
+        below.plot(one.times[: len(residuals)], residuals, ".", color=VERMILLION, markersize=2.5)
     return page

@@ -145,7 +145,7 @@ class Fit(Result):
         Column("at_bound"),
     )
     index: ClassVar[str] = "key"
-    figure: ClassVar[str] = "render.figures.fit.fit_figure"
+    figure: ClassVar[str] = "render.figures.optimum.fit_figure"
     data_files: ClassVar[tuple[str, ...]] = ("csv", "json")
 
     @property
