@@ -4,7 +4,13 @@ import numpy as np
 import pytest
 
 from governor_mechanism.mechanics.dynamics.system.holding_rows import find_coupled_rows
-from governor_mechanism.numerics.least_squares import MIN_SPARSE_ROWS, least_norm_solution, numerical_rank
+from governor_mechanism.numerics.least_squares import (
+    MIN_SPARSE_ROWS,
+    MIN_SPARSE_SPECTRUM_ROWS,
+    least_norm_solution,
+    numerical_rank,
+    singular_value_ratio,
+)
 
 ROUNDING = 1e-11
 """Error of solutions of order one; the condition numbers of these matrices are below a few thousand."""
@@ -64,3 +70,22 @@ def test_coupled_rows_are_all_pairs_that_share_a_body(seed):
         if row_bodies[i, side] >= 0 and row_bodies[i, side] == row_bodies[j, other_side]
     ]
     assert find_coupled_rows(row_bodies).tolist() == [list(pair) for pair in expected]
+
+
+@pytest.mark.parametrize("smallest", [1e-2, 1e-5, 1e-9])
+@pytest.mark.parametrize("n_rows", [20, MIN_SPARSE_SPECTRUM_ROWS])
+def test_extreme_singular_values_are_those_that_the_equations_were_made_of(n_rows, smallest):
+    """A small one keeps its digits but for rounding relative to the largest, and the same equations give the same bits."""
+    generator, values = np.random.default_rng(n_rows), np.geomspace(7.0, 7.0 * smallest, n_rows)
+    left, right = (np.linalg.qr(generator.normal(size=(n, n)))[0] for n in (n_rows, n_rows + 3))
+    rows = left * values @ right[:n_rows]
+    ratio = singular_value_ratio(rows)
+    assert ratio == pytest.approx(smallest, rel=1e-6, abs=1e-14)  # the largest one is the scale, and less accurate
+    assert ratio == singular_value_ratio(rows.copy())
+
+
+def test_equations_without_a_smallest_singular_value_and_more_equations_than_unknowns_are_measured_too():
+    rows = np.random.default_rng(1).normal(size=(MIN_SPARSE_SPECTRUM_ROWS, MIN_SPARSE_SPECTRUM_ROWS + 5))
+    rows[7] = 0.0
+    assert singular_value_ratio(rows) < 1e-15
+    assert singular_value_ratio(rows.T) < 1e-15

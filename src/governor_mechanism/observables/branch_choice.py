@@ -13,6 +13,7 @@ from governor_mechanism.mechanics.kinematics.assembly import PositionSolver
 from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output
 from governor_mechanism.model.events import Event, EventKind
 from governor_mechanism.model.mechanism import Mechanism
+from governor_mechanism.numerics.least_squares import singular_value_ratio
 from governor_mechanism.observables.sampled_motion import BodyState, SampledMotion, SampledReading
 from governor_mechanism.types import FloatArray, IntArray
 
@@ -127,8 +128,8 @@ def locate_nearly_singular_poses(
         return motion.interpolate(np.where(instants >= motion.times[samples], samples, samples - 1), instants)[0]
 
     def squares_at(instants: FloatArray) -> FloatArray:
-        singular_values = np.linalg.svd(position_solver.scaled_joint_jacobian(poses_at(instants)), compute_uv=False)
-        squares: FloatArray = (singular_values[:, -1] / singular_values[:, 0]) ** 2
+        ratios = [singular_value_ratio(rows) for rows in position_solver.scaled_joint_jacobian(poses_at(instants))]
+        squares: FloatArray = np.array(ratios) ** 2
         return squares
 
     low, high = motion.times[samples - 1], motion.times[samples + 1]
