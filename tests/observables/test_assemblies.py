@@ -324,3 +324,29 @@ def test_a_carried_gear_takes_its_angle_from_the_arm_and_the_rod_in_every_assemb
     tooth = math.remainder(sun[1] - 2 * arm[1] + rod[1] - (sun[0] - 2 * arm[0] + rod[0]), math.tau)
     assert abs(tooth) < 1e-9
     assert abs(math.remainder(rod[1] - rod[0], math.tau)) > 0.5
+
+
+@pytest.mark.parametrize(("crank", "coupler", "rocker", "ground"), [(1.0, 3.0, 2.5, 3.2), (2.5, 1.0, 2.2, 3.2), (3.0, 1.5, 1.2, 3.2)])
+def test_an_assembly_says_how_far_the_motor_turns(crank, coupler, rocker, ground):
+    """By Grashof's rule a full turn, or as far as coupler and rocker reach when they lie in line."""
+    lengths = (crank, coupler, rocker, ground)
+    m = gm.Mechanism.build("Four-bar")
+    rods = [m.rod(name, length=length, mass=1.0) for name, length in zip(("crank", "coupler", "rocker"), lengths[:3], strict=True)]
+    m.pin(m.ground(0, 0), rods[0].start)
+    m.pin(rods[0].end, rods[1].start)
+    m.pin(rods[1].end, rods[2].end)
+    m.pin(m.ground(ground, 0), rods[2].start)
+    m.motor(rods[0], rate="10 rpm")
+    is_crank = crank == min(lengths) and crank + max(lengths) < sum(lengths) - crank - max(lengths)
+    cosine = (crank**2 + ground**2 - (coupler + rocker) ** 2) / (2 * crank * ground)
+    m.given_document["body"][0]["angle"] = 0.9 * math.acos(max(cosine, 0.0))
+    found = m.assemblies()
+    assert len(found) == 2
+    for words in found.travels:
+        if is_crank:
+            assert words == "full turns"
+            continue
+        ends = [float(word) for word in words.removesuffix(" deg").split(" to ")]
+        assert max(ends) == pytest.approx(math.degrees(math.acos(cosine)), abs=0.06)
+    assert "drive" in str(found)
+    assert [one["drive"] for one in found.as_json()["assemblies"]] == list(found.travels)

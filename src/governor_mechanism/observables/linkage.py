@@ -102,6 +102,14 @@ class DriveTravel:
         return find_range_of_motion(self.mechanism, rotates_with_spindle=False)
 
     @property
+    def words(self) -> str:
+        """How far the drive goes, as "full turns" or "-165.5 to 188.7 deg"."""
+        if self.turns_fully:
+            return "full turns"
+        low, high = (float(np.degrees(end).round(1)) + 0.0 for end in self.range.ends)
+        return f"{low:g} to {high:g} deg"
+
+    @property
     def turns_fully(self) -> bool:
         """Whether the drive turns on without end, one turn like the next."""
         return math.isclose(self.range.period, math.tau)

@@ -258,11 +258,16 @@ def _led_by(mechanism: Mechanism, over: str) -> Mechanism:
     return replace(mechanism, joints=undriven, coordinate=over)
 
 
-def find_drive(mechanism: Mechanism) -> str:
-    """Return the angle of the body that a driver turns, or else the leading coordinate. Raise MechanismError if there is neither."""
+def _find_driven_angle(mechanism: Mechanism) -> str:
+    """Return the angle of the body that a driver turns; empty if there is none."""
     driven = {joint.second.body for joint in mechanism.joints if isinstance(joint, RotationalDriver) and joint.first.body == GROUND}
     angles = [one for one in mechanism.readings if isinstance(one, BodyAngle) and one.reference_body == GROUND]
-    drive = next((one.name for one in angles if one.body in driven), mechanism.coordinate)
+    return next((one.name for one in angles if one.body in driven), "")
+
+
+def find_drive(mechanism: Mechanism) -> str:
+    """Return the angle of the body that a driver turns, or else the leading coordinate. Raise MechanismError if there is neither."""
+    drive = _find_driven_angle(mechanism) or mechanism.coordinate
     if not drive:
         names = [reading.name for reading in mechanism.readings]
         raise MechanismError(f"no driver and no leading coordinate says what drives this mechanism; name it as over, one of {names}")
@@ -386,6 +391,19 @@ class Assemblies(Result):
         wrapped = np.remainder(self.poses[..., 2] + math.pi, math.tau) - math.pi
         return {body.name: wrapped[:, k] for k, body in enumerate(bodies) if body.can_rotate}
 
+    @cached_property
+    def travels(self) -> tuple[str, ...]:
+        """How far a motor turns in each assembly, in words; empty where it does not determine the motion, or turns nothing."""
+        mechanism = self.scene.part.mechanism
+        over = _find_driven_angle(mechanism)
+        found = []
+        for poses in self.poses:
+            words = ""
+            with suppress(MechanismError):
+                words = DriveTravel(mechanism, over, poses).words if over else ""
+            found.append(words)
+        return tuple(found)
+
     def nearest(self, angles: Mapping[str, float | str]) -> int:
         """Return the number of the assembly that is nearest to some angles.
 
@@ -415,14 +433,16 @@ class Assemblies(Result):
         return int(np.argmin(deviations)) + 1
 
     def __str__(self) -> str:
-        """Return the count, how it was found, and a table of the angles, deg."""
-        columns = self.angles
-        rows = [
-            (f"{k + 1}{' *' if k + 1 == self.taken else ''}", *(f"{math.degrees(values[k]):.3f}" for values in columns.values()))
-            for k in range(len(self))
-        ]
+        """Return the count, how it was found, and a table of the angles, deg, and of how far the drive goes."""
+        numbers = [f"{k + 1}{' *' if k + 1 == self.taken else ''}" for k in range(len(self))]
+        columns = {
+            "number": numbers,
+            **{f"{name}, deg": [f"{one:.3f}" for one in np.degrees(values)] for name, values in self.angles.items()},
+        }
+        if any(self.travels):
+            columns["drive"] = list(self.travels)
         footer = [f"* is the one in which {self.scene.source or 'the scene'} starts"] if self.taken else []
-        return "\n".join([self.summary, format_table(("number", *(f"{name}, deg" for name in columns)), rows, "lr"), *footer])
+        return "\n".join([self.summary, format_table([*columns], zip(*columns.values(), strict=True), "lr"), *footer])
 
     @property
     def summary(self) -> str:
@@ -438,8 +458,8 @@ class Assemblies(Result):
         """Return all poses as plain values in SI."""
         names = [body.name for body in self.scene.part.mechanism.bodies]
         assemblies = [
-            {"number": k + 1, "poses": {name: pose.tolist() for name, pose in zip(names, one, strict=True)}}
-            for k, one in enumerate(self.poses)
+            {"number": number, "poses": {name: pose.tolist() for name, pose in zip(names, one, strict=True)}, "drive": travel or None}
+            for number, (one, travel) in enumerate(zip(self.poses, self.travels, strict=True), start=1)
         ]
         header = {"title": self.scene.title, "count": len(self), "complete": self.complete, "methods": list(self.methods)}
         return {**header, "held_by": list(self.held_by), "taken": self.taken, "assemblies": assemblies}

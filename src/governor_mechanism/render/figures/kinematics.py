@@ -225,6 +225,8 @@ def assemblies_figure(assemblies: Assemblies) -> Page:
         Brush(panel, _PIXEL).paint([*drawing.static_shapes, *drawing.moving_shapes(moment.pose, moment.time)])
         colour, weight = (VERMILLION, "bold") if k + 1 == assemblies.taken else (MUTED, "normal")
         panel.write_note(str(k + 1), (0.04, 0.92), xycoords="axes fraction", fontsize=11, color=colour, fontweight=weight)
+        if "to" in (travel := assemblies.travels[k]):
+            panel.write_note(f"drive {travel}", (0.04, 0.02), xycoords="axes fraction", fontsize=8, color=MUTED)
     page.write_footnote(_footnote(assemblies), y=0.1 / height)
     return page
 
