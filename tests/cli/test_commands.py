@@ -259,7 +259,9 @@ main()
 """The command, which creates a file when the run takes its first step."""
 
 
-@pytest.mark.parametrize("words", ["models", "--help", "run portr --json", "describe porter --json"])
+@pytest.mark.parametrize(
+    "words", ["models", "run portr --json", *(pytest.param(one, marks=pytest.mark.long) for one in ("--help", "describe porter --json"))]
+)
 def test_an_output_that_is_full_is_told_in_a_sentence(words):
     answer = subprocess.run(["bash", "-c", f"{' '.join(COMMAND)} {words} >/dev/full"], capture_output=True, text=True, check=False)
     assert answer.returncode == 2

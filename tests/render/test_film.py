@@ -43,7 +43,10 @@ def shown_and_painted(porter, porter_film):
     return decode_film(porter_film[0])[0], np.array(paint_frames(porter))
 
 
-@pytest.mark.parametrize(("duration", "rate"), [(0.13, 25), (0.13, 20), (0.07, 30), (0.02, 25), (0.53, 24), (1.0, 50)])
+@pytest.mark.parametrize(
+    ("duration", "rate"),
+    [(0.13, 25), (0.13, 20), (0.07, 30), (0.02, 25), *(pytest.param(*one, marks=pytest.mark.long) for one in ((0.53, 24), (1.0, 50)))],
+)
 def test_all_frames_of_a_gif_last_equally_long_and_together_as_long_as_the_run_to_half_a_frame(tmp_path, duration, rate):
     run = fake_run(GOVERNOR_DIMENSIONS["porter"], duration=duration, output_interval=duration / 10)
     _, durations = decode_film(gm.film(run, tmp_path / "a.gif", frames_per_second=rate, slow_down=1))
@@ -67,7 +70,7 @@ def test_a_frame_shows_the_middle_of_its_share_of_the_time(start, stop, rate):
     assert abs(len(times) - rate * (stop - start)) <= max(0.5, 1.0 - rate * (stop - start))
 
 
-@pytest.mark.parametrize("rate", [50, 41, 30])
+@pytest.mark.parametrize("rate", [41, *(pytest.param(one, marks=pytest.mark.long) for one in (50, 30))])
 def test_no_frame_is_too_short_for_viewers(tmp_path, porter, rate):
     # Below 2 hundredths viewers slow a frame down to 10.
     _, durations = decode_film(gm.film(porter, tmp_path / "a.gif", frames_per_second=rate, stop=0.2, slow_down=1))

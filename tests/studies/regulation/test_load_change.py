@@ -69,7 +69,7 @@ def motion(_, state, load):
 @pytest.fixture(scope="module")
 def response():
     """Return the response of the shipped loop with mean torque."""
-    return gm.load_change_study("governed_engine_mean_torque", "100%:50%", accuracy=1e-10)
+    return gm.load_change_study("governed_engine_mean_torque", "100%:50%", accuracy=1e-9)
 
 
 def test_the_droop_is_that_of_speed_curve_and_torque_curve(response):
