@@ -80,7 +80,7 @@ def accelerate_coordinates() -> None:
     """Evaluate the accelerations of independent coordinates, as the search for an equilibrium of several does."""
     scene = gm.load("porter")
     dynamics = SceneDynamics(scene, *initial_state(scene))
-    dynamics.accelerations(dynamics.start, dynamics.start_rates)
+    dynamics.accelerations(dynamics.start[np.newaxis], dynamics.start_rates[np.newaxis])
 
 
 def accelerate_coordinate() -> None:

@@ -29,9 +29,9 @@ RELATIVE_TOLERANCE = 1e-10
 def pontryagin(damping: float, alpha: float, beta: float) -> FirstOrderSystem:
     """Watt's governor with an engine, x'' = z^2 sin x cos x - sin x - eps x', z' = alpha (cos x - beta), at its steady state."""
 
-    def derivative(state: np.ndarray) -> np.ndarray:
-        x, rate, z = state
-        return np.array([rate, z * z * math.sin(x) * math.cos(x) - math.sin(x) - damping * rate, alpha * (math.cos(x) - beta)])
+    def derivative(states: np.ndarray) -> np.ndarray:
+        x, rate, z = states.T
+        return np.column_stack([rate, z * z * np.sin(x) * np.cos(x) - np.sin(x) - damping * rate, alpha * (np.cos(x) - beta)])
 
     return FirstOrderSystem(derivative, np.array([math.acos(beta), 0.0, beta**-0.5]), np.ones(3))
 
@@ -67,7 +67,7 @@ def test_onset_of_pontryagins_governor(alpha):
 
 def test_error_estimates_bound_the_errors():
     point = np.array([0.7, 1.3])
-    found, errors = jacobian(lambda x: np.array([np.exp(x[0] * x[1]), np.sin(x[0]) / x[1]]), point, np.ones(2))
+    found, errors = jacobian(lambda at: np.column_stack([np.exp(at[:, 0] * at[:, 1]), np.sin(at[:, 0]) / at[:, 1]]), point, np.ones(2))
     x, y = point
     exact = np.array([[y * np.exp(x * y), x * np.exp(x * y)], [np.cos(x) / y, -np.sin(x) / y**2]])
     assert np.all(np.max(np.abs(found - exact), axis=0) <= errors)

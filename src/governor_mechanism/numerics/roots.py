@@ -56,7 +56,7 @@ def find_roots(
 
 
 VectorFunction = Callable[[FloatArray], FloatArray]
-"""Function of a vector that returns a vector; NaN where it is not defined."""
+"""Function of vectors (k, n) that returns a vector for each, (k, m); NaN where it is not defined."""
 
 _POSITIVE_WEIGHTS = {
     1: (0.0, 4 / 5, -1 / 5, 4 / 105, -1 / 280),
@@ -97,11 +97,12 @@ def directional_derivative(
     """
     positive = np.array(_POSITIVE_WEIGHTS[order])
     weights = np.concatenate([(-1) ** order * positive[:0:-1], positive])
-    values = {0.0: function(point)}  # by the offset: half the points of a step are also points of the next one, which is half as long
-    best, best_error, previous = np.full_like(values[0.0], np.nan), np.inf, None
+    values = dict[float, FloatArray]()  # by the offset: half the points of a step are also points of the next one, which is half as long
+    best, best_error, previous = np.array(np.nan), np.inf, None
     for ratio in STEP_RATIOS:
         offsets = [k * ratio for k in range(-4, 5)]
-        values |= {offset: function(point + offset * direction) for offset in offsets if offset not in values}
+        new = [offset for offset in offsets if offset not in values]
+        values |= zip(new, function(point + np.multiply.outer(new, direction)), strict=True)
         samples = np.array([values[offset] for offset in offsets])
         derivative = weights @ samples / ratio**order
         if previous is not None:
@@ -113,7 +114,7 @@ def directional_derivative(
             if difference <= tolerance * size or (tolerance and size + difference <= MAX_ROUNDING_RATIO * rounding):
                 break
         previous = derivative
-    return best, best_error
+    return np.broadcast_to(best, samples.shape[1:]), best_error
 
 
 def jacobian(
@@ -130,7 +131,7 @@ def jacobian(
     """
     columns = [directional_derivative(function, point, direction, tolerance=tolerance) for direction in np.diag(scales)]
     if not columns:
-        return np.zeros((len(function(point)), 0)), np.zeros(0)
+        return np.zeros((function(point[np.newaxis]).shape[1], 0)), np.zeros(0)
     return (
         np.stack([column / scale for (column, _), scale in zip(columns, scales, strict=True)], axis=-1),
         np.array([error for _, error in columns]) / scales,

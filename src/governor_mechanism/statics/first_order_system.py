@@ -109,15 +109,15 @@ class Onset(StrEnum):
 class FirstOrderSystem:
     """A first-order system x' = f(x) at a steady state, where f vanishes."""
 
-    derivative: VectorFunction = field(repr=False)  # the function f
+    derivative: VectorFunction = field(repr=False)  # the function f, of several states (k, n)
     state: FloatArray = field(repr=False)  # steady state; shape (n,)
     scales: FloatArray = field(repr=False)  # change of each component that changes the motion considerably; shape (n,)
     # number of quantities, such as momenta, that stay constant. Each brings an eigenvalue zero.
     n_conserved: int = field(default=0, repr=False)
 
-    def _scaled_derivative(self, displacement: FloatArray) -> FloatArray:
-        """Return f, for a displacement from the steady state, in units of the scales."""
-        derivative: FloatArray = self.derivative(self.state + self.scales * displacement) / self.scales
+    def _scaled_derivative(self, displacements: FloatArray) -> FloatArray:
+        """Return f (k, n), for displacements (k, n) from the steady state, in units of the scales."""
+        derivative: FloatArray = self.derivative(self.state + self.scales * displacements) / self.scales
         return derivative
 
     @cached_property

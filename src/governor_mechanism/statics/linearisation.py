@@ -160,10 +160,9 @@ class Linearisation(FirstOrderSystem, Result):
         dynamics, state, m = self._dynamics, self._state, len(self._state.positions)
         reading_jacobian = dynamics.reading_jacobian(state.z)
 
-        def reading_rates(displacement: FloatArray) -> FloatArray:
-            z, rates = state.expand(np.concatenate([self.scales[:m] * displacement, self.state[m:]]))
-            values: FloatArray = dynamics.reading_jacobian(z) @ rates
-            return values
+        def reading_rates(displacements: FloatArray) -> FloatArray:
+            moved = state.expand(np.array([np.append(self.scales[:m] * one, self.state[m:]) for one in displacements]))
+            return np.array([dynamics.reading_jacobian(z) @ rates for z, rates in zip(*moved, strict=True)])
 
         by_position = jacobian(reading_rates, np.zeros(m), np.ones(m), tolerance=OUTPUT_TOLERANCE)[0] / self.scales[:m]
         value_rows = np.hstack([reading_jacobian[:, state.positions], np.zeros((len(reading_jacobian), len(self.state) - m))])
@@ -230,8 +229,8 @@ class Linearisation(FirstOrderSystem, Result):
             return column
         index = dynamics.input_indices[name]
 
-        def accelerations(change: FloatArray) -> FloatArray:
-            return dynamics.accelerations(z, rates, {index: float(change[0])})
+        def accelerations(changes: FloatArray) -> FloatArray:
+            return np.array([dynamics.accelerations(z[np.newaxis], rates[np.newaxis], {index: float(one)})[0] for one in changes[:, 0]])
 
         return directional_derivative(accelerations, np.zeros(1), np.ones(1))[0]
 

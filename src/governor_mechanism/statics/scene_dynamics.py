@@ -16,7 +16,14 @@ from governor_mechanism.mechanics.dynamics.equations.equations_of_motion import 
 from governor_mechanism.mechanics.dynamics.forces.contact_modes import ContactMode, active_forces_of, initial_mode
 from governor_mechanism.mechanics.dynamics.forces.contacts import contacts_of, one_sided_forces_of
 from governor_mechanism.mechanics.dynamics.forces.loads import initial_lags, reading_tables_of
-from governor_mechanism.mechanics.dynamics.system.arrays import N_ENERGY_STATES, from_mass_centres, make_system_workspace, to_mass_centres
+from governor_mechanism.mechanics.dynamics.system.arrays import (
+    N_ENERGY_STATES,
+    System,
+    SystemWorkspace,
+    from_mass_centres,
+    make_system_workspace,
+    to_mass_centres,
+)
 from governor_mechanism.mechanics.dynamics.system.lowering import make_system
 from governor_mechanism.mechanics.kinematics.constraint_equations import make_constraint_table
 from governor_mechanism.mechanics.kinematics.constraint_kernels import RowEvaluation
@@ -26,6 +33,8 @@ from governor_mechanism.model.coupling.coupled_system import SPINDLE_ANGLE, SPIN
 from governor_mechanism.model.force_elements import Force, Torque
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.model.time_functions import ReadingFunction
+from governor_mechanism.numerics.array_copy import copy_array
+from governor_mechanism.numerics.jit import jit_in_place
 from governor_mechanism.numerics.least_squares import RANK_TOLERANCE
 from governor_mechanism.types import NO_INDEX, FloatArray, IntArray
 
@@ -40,6 +49,62 @@ MAX_GAP_RATIO = 1e-11
 
 MIN_PARTITION_RATIO = 1e-2
 """Smallest ratio of singular values of the dependent coordinates' Jacobian; below it, other independent coordinates are chosen."""
+
+
+IndependentModel = tuple[System, SystemWorkspace, FloatArray, FloatArray, IntArray, float, float]
+"""Equations in independent coordinates: a system that a projection does not move along them, its workspace, the local cubics of the
+inputs, poses (3 bodies,) near which dependent coordinates are solved, indices of the independent ones, and the largest residuals (m)
+of a joint that is closed, and of one that could be."""
+
+
+@jit_in_place
+def _place_at(
+    projected: System,
+    workspace: SystemWorkspace,
+    inputs: FloatArray,
+    reference: FloatArray,
+    independent: IntArray,
+    tolerance: float,
+    largest_gap: float,
+    z: FloatArray,  # independent coordinates; shape (n,)
+    rates: FloatArray,  # their rates; shape (n,)
+    state: FloatArray,  # state vector, to be filled
+) -> bool:
+    """Fill a state vector with poses and velocities at independent coordinates, and with lags.
+
+    Result: whether the mechanism can be assembled there.
+    """
+    n, n_free = reference.size, independent.size
+    poses, velocities = state[:n].reshape(-1, 3), state[n : 2 * n].reshape(-1, 3)
+    copy_array(state[:n], reference)
+    state[n : 2 * n] = 0.0
+    for k in range(n_free):
+        state[independent[k]], state[n + independent[k]] = z[k], rates[k]
+    copy_array(state[state.size - (rates.size - n_free) :], rates[n_free:])
+    return bool(project_state(projected, workspace, inputs, 0.0, poses, velocities, tolerance) < largest_gap)
+
+
+@jit_in_place
+def _evaluate_accelerations(
+    system: System,
+    model: IndependentModel,
+    z: FloatArray,  # independent coordinates; shape (k, n)
+    rates: FloatArray,  # their rates; shape (k, n)
+    state: FloatArray,  # state vector for use in between
+    derivative: FloatArray,  # the same
+    accelerations: FloatArray,  # result; shape (k, n)
+) -> None:
+    """Fill the accelerations of the independent coordinates, and the rates of the lags; NaN where the mechanism cannot be assembled."""
+    projected, workspace, inputs, reference, independent, tolerance, largest_gap = model
+    n_lags = z.shape[1] - independent.size
+    for k in range(len(z)):
+        if not _place_at(projected, workspace, inputs, reference, independent, tolerance, largest_gap, z[k], rates[k], state):
+            accelerations[k] = np.nan
+            continue
+        evaluate_state_derivative(system, workspace, inputs, 0.0, state, derivative)
+        for i in range(independent.size):
+            accelerations[k, i] = derivative[reference.size + independent[i]]
+        copy_array(accelerations[k, independent.size :], derivative[state.size - n_lags :])
 
 
 class SceneDynamics:
@@ -188,14 +253,20 @@ class SceneDynamics:
 
     def motion(self, z: FloatArray, rates: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return poses and velocities (bodies, 3) of the body origins; NaN if the mechanism cannot be assembled there."""
-        n_free, length_scale = len(self._independent), self._mechanism.length_scale
-        poses, velocities = self._reference.copy(), np.zeros_like(self._reference)
-        poses.ravel()[self._independent] = z[:n_free]
-        velocities.ravel()[self._independent] = rates[:n_free]
-        gap = project_state(self._projected, self._workspace, self._inputs, 0.0, poses, velocities, CLOSURE_TOLERANCE * length_scale)
-        if not gap < MAX_GAP_RATIO * length_scale:
-            poses[:] = np.nan
+        state, n_coordinates = self._make_state(), self._reference.size
+        if not _place_at(*self._make_model(self._inputs), z, rates, state):
+            state[:n_coordinates] = np.nan
+        poses, velocities = state[: 2 * n_coordinates].reshape(2, *self._reference.shape)
         return poses, velocities
+
+    def _make_state(self) -> FloatArray:
+        """Return an empty state vector."""
+        return np.zeros(2 * self._reference.size + N_ENERGY_STATES + len(self.names) - len(self._independent))
+
+    def _make_model(self, inputs: FloatArray) -> IndependentModel:
+        """Return the arrays of the equations with local cubics of the inputs."""
+        tolerance, largest_gap = (ratio * self._mechanism.length_scale for ratio in (CLOSURE_TOLERANCE, MAX_GAP_RATIO))
+        return self._projected, self._workspace, inputs, self._reference.ravel(), self._independent, tolerance, largest_gap
 
     def move_reference(self, z: FloatArray) -> None:
         """Solve dependent coordinates from the poses at these coordinates from now on."""
@@ -210,18 +281,15 @@ class SceneDynamics:
         return self.mass_centre_motion(z, np.zeros_like(z))[0]
 
     def accelerations(self, z: FloatArray, rates: FloatArray, input_changes: Mapping[int, float] | None = None) -> FloatArray:
-        """Return the accelerations (n,) of the independent coordinates, with changes of inputs by index."""
-        poses, velocities = self.motion(z, rates)
-        if np.isnan(poses[0, 0]):
-            return np.full(len(z), np.nan)
+        """Return the accelerations (k, n) of the independent coordinates at k coordinates and rates, with changes of inputs by index.
+
+        They are NaN where the mechanism cannot be assembled.
+        """
         inputs = self._inputs.copy()
         for index, change in (input_changes or {}).items():
             inputs[index, VALUE_COLUMN] += change
-        lags = rates[len(self._independent) :]
-        state = np.concatenate([poses.ravel(), velocities.ravel(), np.zeros(N_ENERGY_STATES), lags])
-        derivative = np.empty(state.size)
-        evaluate_state_derivative(self._system, self._workspace, inputs, 0.0, state, derivative)
-        accelerations: FloatArray = np.concatenate([derivative[poses.size + self._independent], derivative[len(state) - len(lags) :]])
+        state, accelerations = self._make_state(), np.empty(z.shape)
+        _evaluate_accelerations(self._system, self._make_model(inputs), z, rates, state, np.empty_like(state), accelerations)
         return accelerations
 
     def require_no_uneven_turning(self) -> None:
@@ -231,8 +299,8 @@ class SceneDynamics:
         twice the largest acceleration.
         """
         for k in np.flatnonzero([name.endswith(".angle") for name in self.names]):
-            turned = [self.start + angle * np.eye(len(self.start))[k] for angle in np.linspace(0.0, 2 * np.pi, 16, endpoint=False)]
-            accelerations = np.array([self.accelerations(z, np.zeros_like(z))[k] for z in turned])
+            turned = self.start + np.multiply.outer(np.linspace(0.0, 2 * np.pi, 16, endpoint=False), np.eye(len(self.start))[k])
+            accelerations = self.accelerations(turned, np.zeros_like(turned))[:, k]
             is_uneven = np.ptp(accelerations) > 1e-9 * np.max(np.abs(accelerations))
             if is_uneven and self.start_rates[k] ** 2 > 4 * np.max(np.abs(accelerations)):  # False where NaN
                 raise MechanismError(

@@ -15,7 +15,7 @@ from governor_mechanism.statics.scene_dynamics import SceneDynamics
 from governor_mechanism.types import FloatArray, IntArray
 
 Accelerations = Callable[[FloatArray, FloatArray], FloatArray]
-"""Accelerations (n,) at coordinates (n,) and rates (n,); NaN where there are none."""
+"""Accelerations (k, n) at k coordinates and rates (k, n); NaN where there are none."""
 
 PERTURBATION = 0.01
 """Displacement in scales of the states at which cyclic coordinates are recognised, to exclude those that are neutral at one state only."""
@@ -73,30 +73,37 @@ class SteadyState:
     def is_steady(self) -> bool:
         """Whether no acceleration remains but rounding."""
         sensitivity = _size(self.residual_jacobian)
-        return bool(np.isfinite(sensitivity)) and _size(self.residual(self.z, self.rates)) <= RESIDUAL_TOLERANCE * max(1.0, sensitivity)
+        return bool(np.isfinite(sensitivity)) and _size(self.residual) <= RESIDUAL_TOLERANCE * max(1.0, sensitivity)
 
-    def residual(self, z: FloatArray, rates: FloatArray) -> FloatArray:
-        """Return the dimensionless accelerations (n,) along the basis."""
-        residual: FloatArray = np.linalg.solve(self.basis, self.accelerations(z, rates)) * self.time_scale**2 / self.unknown_scales
+    @cached_property
+    def residual(self) -> FloatArray:
+        """Dimensionless accelerations (n,) along the basis."""
+        residual: FloatArray = self._residuals(np.zeros((1, len(self.z))))[0]
         return residual
+
+    def _residuals(self, unknowns: FloatArray) -> FloatArray:
+        """Return the dimensionless accelerations (k, n) along the basis after dimensionless changes (k, n)."""
+        along_basis = np.linalg.solve(self.basis, self.accelerations(*self.displaced(unknowns)).T).T
+        residuals: FloatArray = along_basis * self.time_scale**2 / self.unknown_scales
+        return residuals
 
     @cached_property
     def residual_jacobian(self) -> FloatArray:
         """Return the Jacobian (n, n) of the residual in steady motions with respect to positions and cyclic speeds, dimensionless."""
         zeros, ones = np.zeros(len(self.z)), np.ones(len(self.z))
-        return jacobian(lambda unknowns: self.residual(*self.displaced(unknowns)), zeros, ones, tolerance=NEWTON_TOLERANCE)[0]
+        return jacobian(self._residuals, zeros, ones, tolerance=NEWTON_TOLERANCE)[0]
 
     def displaced(self, unknowns: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return coordinates and rates after dimensionless changes (n,) of positions and cyclic speeds."""
-        m, z, changes = len(self.positions), self.z.copy(), self.unknown_scales * unknowns
-        z[self.positions] += changes[:m]
-        return z, self.rates + self.cyclic @ changes[m:] / self.time_scale
+        """Return coordinates and rates after dimensionless changes (k, n) of positions and cyclic speeds; shape (k, n) each."""
+        m, z, changes = len(self.positions), np.tile(self.z, (len(unknowns), 1)), self.unknown_scales * unknowns
+        z[:, self.positions] += changes[:, :m]
+        return z, self.rates + changes[:, m:] @ self.cyclic.T / self.time_scale
 
     @property
     def direction_of_acceleration(self) -> FloatArray:
         """Direction (n,) of the remaining accelerations of the positions, with a largest component of one scale."""
         m, direction = len(self.positions), np.zeros(len(self.z))
-        residual = self.residual(self.z, self.rates)[:m]
+        residual = self.residual[:m]
         direction[self.positions] = self.scales[self.positions] * residual / max(_size(residual), 1e-300)
         return direction
 
@@ -105,12 +112,12 @@ class SteadyState:
         """Unit vectors of the positions, then the cyclic directions; shape (n, n)."""
         return np.hstack([np.eye(len(self.z))[:, self.positions], self.cyclic])
 
-    def expand(self, state: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return coordinates and rates for positions (m,), their rates (m,) and speeds of the cyclic coordinates (n - m,)."""
-        m, z = len(self.positions), self.z.copy()
-        z[self.positions] += state[:m]
-        rates = self.cyclic @ state[2 * m :]
-        rates[self.positions] += state[m : 2 * m]
+    def expand(self, states: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return coordinates and rates (k, n) for k states: m positions, their rates, and speeds of the cyclic coordinates."""
+        m, z = len(self.positions), np.tile(self.z, (len(states), 1))
+        z[:, self.positions] += states[:, :m]
+        rates = states[:, 2 * m :] @ self.cyclic.T
+        rates[:, self.positions] += states[:, m : 2 * m]
         return z, rates
 
     @property
@@ -118,8 +125,8 @@ class SteadyState:
         """The first-order equations; the state is displacements of the positions, their rates, and speeds of the cyclic coordinates."""
         m, inverse_basis = len(self.positions), np.linalg.inv(self.basis)
 
-        def derivative(state: FloatArray) -> FloatArray:
-            return np.concatenate([state[m : 2 * m], inverse_basis @ self.accelerations(*self.expand(state))])
+        def derivative(states: FloatArray) -> FloatArray:
+            return np.hstack([states[:, m : 2 * m], self.accelerations(*self.expand(states)) @ inverse_basis.T])
 
         scales, speeds = self.unknown_scales, (inverse_basis @ self.rates)[m:]
         return FirstOrderSystem(
@@ -146,7 +153,7 @@ class SteadyState:
 
 
 def find_cyclic_directions(
-    accelerations: Accelerations,  # accelerations (n,) at coordinates and rates
+    accelerations: Accelerations,  # accelerations (k, n) at coordinates and rates
     z: FloatArray,  # coordinates near which to look; shape (n,)
     rates: FloatArray,  # their rates; shape (n,)
     scales: FloatArray,  # scales of the coordinates; shape (n,)
@@ -155,8 +162,8 @@ def find_cyclic_directions(
     """Return the constant positions and the directions of the cyclic coordinates; shape (m,)."""
     from scipy.linalg import null_space, qr  # slow to import
 
-    def shifted_accelerations(at: FloatArray, v: FloatArray, shift: FloatArray) -> FloatArray:
-        return accelerations(at + scales * shift, v)
+    def shifted_accelerations(at: FloatArray, v: FloatArray, shifts: FloatArray) -> FloatArray:
+        return accelerations(at + scales * shifts, np.tile(v, (len(shifts), 1)))
 
     n, patterns = len(z), np.cos(np.arange(1.0, 1.0 + 6 * len(z)) ** 1.5).reshape(3, 2, len(z))
     states = [(z + PERTURBATION * scales * p, rates + scales * r / time_scale) for p, r in patterns]
@@ -170,11 +177,13 @@ def find_cyclic_directions(
     combinations = null_space(matrix[:, others], rcond=CYCLIC_TOLERANCE) if len(others) else np.zeros((0, 0))
     candidates = np.hstack([np.eye(n)[:, is_zero], np.eye(n)[:, others] @ combinations])
     candidates = scales[:, np.newaxis] * candidates
-    largest = max(float(np.max(np.abs(accelerations(*at) / scales))) for at in states)
+    places, speeds = (np.array(one) for one in zip(*states, strict=True))
+    at_states = accelerations(places, speeds)
+    largest = float(np.max(np.abs(at_states / scales)))
 
     def is_cyclic(direction: FloatArray) -> bool:
-        changes = [accelerations(p + TEST_DISPLACEMENT * direction, v) - accelerations(p, v) for p, v in states]
-        return bool(np.max(np.abs(np.array(changes) / scales)) <= CYCLIC_TOLERANCE * largest)
+        changes = accelerations(places + TEST_DISPLACEMENT * direction, speeds) - at_states
+        return bool(np.max(np.abs(changes / scales)) <= CYCLIC_TOLERANCE * largest)
 
     candidates = candidates[:, [is_cyclic(direction) for direction in candidates.T]]
     n_cyclic = candidates.shape[1]
@@ -186,7 +195,7 @@ def find_cyclic_directions(
 
 
 def find_steady_state(
-    accelerations: Accelerations,  # accelerations (n,) at coordinates and rates
+    accelerations: Accelerations,  # accelerations (k, n) at coordinates and rates
     z: FloatArray,  # coordinates to start from; shape (n,)
     rates: FloatArray,  # rates to start from; shape (n,). Only those along cyclic coordinates matter
     scales: FloatArray,  # scales of the coordinates; shape (n,)
@@ -198,9 +207,9 @@ def find_steady_state(
     m, speeds = len(positions), np.linalg.solve(basis, rates)[len(positions) :]
     state = SteadyState(accelerations, z, cyclic @ speeds, positions, cyclic, scales, time_scale)
     unknown_weights = np.where(np.arange(len(z)) < m, 1.0, SPEED_WEIGHT)
-    size = _size(state.residual(state.z, state.rates))
+    size = _size(state.residual)
     for _ in range(MAX_ITERATIONS):
-        residual, matrix = state.residual(state.z, state.rates), state.residual_jacobian
+        residual, matrix = state.residual, state.residual_jacobian
         if not np.all(np.isfinite(matrix)):
             break
         # Rows are scaled, so that the rank does not depend on stiffness; the shortest step keeps speeds that nothing determines.
@@ -212,9 +221,9 @@ def find_steady_state(
             break
         damping = min(1.0, MAX_STEP / max(_size(step[:m]), 1e-300))
         for factor in 0.5 ** np.arange(12):
-            next_z, next_rates = state.displaced(factor * damping * step)
+            (next_z,), (next_rates,) = state.displaced(factor * damping * step[np.newaxis])
             candidate = replace(state, z=next_z, rates=next_rates)
-            candidate_size = _size(candidate.residual(next_z, next_rates))
+            candidate_size = _size(candidate.residual)
             if candidate_size < (1.0 - MIN_DECREASE * factor * damping) * size:
                 break
         else:
