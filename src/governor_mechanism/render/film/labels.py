@@ -65,7 +65,8 @@ def _labels_of_roles(data: FrameData, middle: int) -> list[Label]:
     frames = [list(drawing.moving_shapes(pose, float(time))) for pose, time in zip(data.poses, data.times, strict=True)]
     found: dict[str, list[tuple[float, FloatArray]]] = {}
     for position, shape in enumerate(chain(frames[middle], drawing.static_shapes)):
-        name, anchor = name_part(shape.role, data.part.machine, "")[0], _anchor(shape)
+        name, _, _ = name_part(shape.role, data.part.machine, "")[0].partition(",")  # without what a page says of its state
+        anchor = _anchor(shape)
         if name in _UNNAMED or "steam" in name or name.startswith("pressure") or anchor is None:
             continue
         is_moving = position < len(frames[middle])
