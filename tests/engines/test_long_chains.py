@@ -56,3 +56,20 @@ def test_initial_accelerations_of_a_hanging_chain_match_lagrange_equations():
     run = gm.run(hanging_chain(count, duration=instant, output_interval=instant), "multibody", accuracy=1e-12)
     # the rate is a t, with a relative error of order t^2
     assert run.rates["lean"][-1] / instant == pytest.approx(expected, rel=1e-3)
+
+
+@pytest.mark.parametrize("loops", [3, LOOPS])
+def test_few_and_many_rows_have_the_rank_of_their_dense_jacobian(loops):
+    """Also where all bars are in one line, and one constraint of each loop depends on the others."""
+    solver = PositionSolver(four_bar_chain(loops, duration=0.5, output_interval=0.05).part.mechanism)
+    for angle, n_free in ((math.pi / 2, 1), (0.0, 1 + loops)):
+        poses = solver.initial_guess.copy()
+        poses[:, :2] = [
+            (k / 2 + 0.5 * math.cos(angle), 0.5 * math.sin(angle)) if k % 2 == 0 else (k / 2 + math.cos(angle), math.sin(angle))
+            for k in range(len(poses))
+        ]
+        poses[::2, 2] = angle
+        rows = solver.equations.evaluate(poses)
+        np.testing.assert_array_equal(rows.sparse_jacobian().toarray(), rows.jacobian.reshape(len(rows.residuals), -1))
+        assert np.max(np.abs(rows.residuals)) < 1e-12
+        assert solver.count_degrees_of_freedom(poses) == n_free

@@ -37,14 +37,14 @@ Rounding alone gives 1e-16; a chain of pivots loses a few digits more.
 
 
 def least_norm_solution(
-    rows: FloatArray,  # coefficients; shape (equations, unknowns)
+    rows: Any,  # coefficients, an array or a sparse one; shape (equations, unknowns)
     rhs: FloatArray,  # right-hand side; shape (equations,)
 ) -> FloatArray:
     """Return the shortest of the least-squares solutions of rows * x = rhs.
 
     Result: solution; shape (unknowns,).
     """
-    if len(rows) >= MIN_SPARSE_ROWS:
+    if rows.shape[0] >= MIN_SPARSE_ROWS:
         factorisation = _factorise_normal_matrix(rows)
         if factorisation is not None:
             matrix, solve = factorisation
@@ -53,18 +53,19 @@ def least_norm_solution(
                 rhs - matrix @ solution
             )  # rows * rows^T squares the condition number; one refinement restores the digits
             return solution
-    return np.asarray(np.linalg.lstsq(rows, rhs, rcond=None)[0], dtype=np.float64)
+    return np.asarray(np.linalg.lstsq(_dense(rows), rhs, rcond=None)[0], dtype=np.float64)
 
 
 def numerical_rank(
-    rows: FloatArray,  # coefficients of scaled equations; shape (equations, unknowns)
+    rows: Any,  # coefficients of scaled equations, an array or a sparse one; shape (equations, unknowns)
 ) -> int:
     """Return the number of linearly independent equations."""
+    n_rows: int = rows.shape[0]
     if not rows.size:
         return 0
-    if len(rows) >= MIN_SPARSE_ROWS and _factorise_normal_matrix(rows) is not None:
-        return len(rows)
-    singular_values = np.linalg.svd(rows, compute_uv=False)
+    if n_rows >= MIN_SPARSE_ROWS and _factorise_normal_matrix(rows) is not None:
+        return n_rows
+    singular_values = np.linalg.svd(_dense(rows), compute_uv=False)
     return int(np.sum(singular_values > RANK_TOLERANCE * singular_values[0]))
 
 
@@ -133,7 +134,13 @@ def find_single_free_direction(
     return directions[-1] if n_unknowns - rank == 1 else None
 
 
-def _factorise_normal_matrix(rows: FloatArray) -> tuple[Any, Any] | None:
+def _dense(rows: Any) -> FloatArray:
+    """Return rows, which may be a sparse array, as an array."""
+    array: FloatArray = rows if isinstance(rows, np.ndarray) else rows.toarray()
+    return array
+
+
+def _factorise_normal_matrix(rows: Any) -> tuple[Any, Any] | None:
     """Return rows as a sparse matrix, and a solver for rows * rows^T; None if they are not certainly independent."""
     from scipy.sparse import csr_array
     from scipy.sparse.linalg import splu

@@ -177,7 +177,7 @@ SAME_CONFIGURATION = 0.2
 def may_branch(mechanism: Mechanism) -> bool:
     """Return whether the passes of a mechanism can be examined: a closed chain of links with one degree of freedom, without drives."""
     position_solver = PositionSolver(mechanism)
-    n_rows, n_coordinates = position_solver.scaled_joint_jacobian(position_solver.initial_guess).shape
+    n_rows, n_coordinates = len(position_solver.equations.joint_indices), int(position_solver.free_mask.sum())
     is_driven = bool(position_solver.equations.is_driven.any())
     return not is_driven and n_rows + 1 == n_coordinates and len(mechanism.joints) > len(mechanism.bodies)
 

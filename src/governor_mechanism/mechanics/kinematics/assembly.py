@@ -1,19 +1,21 @@
 """Assembly of a mechanism: poses at given values of its outputs, consistent velocities, degrees of freedom."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.mechanics.kinematics.constraint_equations import constraint_equations_of
+from governor_mechanism.mechanics.kinematics.constraint_kernels import RowEvaluation
 from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output, evaluate_output_value, wrap_difference
 from governor_mechanism.model.joints import Distance
 from governor_mechanism.model.mechanism import Mechanism
 from governor_mechanism.model.scene import Scene
-from governor_mechanism.numerics.least_squares import find_single_free_direction, least_norm_solution, numerical_rank
+from governor_mechanism.numerics.least_squares import MIN_SPARSE_ROWS, find_single_free_direction, least_norm_solution, numerical_rank
 from governor_mechanism.numerics.once_per_object import once_per_object
 from governor_mechanism.types import FloatArray
 
@@ -91,8 +93,8 @@ class PositionSolver:
 
     def count_degrees_of_freedom(self, poses: FloatArray, *, include_drives: bool = True) -> int:
         """Return the degrees of freedom at poses (bodies, 3), with or without the constraints of the drives."""
-        jacobian = self.scaled_joint_jacobian(poses)
-        return int(self.free_mask.sum()) - numerical_rank(jacobian if include_drives else jacobian[~self.equations.is_driven])
+        rows = self._free_rows([self.equations.evaluate(poses)], np.array(self.mechanism.length_scale))
+        return int(self.free_mask.sum()) - numerical_rank(rows if include_drives else rows[~self.equations.is_driven])
 
     def scaled_joint_jacobian(self, poses: FloatArray) -> FloatArray:
         """Return the dimensionless joint Jacobian (equations, free coordinates) at poses (bodies, 3), lengths in length scales."""
@@ -102,6 +104,20 @@ class PositionSolver:
     def joint_jacobian(self, poses: FloatArray) -> FloatArray:
         """Return the joint Jacobian (..., equations, free coordinates) at poses (..., bodies, 3)."""
         return self._select_free(self.equations.jacobian(poses))
+
+    def _free_rows(self, evaluations: Sequence[RowEvaluation], row_scales: FloatArray) -> Any:
+        """Return the derivatives (rows, free coordinates) of scaled rows at one state by scaled coordinates: sparse if there are many."""
+        if sum(one.residuals.size for one in evaluations) < MIN_SPARSE_ROWS:
+            free_rows = self._select_free(np.concatenate([one.jacobian for one in evaluations])) * self.free_coordinate_scales
+            free_rows /= row_scales[..., np.newaxis]
+            return free_rows
+        from scipy.sparse import vstack  # slow to import
+
+        rows = vstack([one.sparse_jacobian() for one in evaluations], format="csr")[:, self.free_mask]
+        rows.sort_indices()
+        rows.data *= self.free_coordinate_scales[rows.indices]
+        rows.data /= np.repeat(np.broadcast_to(row_scales, rows.shape[0]), np.diff(rows.indptr))
+        return rows
 
     def _select_free(self, jacobian: FloatArray) -> FloatArray:
         """Return the derivatives (..., free coordinates) of a Jacobian (..., bodies, 3) by the free coordinates."""
@@ -237,7 +253,7 @@ class PositionSolver:
     def _part_coincident_points(self, poses: FloatArray) -> FloatArray:
         """Return poses in which no points coincide that are to be apart: nothing says in which direction they would part."""
         with np.errstate(divide="ignore", invalid="ignore"):  # kernels that run as Python warn where there is no direction
-            are_apart = bool(np.isfinite(self.equations.jacobian(poses)).all())
+            are_apart = self.equations.evaluate(poses).is_differentiable
         if are_apart:
             return poses
         return poses + self.expand_free(self.free_coordinate_scales * np.linspace(PARTING_STEP, 2 * PARTING_STEP, self.free_mask.sum()))
@@ -257,10 +273,7 @@ class PositionSolver:
             rounding = CLOSURE_ROUNDINGS * np.finfo(np.float64).eps * np.max(np.abs(poses[:, :2]), initial=0.0) / length_scale
             # One more step leaves only rounding.
             converged = np.max(np.abs(residual), initial=0.0) < max(ASSEMBLY_TOLERANCE, rounding)
-            jacobian = self._select_free(np.concatenate([joints.jacobian, *(output.gradient[np.newaxis] for output in outputs)]))
-            jacobian *= self.free_coordinate_scales
-            jacobian /= row_scales[:, np.newaxis]
-            step = least_norm_solution(jacobian, -residual)
+            step = least_norm_solution(self._free_rows([joints, *(output.row for output in outputs)], row_scales), -residual)
             step_size = float(np.max(np.abs(step)))
             poses = poses + self.expand_free(self.free_coordinate_scales * step * min(1.0, MAX_NEWTON_STEP / max(step_size, 1e-300)))
             if step_size < 1e-15:

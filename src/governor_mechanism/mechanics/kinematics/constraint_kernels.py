@@ -9,7 +9,7 @@ all arrays by the bodies of a row have three sides instead of two.
 import math
 from enum import IntEnum
 from functools import cached_property
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -501,6 +501,22 @@ class RowEvaluation:
         jacobian = np.zeros((*self._row_jacobians.shape[:2], *self._poses_shape[-2:]))
         add_row_jacobians(self._row_bodies, self._row_jacobians, jacobian)
         return jacobian.reshape(*self._shape, *self._poses_shape[-2:])
+
+    def sparse_jacobian(self) -> Any:
+        """Return the derivatives of the residuals at one state by all poses, m/m and m/rad, as a sparse array (rows, 3 bodies)."""
+        from scipy.sparse import csr_array  # slow to import
+
+        rows, sides = np.nonzero(self._row_bodies != GROUND_INDEX)
+        columns = 3 * self._row_bodies[rows, sides][:, np.newaxis] + np.arange(3)
+        places, values = (np.repeat(rows, 3), columns.ravel()), self._row_jacobians[0, rows, sides].ravel()
+        jacobian = csr_array((values, places), shape=(len(self._row_bodies), 3 * self._poses_shape[-2]))
+        jacobian.eliminate_zeros()
+        return jacobian
+
+    @property
+    def is_differentiable(self) -> bool:
+        """Whether all derivatives of the residuals are finite."""
+        return bool(np.isfinite(self._row_jacobians[:, self._row_bodies != GROUND_INDEX]).all())
 
     def derivatives_along(self, directions: FloatArray) -> FloatArray:
         """Return the derivatives (..., rows) of the residuals along directions (..., bodies, 3) of the poses."""

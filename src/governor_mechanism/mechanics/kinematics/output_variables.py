@@ -188,6 +188,11 @@ class OutputDerivatives:
         self._row = RowEvaluation(row, poses, velocities)
 
     @property
+    def row(self) -> RowEvaluation:
+        """Its row."""
+        return self._row
+
+    @property
     def value(self) -> FloatArray:
         """Value in SI; shape (...)."""
         return self._row.residuals[..., 0]
