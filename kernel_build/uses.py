@@ -56,6 +56,29 @@ def read_results(trajectory: gm.Trajectory) -> tuple[object, ...]:
     return trajectory.events, trajectory.reactions, trajectory.energy
 
 
+RESTING_BALL = {
+    "machine": "custom",
+    "size": 0.1,
+    "body": [
+        {"name": "floor", "mass": 1.0, "inertia": 1.0, "outline": [[-1, -0.5], [1, -0.5], [1, 0], [-1, 0]]},
+        {"name": "ball", "mass": 1.0, "point": True, "at": [0, 0.02]},
+    ],
+    "joint": [{"type": "weld", "first": "ground.origin", "second": "floor.origin"}],
+    "contact": [{"name": "ball", "first": "ball.origin", "radius": 0.02, "second": "floor"}],
+    "readings": {"y": {"y": "ball.origin"}},
+    "effects": {"gravity": True},
+    "start": {"ball_gap": 0, "ball_rate": 0},
+    "run": {"duration": 0.01},
+}
+"""A ball that rests on a floor: engine `impulse` looks whether it comes to another edge."""
+
+
+def rest_on_outline() -> tuple[object, ...]:
+    """Run a ball that rests on an outline."""
+    scene = parse_scene_document(RESTING_BALL)
+    return read_results(select_engine("impulse", scene, None)[0].run(scene, times=SHORT, accuracy=1e-1))
+
+
 def integrate_implicitly() -> None:
     """Take a step with the method for stiff motion."""
     scene = gm.load("stiff_flyball")
@@ -110,6 +133,7 @@ USES: Mapping[str, Callable[[], object]] = {
     "multibody, gas in cylinders": partial(run, "multibody", "air_engine"),
     "multibody, stiff": integrate_implicitly,
     "impulse, contacts": partial(run, "impulse", "porter_cyclic", (0.0, 0.15), 1e-1),
+    "impulse, outlines": rest_on_outline,
     "impulse, point on a curve": follow_curve,
     "equilibria": partial(gm.equilibria, "porter"),
     "equilibria with several coordinates": accelerate_coordinates,

@@ -7,6 +7,7 @@ from itertools import starmap
 
 import numpy as np
 
+from governor_mechanism.engines.impulse.joins import OutlineJoins
 from governor_mechanism.engines.impulse.records import DetectedEvent, FixedStepProblem, OutputCrossing, StepState
 from governor_mechanism.engines.impulse.staggered_stepper import StaggeredStepper
 from governor_mechanism.mechanics.contact.event_log import select_start_events
@@ -15,7 +16,7 @@ from governor_mechanism.mechanics.dynamics.forces.contact_modes import initial_m
 from governor_mechanism.mechanics.dynamics.forces.contacts import contacts_of
 from governor_mechanism.mechanics.dynamics.forces.output_forces import SLIDING_FRICTION
 from governor_mechanism.mechanics.dynamics.system.arrays import N_ENERGY_STATES, from_mass_centres, to_mass_centres
-from governor_mechanism.mechanics.dynamics.system.event_functions import GAS_KINKS, EventFunctionKind
+from governor_mechanism.mechanics.dynamics.system.event_functions import KINKS, EventFunctionKind
 from governor_mechanism.mechanics.kinematics.time_functions import stack_local_cubics
 from governor_mechanism.model.events import EventKind
 from governor_mechanism.types import NO_INDEX
@@ -39,6 +40,7 @@ class ContactModeTracker:
         self.contact_outputs, self._friction_inputs = table["output_index"], table["friction_input"]
         arguments = zip(contacts_of(problem.scene), self.contact_outputs.tolist(), self._friction_inputs.tolist(), strict=True)
         self.constraints = list(starmap(stepper.model.make_contact_constraint, arguments))
+        self._joins = OutlineJoins(stepper)
         self.last_release_time = -math.inf
         self.change_mode()
         self.scene_contacts.events = select_start_events(self.scene_contacts.events)
@@ -92,11 +94,12 @@ class ContactModeTracker:
         self._crossings = list[OutputCrossing]()
         for record in system.event_functions:
             kind, index = record["kind"], int(record["contact_index"])
-            if kind == EventFunctionKind.FORCE or kind in GAS_KINKS:
+            if kind == EventFunctionKind.FORCE or kind in KINKS:
                 continue  # the constraint that holds the output decides when it is released; steps are short enough for kinks
             event_kind = EventKind.STICK if kind == EventFunctionKind.RATE else EventKind.IMPACT if index < n_contacts else EventKind.TAUT
             output, sign, threshold = int(record["source_index"]), float(record["sign"]), float(record["threshold"])
             self._crossings.append(OutputCrossing(event_kind, index, output, sign, threshold))
+        self._joins.keep(system)
 
     def detect_events(self, end: StepState) -> list[DetectedEvent]:
         """Return the events that a step to a state has passed."""
@@ -115,7 +118,7 @@ class ContactModeTracker:
                 value = crossing(closed_end)
             if value > 0.0 or (value == 0.0 and crossing.kind is EventKind.STICK):
                 detected.append(DetectedEvent(crossing.kind, crossing.index, crossing, int(crossing.sign)))
-        return detected
+        return [*detected, *self._joins.detect(end)]
 
     def _release_direction(self, k: int, rate: float) -> int:
         """Return the direction in which contact `k` is released, given its rate after a kick; 0 if it stays held or was not held."""

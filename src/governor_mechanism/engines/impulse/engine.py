@@ -11,10 +11,13 @@ from governor_mechanism.engines.impulse.pymunk.applied_forces import cannot_rota
 from governor_mechanism.engines.impulse.settings import ImpulseSettings
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.mechanics.dynamics.forces.contact_modes import has_contacts
+from governor_mechanism.mechanics.dynamics.forces.contacts import outline_gaps_of, rubbing_gaps_of
 from governor_mechanism.mechanics.dynamics.forces.loads import reading_functions_of
 from governor_mechanism.mechanics.kinematics.constraint_equations import constraint_equations_of
+from governor_mechanism.model.curves import CornerOutline
 from governor_mechanism.model.effect import Effect
 from governor_mechanism.model.joints import JOINT_TYPES, Gear, Joint
+from governor_mechanism.model.output_variables import OutlineGap
 from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.model.scene import Scene
 
@@ -34,6 +37,16 @@ MIN_COUNTS = {"max_step_halvings": 0} | dict.fromkeys(
     1,
 )
 """Least values of the settings that are integers."""
+
+
+MIN_ARC_CLEARANCE = 0.05
+"""Least radius of the path in a hollow arc, relative to the roller: on a narrower one the force of a turn within a step is not resolved."""
+
+
+def _is_narrow(gap: OutlineGap) -> bool:
+    """Return whether an outline has a hollow arc that is hardly wider than the roller."""
+    corners = gap.outline.corners if isinstance(gap.outline, CornerOutline) else ()
+    return any(corner.radius < 0.0 and -corner.radius - gap.radius < MIN_ARC_CLEARANCE * gap.radius for corner in corners)
 
 
 @final
@@ -80,6 +93,7 @@ class ImpulseEngine(ImpulseSettings, Engine):
     """
 
     name: ClassVar[str] = "impulse"
+    models_outlines: ClassVar[bool] = True
     effects: ClassVar[frozenset[type[Effect]]] = EFFECT_TYPES - {Clearance}
     # pymunk has no constraint for the others.
     joints: ClassVar[frozenset[type[Joint]]] = frozenset(joint for joint in JOINT_TYPES if joint.impulse_parts is not Joint.impulse_parts)
@@ -116,6 +130,13 @@ class ImpulseEngine(ImpulseSettings, Engine):
             return f"engine 'impulse' cannot model a cut-off that moves, here that of {moving[0]!r}; choose engine multibody"
         if massless := ", ".join(body.name for body in scene.part.mechanism.bodies if body.mass == 0.0):
             return f"engine 'impulse' cannot model bodies without mass and moving points of the ground: {massless}; use engine 'multibody'"
+        if rubbing := rubbing_gaps_of(scene):
+            return f"engine 'impulse' cannot model friction of contact {rubbing[0].contact!r}; choose engine 'multibody', or leave it out"
+        if narrow := [gap.contact for gap in outline_gaps_of(scene) if _is_narrow(gap)]:
+            return (
+                f"engine 'impulse' cannot follow a hollow arc that is hardly wider than what touches it, here in contact {narrow[0]!r}; "
+                "choose engine 'multibody', or widen the arc"
+            )
         mechanism = scene.part.mechanism
         if carried := [joint.name for joint in mechanism.joints if isinstance(joint, Gear) and joint.is_carried]:
             text = f"a gear with a carrier, which joins three bodies, here {carried[0]!r}"

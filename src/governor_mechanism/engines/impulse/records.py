@@ -109,10 +109,12 @@ class OutputCrossing:
 class DetectedEvent:
     """An event within a step, of the contact or one-sided spring `index`; its event function is zero at the event.
 
+    Its kind is None where a contact comes to another edge, which is no event of the run.
+
     `direction` is the sign of the motion after the event.
     """
 
-    kind: EventKind
+    kind: EventKind | None
     index: int
     event_function: Callable[[StepState], float]
     direction: int

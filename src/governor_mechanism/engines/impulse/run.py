@@ -35,6 +35,9 @@ RELEASE_SEARCH_START, RELEASE_FRACTION_TOLERANCE, RELEASE_DELAY_FRACTION = 0.05,
 The contact starts to move with zero force; a release slightly too early would be held again at once.
 """
 
+JOIN_DELAY_FRACTION = 1e-8
+"""Step fraction behind the join of two edges at which a run goes on: there the next edge is the nearer one, in spite of rounding."""
+
 SLIP_SEARCH_START = 0.5
 """Step fraction from which the holding force is computed directly; earlier it is extrapolated, since shorter steps lose it to rounding."""
 
@@ -179,7 +182,8 @@ class EventDrivenStepper(StaggeredStepper):
                     # A contact that has just slipped starts without speed; any other contact without speed was at rest before.
                     has_just_slipped = self._contact_tracker.last_release_time == self.state.time
                     return 1.0 if event.kind == EventKind.STICK and has_just_slipped else 0.0
-            return float(brentq(event_value, low, 1.0, xtol=EVENT_FRACTION_TOLERANCE, rtol=1e-15))
+            delay = JOIN_DELAY_FRACTION if event.kind is None else 0.0
+            return min(1.0, float(brentq(event_value, low, 1.0, xtol=EVENT_FRACTION_TOLERANCE, rtol=1e-15)) + delay)
         finally:
             if constraint is not None:
                 constraint.is_force_limited, constraint.held_value = True, held_value

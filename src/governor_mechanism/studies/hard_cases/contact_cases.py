@@ -1,10 +1,14 @@
-"""Hard cases of parts that touch: corners hit exactly, gaps of a nanometre, grazing, edges that go over into arcs, two sides at once."""
+"""Hard cases of parts that touch: corners hit exactly, gaps of a nanometre, grazing, edges that go over into arcs, two sides at once.
+
+Also a ledge, at which a contact is lost and found again within a step, and a strut that locks itself by friction.
+"""
 
 import math
 
 import numpy as np
 from scipy.integrate import quad
 
+from governor_mechanism.model.results.outcome import Outcome
 from governor_mechanism.studies.hard_cases.case import GRAVITY, Document, HardCase, Solution, bouncing_fall, integrate, run_table
 from governor_mechanism.types import FloatArray
 
@@ -145,6 +149,66 @@ def _solve_groove(restitution: float, times: FloatArray) -> Solution:
     return {"y": (RADIUS / math.cos(SLOPE) + height, rate)}
 
 
+LEDGE_PLACE = 0.1
+"""Way of the ball to the ledge, m."""
+
+
+def _ledge(depth: float) -> Document:
+    """Return a ball that slides over a ledge onto a floor which is lower by a depth, toward a wall that it does not reach."""
+    wall = [[0.6, -0.2], [0.6, 0.2], [0.5, 0.2], [0.5, -depth]]
+    outline = [[-0.5, -0.2], *wall, [0.0, -depth], [0.0, 0.0], [-0.5, 0.0]]
+    return _ball(outline, place=(-LEDGE_PLACE, RADIUS), rate=SPEED, restitution=0.0, duration=0.3)
+
+
+def _solve_ledge(depth: float, times: FloatArray) -> Solution:
+    """Return a fall from the ledge: so fast a ball does not turn round its edge."""
+    since = np.maximum(times - LEDGE_PLACE / SPEED, 0.0)
+    falls = since < math.sqrt(2 * depth / GRAVITY)
+    height = RADIUS - np.where(falls, GRAVITY * since**2 / 2, depth)
+    return {"x": (SPEED * times - LEDGE_PLACE, np.full_like(times, SPEED)), "y": (height, np.where(falls, -GRAVITY * since, 0.0))}
+
+
+STRUT, STRUT_ANGLE, STRUT_TIP, PLATE_SPEED = 0.4, math.radians(30), 0.01, 0.5
+"""Length of the strut and radius of its tip, m, its angle against the vertical, and the speed of the plate, m/s."""
+
+LOCKING_FRICTION = STRUT * math.sin(STRUT_ANGLE) / (STRUT * math.cos(STRUT_ANGLE) + STRUT_TIP)
+"""Coefficient of friction at which friction presses the strut as much as the plate lifts it."""
+
+
+def _strut(ratio: float) -> Document:
+    """Return a strut of 1 kg that leans on a plate of 1 kg, which moves toward its pivot; friction relative to that which locks it."""
+    pivot = STRUT * math.cos(STRUT_ANGLE) + STRUT_TIP
+    return {
+        "machine": "custom",
+        "size": STRUT,
+        "ground": {"O": [0.0, 0.0], "pivot": [0.0, pivot]},
+        "body": [
+            {"name": "plate", "mass": 1.0, "turns": False, "outline": [[-1.0, -0.1], [1.0, -0.1], [1.0, 0.0], [-1.0, 0.0]]},
+            {"name": "strut", "mass": 1.0, "rod": {"length": STRUT}, "at": [0.0, pivot], "angle": STRUT_ANGLE - math.pi / 2},
+        ],
+        "joint": [
+            {"type": "slider", "first": "ground.O", "second": "plate.origin", "angle": 0.0},
+            {"type": "pin", "first": "ground.pivot", "second": "strut.start"},
+        ],
+        "contact": [{"name": "tip", "first": "strut.end", "radius": STRUT_TIP, "second": "plate", "friction": ratio * LOCKING_FRICTION}],
+        "readings": {"x": {"x": "plate.origin"}, "turn": {"angle": "strut"}},
+        "effects": {"gravity": GRAVITY},
+        "start": {"tip_gap": 0.0, "tip_rate": 0.0, "x": 0.0, "x_rate": -PLATE_SPEED},
+        "run": run_table(0.5),
+    }
+
+
+def _solve_strut(ratio: float, times: FloatArray) -> Solution:
+    """Return the plate slowed by friction: the moments of weight, normal force and friction about the pivot balance."""
+    slowing = ratio * LOCKING_FRICTION * GRAVITY / (2 * (1 - ratio))
+    moving = np.minimum(times, PLATE_SPEED / slowing if slowing else math.inf)
+    still = np.zeros_like(times)
+    return {
+        "x": (slowing * moving**2 / 2 - PLATE_SPEED * moving, slowing * moving - PLATE_SPEED),
+        "turn": (still + STRUT_ANGLE - math.pi / 2, still),
+    }
+
+
 CASES = (
     HardCase(
         name="corner",
@@ -190,5 +254,24 @@ CASES = (
         short_values=(0.3,),
         make_document=_groove,
         solve=_solve_groove,
+    ),
+    HardCase(
+        name="ledge",
+        title="Ball that slides over a ledge: contact lost and found within a step",
+        parameter="depth of the ledge, m",
+        values=(1e-10, 1e-8, 1e-6, 1e-4, 1e-2),
+        short_values=(1e-6,),
+        make_document=_ledge,
+        solve=_solve_ledge,
+    ),
+    HardCase(
+        name="self-locking",
+        title="Strut that rubs on a plate, up to self-locking and beyond",
+        parameter="friction relative to that which locks",
+        values=(0.0, 0.5, 0.9, 0.999, 1.001, 2.0),
+        short_values=(0.9, 1.001),
+        make_document=_strut,
+        solve=_solve_strut,
+        named_ends={Outcome.STALLED: "friction jams the strut"},
     ),
 )
