@@ -246,7 +246,7 @@ def test_a_cam_that_runs_out_gives_its_energy_to_spring_and_follower():
     np.testing.assert_allclose(energy, energy[0], rtol=1e-7)
 
 
-@pytest.mark.parametrize("engine", ["reduced", "impulse"])
+@pytest.mark.parametrize("engine", ["reduced"])
 def test_other_engines_refuse_by_name(engine):
     with pytest.raises(gm.UnsupportedEffect, match=f"engine '{engine}' cannot model contact 'roller' of a roller and an outline"):
         gm.run("disc_cam", engine=engine)
