@@ -94,6 +94,13 @@ def test_back_gear_is_forward_gear_of_an_engine_that_turns_backward():
     assert not np.isnan(gooch.cut_offs).any()
 
 
+def test_the_table_shows_both_ends_of_the_cylinder():
+    (half,) = [line for line in str(gm.valve_gears(["stephenson_arc_middle"], count=5)).splitlines() if "+0.50" in line]
+    timing = gm.valve_timing(gm.load("stephenson_arc_middle").replace({"dimensions.reverser": 0.5}))
+    cut_offs = [row.simulated_stroke for row in timing.rows if row.name == "cut-off"]
+    assert " / ".join(f"{100 * cut_off:.2f}" for cut_off in cut_offs) in half
+
+
 def test_the_figure_shows_every_gear_in_both_directions():
     study = ValveGears(gears=tuple(map(gear, GEARS)))
     figure = valve_gears_figure(study)

@@ -262,7 +262,10 @@ def chosen_readings(run: Trajectory, names: Sequence[str]) -> dict[str, ShownRea
             shown[name] = of_valve[name]
             continue
         if name not in known:
-            raise MechanismError(f"the run has no reading {name!r}; it has {', '.join((*known, *of_valve))}.{did_you_mean(name, known)}")
+            hint = (
+                f" {name!r} is a joint: plot_reactions({name!r}) draws its force." if name in run.reactions else did_you_mean(name, known)
+            )
+            raise MechanismError(f"the run has no reading {name!r}; it has {', '.join((*known, *of_valve))}.{hint}")
         source = name.removeprefix(RATE_START)
         unit, factor = run.units.get(name) or f"{run.units[source]}/s", 1.0
         if unit == "rad/s" and name not in run.readings and np.ptp(run.readings[source]) <= MAX_SHOWN_ANGLE:

@@ -275,30 +275,35 @@ class ValveGears(Result):
 
 @dataclass(frozen=True)
 class GearPosition:
-    """A row of the printed table: means of both ends of the cylinder, m; the cut-off is nan where a port does not open once."""
+    """A row of the printed table: values of both ends of the cylinder, m; a cut-off is nan where a port does not open once."""
 
     gear: str
     position: float
-    lead: float
-    cut_off: float
+    leads: list[float]
+    cut_offs: list[float]
     travel: float
 
 
 POSITION_COLUMNS = (
     Column("gear", "gear"),
     Column("position", "position", "+.2f"),
-    Column("lead", "mean lead, mm", ".3f/mm"),
-    Column("cut_off", "mean cut-off, %", lambda row: "none" if math.isnan(row.cut_off) else f"{100 * row.cut_off:.2f}", side="r"),
+    Column("leads", "lead of crank / head end, mm", lambda row: " / ".join(f"{1e3 * lead:.3f}" for lead in row.leads), side="r"),
+    Column("cut_offs", "cut-off, %", lambda row: " / ".join(map(_format_cut_off, row.cut_offs)), side="r"),
     Column("travel", "travel, mm", ".2f/mm"),
 )
+
+
+def _format_cut_off(cut_off: float) -> str:
+    """Return a cut-off in per cent."""
+    return "none" if math.isnan(cut_off) else f"{100 * cut_off:.2f}"
 
 
 def _table_rows(gear: ValveGear) -> Iterator[GearPosition]:
     """Yield the rows of a gear in the table; the first has its name."""
     for position in TABLE_POSITIONS:
         k = gear.nearest(position)
-        means = float(gear.leads[k].mean()), float(gear.cut_offs[k].mean()), float(gear.travel[k])
-        yield GearPosition(gear.name if position == TABLE_POSITIONS[0] else "", float(gear.positions[k]), *means)
+        ends = gear.leads[k].tolist(), gear.cut_offs[k].tolist()
+        yield GearPosition(gear.name if position == TABLE_POSITIONS[0] else "", float(gear.positions[k]), *ends, float(gear.travel[k]))
 
 
 def compare_valve_gears(
