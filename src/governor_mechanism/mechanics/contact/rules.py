@@ -23,48 +23,22 @@ HELD = 2
 
 
 class ContactDynamics(NamedTuple):
-    """Motion of the outputs with contacts at one time, and their response to forces along them.
+    """Motion of the outputs with contacts at one time, and their response to forces along them."""
 
-    Attributes
-    ----------
-    contacts
-        Records of `CONTACT_DTYPE`; shape (contacts,).
-    values
-        Values of the outputs, m or rad; shape (contacts,).
-    rates
-        Their rates, m/s or rad/s; shape (contacts,).
-    accelerations
-        Their accelerations without any contact force, m/s2 or rad/s2; shape (contacts,).
-    compliance
-        Acceleration of each output by a unit force along each; shape (contacts, contacts).
-    friction_limits
-        Friction forces, N or N m; shape (contacts,).
-    stretches
-        Distance of each one-sided spring's output from its free value, in scales of the output; shape (springs,).
-    stretch_rates
-        Its rate, per second; shape (springs,).
-    time_scale
-        Characteristic time, s.
-    energy_scale
-        Scale of energies, J.
-    mobility
-        Number of degrees of freedom, without those that are driven.
-    is_driven
-        Whether drives move the mechanism, so that held contacts do not stop it.
-    """
-
-    contacts: RecordArray
-    values: FloatArray
-    rates: FloatArray
-    accelerations: FloatArray
-    compliance: FloatArray
-    friction_limits: FloatArray
+    contacts: RecordArray  # records of `CONTACT_DTYPE`; shape (contacts,)
+    values: FloatArray  # values of the outputs, m or rad; shape (contacts,)
+    rates: FloatArray  # their rates, m/s or rad/s; shape (contacts,)
+    accelerations: FloatArray  # their accelerations without any contact force, m/s2 or rad/s2; shape (contacts,)
+    compliance: FloatArray  # acceleration of each output by a unit force along each; shape (contacts, contacts)
+    friction_limits: FloatArray  # friction forces, N or N m; shape (contacts,)
+    # distance of each one-sided spring's output from its free value, in scales of the output; shape
+    # (springs,)
     stretches: FloatArray
-    stretch_rates: FloatArray
-    time_scale: float
-    energy_scale: float
-    mobility: int
-    is_driven: bool
+    stretch_rates: FloatArray  # its rate, per second; shape (springs,)
+    time_scale: float  # characteristic time, s
+    energy_scale: float  # scale of energies, J
+    mobility: int  # number of degrees of freedom, without those that are driven
+    is_driven: bool  # whether drives move the mechanism, so that held contacts do not stop it
 
 
 @jit_in_place

@@ -102,27 +102,13 @@ def _systems_by_mode(scene: Scene) -> dict[ContactModeKey, System]:
 
 
 class ContactResponse(NamedTuple):
-    """Motion of the outputs, and what unit impulses along those with contacts do.
+    """Motion of the outputs, and what unit impulses along those with contacts do."""
 
-    Attributes
-    ----------
-    motion
-        Values, rates and accelerations of the outputs; shape (3, outputs).
-    friction_limits
-        Friction forces, N or N m; shape (contacts,).
-    velocity_changes
-        Changes of the velocities of all bodies; shape (contacts, bodies, 3).
-    compliance
-        Changes of the rates of the outputs with contacts; shape (contacts, contacts).
-    drive_work
-        Work of the drives, J; shape (contacts,).
-    """
-
-    motion: FloatArray
-    friction_limits: FloatArray
-    velocity_changes: FloatArray
-    compliance: FloatArray
-    drive_work: FloatArray
+    motion: FloatArray  # values, rates and accelerations of the outputs; shape (3, outputs)
+    friction_limits: FloatArray  # friction forces, N or N m; shape (contacts,)
+    velocity_changes: FloatArray  # changes of the velocities of all bodies; shape (contacts, bodies, 3)
+    compliance: FloatArray  # changes of the rates of the outputs with contacts; shape (contacts, contacts)
+    drive_work: FloatArray  # work of the drives, J; shape (contacts,)
 
 
 @jit

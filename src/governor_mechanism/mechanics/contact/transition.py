@@ -20,18 +20,12 @@ STICK_EVENT, SLIP_EVENT, IMPACT_EVENT, REST_EVENT, SEPARATION_EVENT, SLACK_EVENT
 
 
 class EventLog(NamedTuple):
-    """Events of contacts and one-sided springs, for compiled functions.
+    """Events of contacts and one-sided springs, for compiled functions."""
 
-    Attributes
-    ----------
-    records
-        Time (s), code of the kind, and index of the contact, or of the spring counted after the contacts; shape (capacity, 3).
-    counts
-        Number of events, also of those beyond the capacity, and of the last simultaneous ones; shape (2,).
-    """
-
+    # time (s), code of the kind, and index of the contact, or of the spring counted after the contacts; shape
+    # (capacity, 3)
     records: FloatArray
-    counts: IntArray
+    counts: IntArray  # number of events, also of those beyond the capacity, and of the last simultaneous ones; shape (2,)
 
 
 def make_event_log(capacity: int) -> EventLog:

@@ -44,7 +44,7 @@ class GovernorStudies(Result):
 
 def study_governors(
     name: str,  # name of the study
-    scenes: Sequence[Scene] | None = None,  # the scenes; by default the shipped ones of the study
+    scenes: Sequence[Scene] | None,  # the scenes; the shipped ones of the study if None
 ) -> GovernorStudies:
     """Make a study of the governor of each scene."""
     shipped, make_study = STUDIES[name]
