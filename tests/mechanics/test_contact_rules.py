@@ -131,6 +131,14 @@ def test_what_is_at_rest_is_held_within_the_limit_of_friction_and_slides_beyond(
     assert HELD not in states_of(motion([0.5] * 2, [0.0] * 2, [0.5, -0.5], friction=[MASS] * 2), 0, 1)  # they have just been released
 
 
+@pytest.mark.parametrize(("ratio", "state"), [(0.9, HELD), (1.1, 1), (-0.9, HELD), (-1.1, -1)])
+def test_what_is_pressed_is_held_by_friction_up_to_its_share_of_the_pressure(ratio, state):
+    dynamics = motion([LOW, 0.5], [0.0, 0.0], [-9.81, ratio * 0.3 * 9.81])
+    dynamics.contacts["normal"][1] = 0
+    dynamics.contacts["friction_coefficient"][1] = 0.3
+    assert states_of(dynamics) == [HELD, state]
+
+
 @pytest.mark.parametrize("side", [-1, 1])
 def test_a_stop_holds_what_pushes_against_it(side):
     place, pushes = AT_STOPS[side], np.array([5.0, -5.0]) * side

@@ -7,7 +7,7 @@ import pytest
 
 import governor_mechanism as gm
 from contact_scenes import BOWL, CUP
-from governor_mechanism.mechanics.curves.join_kernels import EdgePoint, distance_from_feature, extent_of_feature, next_feature
+from governor_mechanism.mechanics.curves.join_kernels import EdgePoint, distance_from_feature, extent_of_feature, find_feature, next_feature
 from governor_mechanism.mechanics.curves.outline_kernels import N_PIECE_VALUES
 from governor_mechanism.mechanics.curves.outlines import bounding_circle, chains_of, edges_of, is_inside, make_pieces, outline_points
 from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output
@@ -222,6 +222,21 @@ def test_round_a_corner_the_extents_are_the_sines_of_the_angles_to_its_edges(out
     normal = before + share * turn - math.pi / 2
     found = extent_of_feature(pieces_of(outline), 4, EdgePoint(0.1, 0.1, math.cos(normal), math.sin(normal), 1.0))
     assert found == pytest.approx((-math.sin(share * turn), -math.sin((1 - share) * turn)), abs=1e-14)
+
+
+@pytest.mark.parametrize(
+    ("outline", "normal", "rate", "feature"),
+    [(SQUARE, (0.6, -0.8), 1.0, 2), (SQUARE, (0.6, -0.8), -1.0, 2), (STADIUM, (0.0, -1.0), 1.0, 3), (STADIUM, (0.0, -1.0), -1.0, 1)],
+)
+def test_where_edges_join_a_corner_is_touched_if_there_is_one_and_else_the_edge_ahead(outline, normal, rate, feature):
+    pieces = pieces_of(outline)
+    assert find_feature(pieces, 0, len(pieces), EdgePoint(0.1, 0.0, *normal, rate)) == feature
+
+
+@pytest.mark.parametrize("corners", [[0, 2, 1, 3], [0, 1, 3, 2]])
+def test_an_outline_whose_edges_cross_is_refused(corners):
+    with pytest.raises(gm.MechanismError, match="the outline crosses itself"):
+        make_mechanism([SQUARE[k] for k in corners])
 
 
 def test_the_circle_round_a_square_has_its_middle_and_is_not_much_wider():
