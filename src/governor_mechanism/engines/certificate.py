@@ -62,6 +62,11 @@ def describe_stall(scene: Scene, status: IntegrationStatus) -> str:
             "friction jams parts that slide on each other: rigid bodies do not determine how they go on; reduce the friction of the "
             "[[contact]], or change the angle at which they press"
         )
+    if status == IntegrationStatus.TWO_ROLLERS:
+        return (
+            "two of the rollers of a [[contact]] with repeat touch at once, and it looks at one of them at a time; give each roller a "
+            "[[contact]] of its own, or more room"
+        )
     if status == IntegrationStatus.ENDLESS_EVENTS:
         return "contacts change between rest and motion without end; change the restitution of a stop, add a dashpot, or try engine impulse"
     return f"its steps became too small, as where {', or '.join(_possible_causes(scene))}"
@@ -461,13 +466,17 @@ def speed_jump_work(evaluator: ReadingEvaluator, time: float, find_poses: Callab
     return work
 
 
+STALLS = (IntegrationStatus.STALLED, IntegrationStatus.ENDLESS_EVENTS, IntegrationStatus.UNDETERMINED, IntegrationStatus.TWO_ROLLERS)
+"""How integrations end that cannot go on."""
+
+
 def describe_end(scene: Scene, status: IntegrationStatus, time_text: str, max_steps: int) -> tuple[Outcome | None, str]:
     """Return outcome and message of an integration that ended at a time; without outcome if it reached its end."""
     if status == IntegrationStatus.DONE:
         return None, ""
     if status == IntegrationStatus.STIFF:
         return Outcome.STIFF, f"at {time_text}"
-    if status in (IntegrationStatus.STALLED, IntegrationStatus.ENDLESS_EVENTS, IntegrationStatus.UNDETERMINED):
+    if status in STALLS:
         return Outcome.STALLED, f"{describe_stall(scene, status)}, at {time_text}"
     if status in (IntegrationStatus.OUT_OF_RANGE, IntegrationStatus.LEFT_LIMITS):
         return Outcome.LEFT_RANGE, f"{FLIGHT_DETAIL}, at {time_text}"

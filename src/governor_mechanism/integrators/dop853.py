@@ -5,7 +5,7 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 from governor_mechanism.integrators import stages as runge_kutta
-from governor_mechanism.integrators.equation import LAST_SAMPLE, EquationFunctions, StepBuffers
+from governor_mechanism.integrators.equation import LAST_SAMPLE, EquationFunctions, StepBuffers, may_miss_events
 from governor_mechanism.integrators.stages import END_STAGE, N_STAGES, Equation, StepCounter
 from governor_mechanism.integrators.step_ends import KINK_TIME_ROUNDING, StepEnds, make_step_ends
 from governor_mechanism.integrators.step_record import (
@@ -175,6 +175,8 @@ def make_dop853(functions: EquationFunctions[Equation]) -> Integration[Equation]
             elif is_rejected:
                 reject_step(progress)
                 counts[StepCounter.REJECTED] += 1
+            elif may_miss_events(buffers):
+                counts[StepCounter.REJECTED] += 1
             else:
                 accept_step(equation, buffers, time_origin, state, limits, end, times, states)
         status = IntegrationStatus.DONE if progress.status == RUNNING else progress.status
@@ -215,7 +217,7 @@ def set_progress(progress: RecordArray, t: float, end: float, limits: StepLimits
     # A step below the rounding of the time would not advance it, as in an interval that is hardly longer than that.
     progress.min_step = max(1e-13 * progress.reach, 2.0**-52 * abs(end))
     progress.quality = progress.lowest_quality = 1.0
-    progress.is_at_kink = progress.is_last = 0
+    progress.is_at_kink = progress.is_last = progress.is_far = 0
     progress.n_reached = progress.n_retries = progress.n_kink_retries = progress.n_stiff = progress.n_calm = 0
     progress.window_steps = n_accepted
     progress.coarser_step = find_step(limits.coarser_steps, t)
@@ -253,7 +255,8 @@ def _make_choice_of_step(ends: StepEnds) -> Callable[..., None]:
     def choose_step(equation: Equation, buffers: StepBuffers, local_time: float, state: FloatArray, limits: StepLimits, end: float) -> None:
         progress = buffers.progress[0]
         if progress.n_kink_retries == 0:
-            progress.full_step = min(progress.step, limits.max_step)
+            longest = limits.max_step if progress.is_far else min(limits.max_step, buffers.near_step)
+            progress.full_step = min(progress.step, longest)
             limit_to_coarser_steps(progress, limits.coarser_steps, progress.full_step)
             progress.step = max(choose_length(equation, buffers, local_time, progress.step, state), progress.min_step)
         progress.is_last = progress.t + progress.step >= end

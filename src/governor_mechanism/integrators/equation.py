@@ -1,5 +1,6 @@
 """What an integration needs to know about an equation y' = f(t, y): compiled functions, scales and buffers."""
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Generic, NamedTuple
@@ -24,6 +25,8 @@ PROGRESS_DTYPE = record_dtype(
     ("status", "i8"),  # how the integration ended, an IntegrationStatus, or RUNNING
     ("t", "f8"),  # time of the state, s
     ("step", "f8"),  # length of the next step, s
+    ("is_far", "i8"),  # whether all events are far: steps may be longer, and not every one is sampled
+    ("n_unsampled", "i8"),  # number of steps since the last that was sampled
     ("full_step", "f8"),  # that length before it was shortened for a kink or another run, s
     ("min_step", "f8"),  # length below which a step would not advance the time, s
     ("reach", "f8"),  # length of the span that the steps can reach, s
@@ -66,6 +69,8 @@ class StepBuffers(NamedTuple):
     is_rising: BoolArray  # buffer; shape (event functions,)
     progress: RecordArray  # progress of the integration, a record of `PROGRESS_DTYPE`; shape (1,)
     n_kinks: int  # number of event functions, the last ones, that are kinks of the derivative: steps end there, see `step_ends`
+    near_step: float  # largest length of steps unless all events are far, s; infinity if none is ever taken as far
+    far_time: float  # time within which no event is expected where all are far, s
 
 
 def make_step_buffers(
@@ -75,6 +80,8 @@ def make_step_buffers(
     event_tolerances: FloatArray,  # rounding of the event functions; shape (event functions,)
     counts: IntArray,
     n_kinks: int = 0,  # number of event functions, the last ones, that are kinks
+    near_step: float = math.inf,  # largest length of steps unless all events are far, s
+    far_time: float = math.inf,  # time within which no event is expected where all are far, s
 ) -> StepBuffers:
     """Allocate the buffers of an integration."""
     stages, trial_stages = (runge_kutta.make_stages(n_components, error_scale.size, n_coupled, counts) for _ in range(2))
@@ -91,6 +98,8 @@ def make_step_buffers(
         is_rising=np.zeros(event_tolerances.size, dtype=np.bool_),
         progress=np.zeros(1, dtype=PROGRESS_DTYPE),
         n_kinks=n_kinks,
+        near_step=near_step,
+        far_time=far_time,
     )
 
 
@@ -98,6 +107,49 @@ def make_step_buffers(
 def count_located(buffers: StepBuffers) -> int:
     """Return the number of event functions, the first ones, that are located by trial steps: all but the kinks."""
     return buffers.event_tolerances.size - buffers.n_kinks
+
+
+MAX_UNSAMPLED_STEPS = 8
+"""Largest number of steps in a row that are not sampled, where all events are far."""
+
+
+@jit_in_place
+def are_events_far(buffers: StepBuffers, time: float) -> bool:
+    """Return whether no located event function would rise to zero within a time (s), at the fastest change between samples of a step."""
+    is_far, values = True, buffers.event_values
+    for i in range(count_located(buffers)):
+        highest, fastest = values[0, i], 0.0
+        for j in range(1, values.shape[0]):
+            highest = max(highest, values[j, i])
+            fastest = max(fastest, abs(values[j, i] - values[j - 1, i]))
+        is_far = is_far and highest < -LAST_SAMPLE * fastest * time / buffers.progress[0].h
+    return is_far
+
+
+@jit_in_place
+def can_skip_samples(buffers: StepBuffers) -> bool:
+    """Return whether a step needs no samples between its ends; those are interpolated then."""
+    progress, values = buffers.progress[0], buffers.event_values
+    if not progress.is_far or progress.n_unsampled >= MAX_UNSAMPLED_STEPS:
+        return False
+    for j in range(1, LAST_SAMPLE):
+        for i in range(values.shape[1]):
+            values[j, i] = values[0, i] + EVENT_SAMPLE_FRACTIONS[j] * (values[LAST_SAMPLE, i] - values[0, i])
+    return are_events_far(buffers, buffers.far_time)
+
+
+@jit_in_place
+def may_miss_events(buffers: StepBuffers) -> bool:
+    """Return whether a step is too long for an event that is not far; else note whether all are far from the next step."""
+    progress = buffers.progress[0]
+    if buffers.near_step == math.inf:
+        return False
+    is_too_long = bool(progress.h > buffers.near_step and not are_events_far(buffers, progress.h))
+    progress.is_far = not is_too_long and are_events_far(buffers, buffers.far_time)
+    if is_too_long:
+        progress.step = buffers.near_step
+        progress.n_kink_retries = 0
+    return is_too_long
 
 
 class EventStep(NamedTuple):
@@ -135,3 +187,5 @@ class EquationFunctions(Generic[Equation]):
     # return the quality of the end of an accepted step, cut at its event, from its start (local time, s),
     # length (s), state there, stages, and quality so far: a negative one if the motion ends within the step
     check_step: Callable[[Equation, float, float, FloatArray, Stages, float], float]
+    # fill the last event functions, which are kinks, as `sample_events` does; that itself if it is left out
+    sample_kinks: Callable[[Equation, EventStep, float, FloatArray], None] | None = None

@@ -1,4 +1,4 @@
-"""Location of the first event in a step: bracket it on four sub-intervals, then refine by regula falsi; compiled.
+"""Location of the first event in a step: bracket it on four sub-intervals, then refine by false positions; compiled.
 
 The quintic Hermite interpolant brackets an upward zero crossing of the event functions. Steps that are integrated again up to the
 trial time locate it with the accuracy of the integrator.
@@ -23,11 +23,17 @@ MAX_ARMING_BISECTIONS = 40
 MIN_POSITIVE_EVENT_VALUE = 1e-300
 """Smallest value of an event function that counts as positive."""
 
-BRACKET_INSET = 1e-3
-"""Distance of a regula-falsi point from the ends of its bracket, relative to the bracket; it moves the nearer end as well."""
+BRACKET_INSET = 1e-6
+"""Distance of a false position from the ends of its bracket, relative to the bracket."""
+
+AT_ZERO = 1e-4
+"""Event function just after its zero, relative to its rounding level, at which the zero is located."""
 
 MAX_ROOT_ITERATIONS = 100
-"""Largest number of regula-falsi iterations; far fewer locate a zero to rounding."""
+"""Largest number of false positions; six locate the zero of a smooth function, and 80 a jump."""
+
+LOW_VALUES = 1
+"""Row of the samples that holds the event functions at the start of the bracket, once there is one."""
 
 NO_EVENT = 2.0
 """Fraction of the step that stands for no event in it."""
@@ -49,7 +55,7 @@ def is_any_positive(
 
 
 @jit_in_place
-def _is_any_above(event_values: FloatArray, tolerances: FloatArray, n_functions: int) -> bool:
+def is_any_above(event_values: FloatArray, tolerances: FloatArray, n_functions: int) -> bool:
     """Return whether any of the first event functions is above its rounding."""
     is_above = False
     for i in range(n_functions):
@@ -151,30 +157,39 @@ def make_bracketing(evaluate_after_fraction: TrialEvaluation[Equation]) -> Calla
     return bracket_first_event
 
 
-def make_regula_falsi(evaluate_after_fraction: TrialEvaluation[Equation]) -> Callable[[Equation, EventStep, int, float, float], float]:
-    """Return the function that locates the zero of one event function."""
+def make_zero_search(evaluate_after_fraction: TrialEvaluation[Equation]) -> Callable[[Equation, EventStep, int, float, float], float]:
+    """Return the function that locates the zero of one event function.
+
+    N. Anderson, A. Bjorck, A new high order method of regula falsi type, BIT 13 (1973): where false positions stay on one side of the
+    zero, the value at the other end of the bracket is reduced.
+    """
 
     def locate_zero(equation: Equation, step: EventStep, i: int, low: float, high: float) -> float:
-        """Locate the zero of an event function by regula falsi between fractions of the step at which it is negative and positive.
+        """Locate the zero of an event function between fractions of the step at which it is negative and positive.
 
-        The last row of event functions is that at `high`, and becomes that at the result. Result: fraction of the step just after the zero.
+        The row of event functions at LOW_VALUES is that at `low`; the last row is that at `high`, and becomes that at the result. Result:
+        fraction of the step just after the zero.
         """
         values_high, trial_values = step.buffers.event_values[LAST_SAMPLE], step.buffers.trial_event_values
-        evaluate_after_fraction(equation, step, low, trial_values)
-        at_low, at_high, bisect = min(trial_values[i], -MIN_POSITIVE_EVENT_VALUE), values_high[i], False
+        at_low, at_high = min(step.buffers.event_values[LOW_VALUES, i], -MIN_POSITIVE_EVENT_VALUE), values_high[i]
+        at_zero, side = AT_ZERO * step.buffers.event_tolerances[i], 0
         for _ in range(MAX_ROOT_ITERATIONS):
             width = high - low
-            middle = 0.5 * (low + high) if bisect else (low * at_high - high * at_low) / (at_high - at_low)
+            middle = low + (0.5 * at_zero - at_low) * width / (at_high - at_low)
             middle = min(max(middle, low + BRACKET_INSET * width), high - BRACKET_INSET * width)
-            if not low < middle < high or width <= 4e-16 * (high + abs(step.local_time / step.h)):
+            if not low < middle < high or values_high[i] <= at_zero or width <= 4e-16 * (high + abs(step.local_time / step.h)):
                 break
             evaluate_after_fraction(equation, step, middle, trial_values)
-            if trial_values[i] > 0.0:
-                high, at_high = middle, trial_values[i]
+            value = trial_values[i]
+            if value > 0.0:
+                if side > 0:
+                    at_low *= 1.0 - value / at_high if value < 0.5 * at_high else 0.5
+                high, at_high, side = middle, value, 1
                 copy_array(values_high, trial_values)
             else:
-                low, at_low = middle, min(trial_values[i], -MIN_POSITIVE_EVENT_VALUE)
-            bisect = high - low > 0.5 * width  # bisect after a secant step that kept most of the bracket
+                if side < 0:
+                    at_high *= 1.0 - value / at_low if value > 0.5 * at_low else 0.5
+                low, at_low, side = middle, min(value, -MIN_POSITIVE_EVENT_VALUE), -1
         return high
 
     return locate_zero
@@ -198,9 +213,12 @@ def make_event_location(evaluate_after_fraction: TrialEvaluation[Equation]) -> C
         low, high = bracket_first_event(equation, step)
         if high > 1.0:
             return NO_EVENT
-        evaluate_after_fraction(equation, step, high, trial_values)
+        if high < 1.0:
+            evaluate_after_fraction(equation, step, high, trial_values)
+        else:
+            copy_array(trial_values, end_values)
         if not is_any_positive(trial_values, n_located):
-            if not _is_any_above(end_values, buffers.arming_tolerances, n_located):
+            if not is_any_above(end_values, buffers.arming_tolerances, n_located):
                 return NO_EVENT
             low, high = high, 1.0
             copy_array(trial_values, end_values)
@@ -211,7 +229,7 @@ def make_event_location(evaluate_after_fraction: TrialEvaluation[Equation]) -> C
 
 def _make_location_in_bracket(evaluate_after_fraction: TrialEvaluation[Equation]) -> Callable[[Equation, EventStep, float, float], float]:
     """Return the function that locates the first event in a bracket."""
-    locate_zero = jit_in_place(make_regula_falsi(evaluate_after_fraction))
+    locate_zero = jit_in_place(make_zero_search(evaluate_after_fraction))
 
     def locate_in_bracket(equation: Equation, step: EventStep, low: float, high: float) -> float:
         """Locate where the first of the functions that are positive at `high`, as evaluated last, becomes positive.
@@ -243,6 +261,7 @@ def _make_location_in_bracket(evaluate_after_fraction: TrialEvaluation[Equation]
             for i in range(trial_values.size):  # it rises at once
                 at_event[i] = max(trial_values[i], MIN_POSITIVE_EVENT_VALUE) if rising[i] else trial_values[i]
             return fraction
+        copy_array(buffers.event_values[LOW_VALUES], trial_values)
         for i in range(trial_values.size):
             if rising[i] and at_event[i] > 0.0:  # else its zero is after the one found before
                 high = locate_zero(equation, step, i, low, high)

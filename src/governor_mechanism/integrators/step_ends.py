@@ -17,6 +17,7 @@ from governor_mechanism.integrators.equation import (
     EquationFunctions,
     EventStep,
     StepBuffers,
+    can_skip_samples,
     count_located,
 )
 from governor_mechanism.integrators.event_location import NO_EVENT, is_any_positive
@@ -264,9 +265,12 @@ def _make_finish_and_sample(functions: EquationFunctions[Equation]) -> Callable[
         quality = finish_step(equation, local_end, lowest_quality, stages)
         if buffers.event_tolerances.size > 0:
             evaluate_events(equation, local_end, stages.next_state, event_values[LAST_SAMPLE])
-            step = EventStep(local_time, h, state, buffers)
-            for j in range(1, LAST_SAMPLE):
-                sample_events(equation, step, EVENT_SAMPLE_FRACTIONS[j], event_values[j])
+            step, progress = EventStep(local_time, h, state, buffers), buffers.progress[0]
+            progress.n_unsampled += 1
+            if not can_skip_samples(buffers):
+                progress.n_unsampled = 0
+                for j in range(1, LAST_SAMPLE):
+                    sample_events(equation, step, EVENT_SAMPLE_FRACTIONS[j], event_values[j])
         return quality
 
     return finish_and_sample
@@ -274,7 +278,7 @@ def _make_finish_and_sample(functions: EquationFunctions[Equation]) -> Callable[
 
 def _make_correction_of_length(functions: EquationFunctions[Equation]) -> Callable[..., tuple[bool, float]]:
     """Return the function that compares a finished step with the first kink; see `judge_length`."""
-    predict_kink = jit_in_place(make_kink_prediction(functions.sample_events))
+    predict_kink = jit_in_place(make_kink_prediction(functions.sample_kinks or functions.sample_events))
 
     def correct_length(
         equation: Equation,

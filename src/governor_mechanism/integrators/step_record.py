@@ -40,6 +40,8 @@ class IntegrationStatus(IntEnum):
     """A reading leaves its limits within the last step, or comes so near that a finer look must tell."""
     UNDETERMINED = 13
     """Rigid bodies with friction do not determine how the motion goes on."""
+    TWO_ROLLERS = 14
+    """Two of the rollers that stand round a body touch at once."""
 
 
 NEAR_SINGULAR_QUALITY, MIN_STAGE_QUALITY = 1e-3, 1e-6

@@ -13,7 +13,7 @@ from governor_mechanism.engines.certificate import ErrorControlSettings
 from governor_mechanism.engines.exit_location import LastStep
 from governor_mechanism.integrators.dop853 import StepLimits, make_dop853
 from governor_mechanism.integrators.equation import LAST_SAMPLE, EquationFunctions, EventStep, StepBuffers, count_located
-from governor_mechanism.integrators.event_location import is_any_positive
+from governor_mechanism.integrators.event_location import is_any_above, is_any_positive
 from governor_mechanism.integrators.stages import N_STAGES, Stages, StepCounter, make_take_step
 from governor_mechanism.integrators.step_record import (
     LEFT_LIMITS,
@@ -35,7 +35,9 @@ from governor_mechanism.mechanics.kinematics.constraint_kernels import (
     ConstraintRows,
     RowColumn,
     evaluate_rows,
+    keep_feature,
     keep_features,
+    release_feature,
     release_features,
 )
 from governor_mechanism.mechanics.kinematics.output_variables import make_output_rows
@@ -223,19 +225,29 @@ def _sample_motion(layout: StateLayout, h: float, start: FloatArray, stages: Sta
 
 
 @jit_in_place
-def _sample_events(equation: MultibodyEquation, step: EventStep, fraction: float, event_values: FloatArray) -> None:
-    """Evaluate the event functions at a fraction of the step, on the quintic interpolant of the poses."""
+def _sample_events_from(equation: MultibodyEquation, step: EventStep, fraction: float, event_values: FloatArray, first: int) -> None:
+    """Evaluate the event functions from one on at a fraction of the step, on the quintic interpolant of the poses."""
     stages, event_functions, start = step.buffers.stages, equation.system.event_functions, step.state
     end, sample = stages.next_state, stages.stage_state
     _sample_motion(equation.system.state_layout, step.h, start, stages, fraction, sample)
     for i in range(equation.system.state_layout.work, start.size):
         sample[i] = start[i] + fraction * (end[i] - start[i])
     needs_forces = False
-    for i in range(event_functions.size):
+    for i in range(first, event_functions.size):
         needs_forces = needs_forces or event_functions[i].kind == EventFunctionKind.FORCE or event_functions[i].input_index != NO_INDEX
     if needs_forces:
         _evaluate(equation, step.local_time + fraction * step.h, sample, stages.derivatives, N_STAGES - 1)
-    evaluate_event_functions(equation.system, equation.workspace, sample, event_values)
+    evaluate_event_functions(equation.system, equation.workspace, sample, event_values, first)
+
+
+@jit_in_place
+def _sample_events(equation: MultibodyEquation, step: EventStep, fraction: float, event_values: FloatArray) -> None:
+    _sample_events_from(equation, step, fraction, event_values, 0)
+
+
+@jit_in_place
+def _sample_kinks(equation: MultibodyEquation, step: EventStep, fraction: float, event_values: FloatArray) -> None:
+    _sample_events_from(equation, step, fraction, event_values, count_located(step.buffers))
 
 
 @jit_in_place
@@ -293,7 +305,9 @@ def _may_leave_limits(equation: MultibodyEquation, h: float, state: FloatArray, 
     return False
 
 
-_EQUATION = EquationFunctions(_evaluate, _take_step, _finish_step, _project, _project_errors, _evaluate_events, _sample_events, _check_step)
+_EQUATION = EquationFunctions(
+    _evaluate, _take_step, _finish_step, _project, _project_errors, _evaluate_events, _sample_events, _check_step, _sample_kinks
+)
 _integrate_to_event = jit_in_place(make_dop853(_EQUATION))
 
 
@@ -316,6 +330,25 @@ def _keep_phases(equation: MultibodyEquation, is_kept: bool) -> None:
 
 
 @jit_in_place
+def _keep_features(equation: MultibodyEquation, poses: FloatArray, velocities: FloatArray) -> None:
+    """Keep what each constraint row and each row of what slides touches; behind an end of that kept before, what follows."""
+    constraint_rows, output_rows, rubbing = equation.system.constraint_rows, equation.system.output_rows, equation.system.rubbing
+    keep_features(constraint_rows, poses, velocities)
+    for k in range(rubbing.size):
+        keep_feature(output_rows, rubbing[k].output_index, poses, velocities)
+
+
+@jit_in_place
+def _end_phases(equation: MultibodyEquation) -> None:
+    """Let the phase of all gas follow from the state again, and all rows find what they touch."""
+    _keep_phases(equation, False)
+    constraint_rows, output_rows, rubbing = equation.system.constraint_rows, equation.system.output_rows, equation.system.rubbing
+    release_features(constraint_rows)
+    for k in range(rubbing.size):
+        release_feature(output_rows, rubbing[k].output_index)
+
+
+@jit_in_place
 def _begin_phases(equation: MultibodyEquation, buffers: StepBuffers, local_time: float, state: FloatArray) -> None:
     """Keep all gas in the phase that begins or goes on here, and what touches outlines on its edge; let kinks that are not negative wait.
 
@@ -328,7 +361,7 @@ def _begin_phases(equation: MultibodyEquation, buffers: StepBuffers, local_time:
     is_armed[:] = True
     layout = equation.system.state_layout
     poses, velocities = state[: layout.velocities].reshape(-1, 3), state[layout.velocities : layout.work].reshape(-1, 3)
-    keep_features(equation.system.constraint_rows, poses, velocities)
+    _keep_features(equation, poses, velocities)
     _keep_phases(equation, False)
     _evaluate(equation, local_time, state, buffers.stages.derivatives, 0)
     _evaluate_events(equation, local_time, state, values)
@@ -385,20 +418,23 @@ def integrate_multibody(
     are filled at the times. Steps end at kinks of the forces. Returns status, next step (s), number of times reached, and time of the
     state (s).
     """
-    (time, end), step, n_reached, n_events = span, limits.step, 0, count_located(buffers)
+    (time, end), step, n_reached, n_events, is_at_kink = span, limits.step, 0, count_located(buffers), False
+    at_event = buffers.event_values[LAST_SAMPLE]
     while True:
         _update_holds(equation, time - span[0], state)
         _begin_phases(equation, buffers, time - span[0], state)
+        if is_at_kink and is_any_above(at_event, buffers.event_tolerances, n_events):  # as a force that jumps there
+            _end_phases(equation)
+            return IntegrationStatus.EVENT, step, n_reached, time
         next_limits = StepLimits(
             limits.tolerance, step, limits.max_step, limits.max_steps, limits.min_stiff_steps, limits.coarser_steps, limits.steps
         )
         status, step, n_new, time = _integrate_to_event(
             equation, buffers, (time, end), span[0], state, next_limits, times[n_reached:], states[n_reached:]
         )
-        n_reached += n_new
-        if status != IntegrationStatus.EVENT or is_any_positive(buffers.event_values[LAST_SAMPLE], n_events):
-            _keep_phases(equation, False)
-            release_features(equation.system.constraint_rows)
+        n_reached, is_at_kink = n_reached + n_new, True
+        if status != IntegrationStatus.EVENT or is_any_positive(at_event, n_events):
+            _end_phases(equation)
             return status, step, n_reached, time
 
 

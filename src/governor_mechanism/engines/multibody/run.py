@@ -42,7 +42,7 @@ from governor_mechanism.mechanics.dynamics.system.arrays import (
     make_system_workspace,
     to_mass_centres,
 )
-from governor_mechanism.mechanics.dynamics.system.event_functions import KINKS
+from governor_mechanism.mechanics.dynamics.system.event_functions import EventFunctionKind
 from governor_mechanism.mechanics.dynamics.system.holding_rows import stands_still
 from governor_mechanism.mechanics.dynamics.system.lowering import make_system
 from governor_mechanism.mechanics.kinematics.time_functions import stack_local_cubics
@@ -65,6 +65,9 @@ STIFF_STEP_RATIO = 0.2
 
 NO_TIMES = np.empty(0)
 """Output times of a run that records no states."""
+
+FAR_STEPS = 4.0
+"""Longest steps within which no event is expected where all are far: the fastest change may become as many times faster."""
 
 MAX_EXIT_STEPS = 400
 """Step limit from the start of the step in which the motion ends to a time within it: many only beside a singular configuration."""
@@ -465,14 +468,18 @@ class ExplicitRun:
         """Integrate up to a time (s) or to the first event; return the status and the contacts of event functions that are positive."""
         context, n_evaluations, rows = self._context, int(self.counts[StepCounter.EVALUATIONS]), self.rows_until(end)
         n_states, event_tolerances = len(self.state), system.event_functions["tolerance"].copy()
-        n_kinks = sum(kind in KINKS for kind in system.event_functions["kind"].tolist())  # the last event functions
-        buffers = make_step_buffers(n_states, n_states, context.error_scale, event_tolerances, self.counts, n_kinks)
         cubics, gap = context.input_cubics(self.time), context.constraint_tolerance
         shafts, limit_rows = (context.shafts, context.limits) if self._has_limits else (context.shafts[:0], context.no_limits)
         ends, cubics_start = (context.max_distance, shafts, limit_rows, self._step_start), self.time
         equation = MultibodyEquation(system, workspace, cubics, gap, *ends, *self._buffers, self.counts)
         has_events = context.scene_contacts is not None and system.event_functions.size > 0
-        max_step = self._limits.max_step * (context.settings.event_step_ratio if has_events else 1.0)
+        max_step, near_step = self._limits.max_step, math.inf
+        if system.watches_gaps_alone:
+            near_step = context.settings.event_step_ratio * max_step
+        elif has_events:
+            max_step *= context.settings.event_step_ratio
+        records = event_tolerances, self.counts, system.n_kinks, near_step, FAR_STEPS * max_step
+        buffers = make_step_buffers(n_states, n_states, context.error_scale, *records)
         is_held = has_events and stands_still(system, self.state, cubics, context.evaluator.mechanism.length_scale)
         motion = self.state[: system.state_layout.work].copy()
         if is_held:  # only inputs change, slowly, and with them the loads and their work
@@ -490,4 +497,7 @@ class ExplicitRun:
         self.contact_modes += [context.scene_contacts.mode] * n_reached if context.scene_contacts else []
         n_evaluations = int(self.counts[StepCounter.EVALUATIONS]) - n_evaluations
         self.output_force_counts += n_evaluations * count_output_forces(system)
-        return status, set(system.event_functions["contact_index"][buffers.event_values[-1] > 0.0].tolist())
+        functions = system.event_functions[buffers.event_values[-1] > 0.0]
+        if status == IntegrationStatus.EVENT and EventFunctionKind.OTHER_GAP in functions["kind"]:
+            status = IntegrationStatus.TWO_ROLLERS
+        return status, set(functions["contact_index"].tolist())

@@ -24,15 +24,28 @@ def compare_event_logs(
     largest_delay, is_near_event = 0.0, np.zeros(len(times), dtype=np.bool_)
     end = float(times[-1]) if len(times) else 0.0
     for events, others in ((better, worse), (worse, better)):
-        for event in events:
-            if event.time > end:
-                continue
-            time_differences = [
-                abs(event.time - other.time) for other in others if (event.kind, event.subject) == (other.kind, other.subject)
-            ]
-            largest_delay = max(largest_delay, min([*time_differences, max(end - event.time, time_tolerance)]))
-            is_near_event |= np.abs(times - event.time) <= time_tolerance
+        counted, other_times = [event for event in events if event.time <= end], _times_by_kind(others)
+        for kind, event_times in _times_by_kind(counted).items():
+            delays = _distances_to_nearest(event_times, other_times.get(kind, np.empty(0)))
+            largest_delay = max(largest_delay, float(np.max(np.minimum(delays, np.maximum(end - event_times, time_tolerance)))))
+        is_near_event |= _distances_to_nearest(times, np.sort([event.time for event in counted])) <= time_tolerance
     return largest_delay, is_near_event
+
+
+def _times_by_kind(events: Sequence[Event]) -> dict[tuple[EventKind, str], FloatArray]:
+    """Return the times (s) of the events of each kind and subject, in ascending order."""
+    times: dict[tuple[EventKind, str], list[float]] = {}
+    for event in events:
+        times.setdefault((event.kind, event.subject), []).append(event.time)
+    return {kind: np.sort(values) for kind, values in times.items()}
+
+
+def _distances_to_nearest(times: FloatArray, others: FloatArray) -> FloatArray:
+    """Return the distance of each time from the nearest of others in ascending order; infinity if there is none."""
+    bounded = np.concatenate([[-np.inf], others, [np.inf]])
+    behind = np.searchsorted(bounded, times)
+    distances: FloatArray = np.minimum(bounded[behind] - times, times - bounded[behind - 1])
+    return distances
 
 
 def select_start_events(events: Sequence[Event]) -> list[Event]:
@@ -59,17 +72,14 @@ def drop_cancelled_events(
 
     Result: remaining events, in the same order.
     """
-    remaining: list[Event] = []
-    for event in events:
-        cancelled = [
-            index
-            for index, other in enumerate(remaining)
-            if other.subject == event.subject
-            and other.kind == OPPOSITE_EVENTS.get(event.kind)
-            and abs(event.time - other.time) <= time_tolerance
-        ]
-        if cancelled:
-            del remaining[cancelled[-1]]
+    remaining: dict[int, Event] = {}
+    numbers: dict[tuple[EventKind, str], list[int]] = {}
+    for number, event in enumerate(events):
+        opposite = numbers.get((OPPOSITE_EVENTS.get(event.kind, event.kind), event.subject), [])
+        is_cancelled = event.kind in OPPOSITE_EVENTS and opposite and abs(event.time - remaining[opposite[-1]].time) <= time_tolerance
+        if is_cancelled:
+            del remaining[opposite.pop()]
         else:
-            remaining.append(event)
-    return tuple(remaining)
+            remaining[number] = event
+            numbers.setdefault((event.kind, event.subject), []).append(number)
+    return tuple(remaining.values())

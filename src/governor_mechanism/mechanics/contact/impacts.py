@@ -1,8 +1,12 @@
 """Impacts at stops, and the end of a bouncing sequence; compiled functions over arrays.
 
-At a stop the rate of an output is reversed by the coefficient of restitution. Where parts with friction strike each other, the
-tangential impulse stops their sliding if it is at most the coefficient of friction times the normal impulse; otherwise it is that,
-against the sliding that remains.
+At a stop the rate of an output is reversed by the coefficient of restitution (Newton). Where a part with friction strikes another
+one, the sliding changes in the course of the impact, and may stop or turn back before the normal rate does: the coefficient of
+restitution is that of the energy which the normal impulse gives back (Stronge), so that no impact gains energy. Where several such parts
+strike or rest at once, tangential impulses stop the sliding if they are at most the coefficients of friction times the normal impulses;
+otherwise they are those, against the sliding that remains. The restitution is Newton's then, or 0 if the impact would gain energy by it.
+
+W. J. Stronge, Impact Mechanics, 2nd edition 2018, chapter 4.
 """
 
 import math
@@ -41,11 +45,77 @@ def resolve_impacts(
                 is_constrained[k] = True
         if not is_striking:
             break
-        step = _solve_impulses(dynamics, is_constrained, rate_changes)
+        tangent = _find_single_tangent(dynamics, is_constrained)
+        if tangent != NO_INDEX:
+            step = _solve_sliding_impact(dynamics, tangent)
+        else:
+            step = _solve_impulses(dynamics, is_constrained, rate_changes)
+            if rules.has_normal_friction(dynamics.contacts) and dissipated_by_impulses(dynamics, step) < 0.0:
+                step = _solve_impulses(dynamics, is_constrained, -dynamics.rates)
         impulses += step
         dynamics.rates[:] += rules.multiply(dynamics.compliance, step)
     dynamics.rates[:] = rates_before
     return has_struck
+
+
+@jit_in_place
+def _find_single_tangent(dynamics: ContactDynamics, is_constrained: BoolArray) -> int:
+    """Return the contact along which parts slide that strike, where no other contact takes part in the impact, or NO_INDEX."""
+    tangent, n_constrained = NO_INDEX, 0
+    for k in range(is_constrained.size):
+        normal = dynamics.contacts[k].normal
+        n_constrained += is_constrained[k]
+        if normal != NO_INDEX and is_constrained[normal]:
+            tangent = k
+    return tangent if n_constrained == 1 else NO_INDEX
+
+
+MAX_IMPACT_PHASES = 6
+"""Largest number of phases of an impact: sliding, and sticking or sliding back, in compression and in restitution."""
+
+
+@jit
+def _solve_sliding_impact(dynamics: ContactDynamics, tangent: int) -> FloatArray:
+    """Return the impulses of parts that strike each other with friction: rates change linearly with the normal impulse in each phase.
+
+    Compression ends where the parts come no nearer; restitution ends where the normal impulse has given back the square of the coefficient
+    of restitution of the work that it took.
+
+    Result: impulses, N s or N m s; shape (contacts,).
+    """
+    contact, compliance = dynamics.contacts[tangent], dynamics.compliance
+    normal, friction = contact.normal, contact.friction_coefficient
+    side = 1.0 if dynamics.rates[normal] > 0.0 else -1.0  # toward the stop
+    by_normal, by_tangent, coupling = compliance[normal, normal], compliance[tangent, tangent], -side * compliance[tangent, normal]
+    restitution = dynamics.contacts[normal].restitution
+    approach, slip, energy, is_compressing = -side * dynamics.rates[normal], dynamics.rates[tangent], 0.0, True
+    impulses = np.zeros(dynamics.rates.size)
+    for _ in range(MAX_IMPACT_PHASES):
+        # It sticks where friction can stop it, and otherwise slides as the normal impulse drives it.
+        sticks = slip == 0.0 and abs(coupling) <= friction * by_tangent
+        ratio = -math.copysign(friction, coupling if slip == 0.0 else slip)
+        if sticks:
+            ratio = -coupling / by_tangent if by_tangent > 0.0 else 0.0
+        normal_slope, slip_slope = by_normal + coupling * ratio, 0.0 if sticks else coupling + by_tangent * ratio
+        to_stop = -slip / slip_slope if slip * slip_slope < 0.0 else math.inf
+        if is_compressing:
+            to_end = -approach / normal_slope if normal_slope > 0.0 else math.inf
+        else:
+            to_end = (math.sqrt(approach * approach + 2.0 * normal_slope * energy) - approach) / normal_slope
+        length = min(to_stop, to_end)
+        if length == math.inf:
+            break  # nothing can move
+        work = length * (approach + 0.5 * normal_slope * length)
+        energy -= restitution * restitution * work if is_compressing else work
+        impulses[normal] -= side * length
+        impulses[tangent] += ratio * length
+        approach += normal_slope * length
+        slip = slip + slip_slope * length if to_end < to_stop else 0.0
+        if to_end <= to_stop:
+            if not is_compressing or restitution == 0.0:
+                break
+            is_compressing, approach = False, 0.0
+    return impulses
 
 
 @jit
@@ -75,15 +145,17 @@ def _solve_impulses(
                 is_stopped[k] = states[k] == 0
                 remaining //= 3
         step = rules.solve_rubbing_forces(dynamics, is_stopped, states, np.where(is_constrained, rate_changes, -dynamics.rates))
-        violation = _evaluate_violation(dynamics, is_constrained, states, step)
+        violation = _evaluate_violation(dynamics, is_constrained, rate_changes, states, step)
         if violation < least_violation:
             best, least_violation = step, violation
     return best
 
 
 @jit
-def _evaluate_violation(dynamics: ContactDynamics, is_constrained: BoolArray, states: IntArray, impulses: FloatArray) -> float:
-    """Return the largest violation of Coulomb's law by impulses: what sticks beyond the limit, or slides against its sign.
+def _evaluate_violation(
+    dynamics: ContactDynamics, is_constrained: BoolArray, rate_changes: FloatArray, states: IntArray, impulses: FloatArray
+) -> float:
+    """Return the largest violation of Coulomb's law by impulses: what sticks beyond the limit, slides against its sign, or is pulled.
 
     It is relative to the scales of impulse and rate.
     """
@@ -91,9 +163,14 @@ def _evaluate_violation(dynamics: ContactDynamics, is_constrained: BoolArray, st
     for k in range(states.size):
         contact = dynamics.contacts[k]
         if contact.normal != NO_INDEX and is_constrained[contact.normal]:
+            normal, unit = contact.normal, dynamics.energy_scale * dynamics.time_scale
+            pull = impulses[normal] * rules.find_active_stop(dynamics, normal)
+            missed = abs(rates[normal] - dynamics.rates[normal] - rate_changes[normal])  # where impulses are not determined
+            normal_scale = dynamics.contacts[normal].scale
+            violation = max(violation, pull * normal_scale / unit, missed * dynamics.time_scale / normal_scale)
             if states[k] == 0:
-                excess = abs(impulses[k]) - contact.friction_coefficient * impulses[contact.normal]
-                violation = max(violation, excess * contact.scale / (dynamics.energy_scale * dynamics.time_scale))
+                excess = abs(impulses[k]) + contact.friction_coefficient * pull
+                violation = max(violation, excess * contact.scale / unit)
             else:
                 violation = max(violation, -states[k] * rates[k] * dynamics.time_scale / contact.scale)
     return violation

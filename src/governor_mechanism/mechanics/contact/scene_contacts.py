@@ -31,7 +31,7 @@ from governor_mechanism.mechanics.dynamics.system.arrays import System, SystemWo
 from governor_mechanism.mechanics.dynamics.system.holding_rows import with_held_values
 from governor_mechanism.mechanics.dynamics.system.lowering import make_system, multibody_input_layout
 from governor_mechanism.mechanics.kinematics.assembly import PositionSolver
-from governor_mechanism.mechanics.kinematics.constraint_kernels import RowColumn
+from governor_mechanism.mechanics.kinematics.constraint_kernels import RowColumn, evaluate_rows
 from governor_mechanism.model.events import Event
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.numerics.jit import jit
@@ -91,8 +91,8 @@ class InputModes:
         return kinks[0] + (rates[index] > 0.0)
 
 
-ContactModeKey = tuple[tuple[int | None, ...], ContactMode]
-"""Properties shared by modes whose systems differ only in the held values."""
+ContactModeKey = tuple[tuple[int | None, ...], tuple[int, ...], tuple[bool, ...], bool, tuple[int, ...], tuple[str, ...]]
+"""Properties shared by modes whose systems differ only in the held values: at which stop each contact holds, and the other fields."""
 
 
 @once_per_object
@@ -117,11 +117,13 @@ def _evaluate_response(
 ) -> ContactResponse:
     """Evaluate motion and response in a state of a system in which nothing is held and nothing slides."""
     derivative = np.empty(state.size)
-    evaluate_state_derivative(system, workspace, input_cubics, 0.0, state, derivative)  # evaluates the output rows too
+    evaluate_state_derivative(system, workspace, input_cubics, 0.0, state, derivative)
     layout = system.state_layout
+    poses = state[: layout.velocities].reshape(-1, 3)
     velocities = state[layout.velocities : layout.work].reshape(-1, 3)
     accelerations = derivative[layout.velocities : layout.work].reshape(-1, 3)
     output_rows, output_values, jacobian = system.output_rows, workspace.output_row_values, workspace.output_jacobian
+    evaluate_rows(output_rows, poses, velocities, output_values, jacobian)
     motion, n_contacts = np.empty((3, output_rows.table.size)), contacts.shape[0]
     for output in range(output_rows.table.size):
         motion[0, output] = output_values[output, RowColumn.RESIDUAL]
@@ -181,6 +183,7 @@ class SceneContacts:
         _, self.input_functions = make_system(scene)
         self.contacts = make_contact_table(scene, names, multibody_input_layout(scene).friction_inputs)
         self._outputs = self.contacts["output_index"]
+        self._lows, self._highs = self.contacts["low"].tolist(), self.contacts["high"].tolist()
         self._subjects = [contact.output_name for contact in contacts] + [spring.reading for spring in springs]
         self._scene, self._time_scale, self._constraint_tolerance = scene, time_scale, constraint_tolerance
         self._energy_scale = sum(body.mass for body in mechanism.bodies) * (mechanism.length_scale / time_scale) ** 2
@@ -303,9 +306,9 @@ class SceneContacts:
         """Return the system of a contact mode and its workspace."""
         holds = tuple(
             None if held is None else int(held >= high) - int(held <= low)
-            for held, low, high in zip(mode.held_values, self.contacts["low"], self.contacts["high"], strict=True)
+            for held, low, high in zip(mode.held_values, self._lows, self._highs, strict=True)
         )
-        key = holds, replace(mode, held_values=())
+        key = holds, mode.sliding_signs, mode.taut, mode.is_locked, mode.segments, mode.broken
         known_mode, system, workspace = self._models.get(key) or (None, *self._make_model(key, mode))
         if known_mode != mode:
             system = with_held_values(system, self._outputs.tolist(), mode)

@@ -45,6 +45,13 @@ class Circle(NamedTuple):
     radius: float
 
 
+class NearestPoint(NamedTuple):
+    """The row of a point, and its distance, m."""
+
+    row: int
+    distance: float
+
+
 class OutlineDistance(NamedTuple):
     """Distance of a point from an outline (m), the unit normal toward the point, and the curvature of the line at that distance, 1/m.
 
@@ -136,10 +143,11 @@ def find_nearest_point(
     first_piece: int,
     n_pieces: int,
     n_points: int,
+    excluded_point: int,  # row of a point that is left out, or any other number
     offset: PointOffset,
     bound: Circle,
-) -> int:
-    """Return the row of the point that is nearest to lines and arcs, where none lies deeper inside than another one is away.
+) -> NearestPoint:
+    """Return the point that is nearest to lines and arcs, where none lies deeper inside than another one is away.
 
     Their circle shows which points are farther away.
     """
@@ -148,11 +156,11 @@ def find_nearest_point(
         x = offset.x + offset.cosine * pieces[k, c] - offset.sine * pieces[k, c + 1]
         y = offset.y + offset.sine * pieces[k, c] + offset.cosine * pieces[k, c + 1]
         dx, dy, reach = x - bound.x, y - bound.y, bound.radius + max(least, 0.0)
-        if dx * dx + dy * dy < reach * reach:
+        if k != excluded_point and dx * dx + dy * dy < reach * reach:
             value = distance_from_pieces(pieces, first_piece, n_pieces, x, y, least if least > 0.0 else math.inf).value
             if value < least:
                 nearest, least = k, value
-    return nearest
+    return NearestPoint(nearest, least)
 
 
 @jit_in_place

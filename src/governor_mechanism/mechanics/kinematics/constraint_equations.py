@@ -9,7 +9,13 @@ from numpy.typing import NDArray
 
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.mechanics.curves.segments import concatenate_segments, make_curve_segments
-from governor_mechanism.mechanics.kinematics.constraint_kernels import CONSTRAINT_ROW_DTYPE, ConstraintRows, RowEvaluation
+from governor_mechanism.mechanics.kinematics.constraint_kernels import (
+    CONSTRAINT_ROW_DTYPE,
+    FOR_EVENTS,
+    FOR_FORCES,
+    ConstraintRows,
+    RowEvaluation,
+)
 from governor_mechanism.mechanics.kinematics.points import Origins, attachment_fields
 from governor_mechanism.mechanics.kinematics.time_functions import CubicTimeFunction
 from governor_mechanism.model.joints import Joint
@@ -24,6 +30,7 @@ def make_row_table(n_rows: int) -> RecordArray:
     """Return rows without parameters and drives."""
     table = np.zeros(n_rows, dtype=CONSTRAINT_ROW_DTYPE)
     table["first_point_weight"], table["drive_scale"], table["drive"], table["third"] = 1.0, 1.0, NO_INDEX, GROUND_INDEX
+    table["use"] = FOR_FORCES | FOR_EVENTS
     return table
 
 

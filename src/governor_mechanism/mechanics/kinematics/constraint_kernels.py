@@ -24,6 +24,7 @@ from governor_mechanism.mechanics.curves.join_kernels import (
 )
 from governor_mechanism.mechanics.curves.outline_kernels import (
     Circle,
+    NearestPoint,
     PointOffset,
     distance_from_pieces,
     distance_from_polar_curve,
@@ -75,9 +76,18 @@ CONSTRAINT_ROW_DTYPE = record_dtype(
     ("bound_x", "f8"),  # with such points: circle around the outline, m
     ("bound_y", "f8"),
     ("bound_radius", "f8"),
+    ("use", "i8"),  # of an output row, FOR_FORCES and FOR_EVENTS
     ("kept_feature", "i8"),  # PIECES_DISTANCE, PIECES_SLIP, PROFILE_DISTANCE: feature of the outline that is kept in a step, or NO_FEATURE
+    ("kept_point", "i8"),  # with several points: row of the one that is kept in a step, or NO_POINT
 )
-"""One constraint row; fields of other kinds are zero, but for the weight of the first point, which is 1."""
+"""One constraint row; fields of other kinds are zero, but for the weight of the first point, which is 1, and the use, which is any."""
+
+
+ANY_USE, FOR_FORCES, FOR_EVENTS = 0, 1, 2
+"""Uses of an output row: forces follow from it, which every evaluation needs, or event functions do; ANY_USE is for all rows."""
+
+NO_POINT = 0
+"""Row of a point where none is kept: points stand behind the segments of an outline."""
 
 
 class RowColumn(IntEnum):
@@ -330,14 +340,29 @@ def _profile_distance_row(row: RecordArray, curve_segments: FloatArray, first: P
 
 
 @jit_in_place
-def _find_nearest_point(row: RecordArray, curve_segments: FloatArray, poses: FloatArray, first: PointMotion) -> tuple[float, float]:
-    """Return that of the points of the second body which is nearest to the outline of the first one, in the axes of the second, m."""
+def _find_nearest_point(
+    row: RecordArray, curve_segments: FloatArray, poses: FloatArray, first: PointMotion, excluded_point: int
+) -> NearestPoint:
+    """Return that of the points of the second body which is nearest to the outline of the first one, where one point is left out."""
     dx, dy = poses[row.second, 0] - first.x, poses[row.second, 1] - first.y
     cosine, sine, turn = math.cos(first.angle), math.sin(first.angle), poses[row.second, 2] - first.angle
     offset = PointOffset(cosine * dx + sine * dy, cosine * dy - sine * dx, math.cos(turn), math.sin(turn))
     bound = Circle(row.bound_x, row.bound_y, row.bound_radius)
-    k, c = find_nearest_point(curve_segments, row.first_segment, row.n_segments, row.n_points, offset, bound), curve_segments.shape[1] - 2
-    return curve_segments[k, c], curve_segments[k, c + 1]
+    return find_nearest_point(curve_segments, row.first_segment, row.n_segments, row.n_points, excluded_point, offset, bound)
+
+
+@jit_in_place
+def _move_second_point(
+    row: RecordArray, curve_segments: FloatArray, poses: FloatArray, velocities: FloatArray, first: PointMotion
+) -> PointMotion:
+    """Return the motion of the second point of a row: of several the one that is kept, or else the nearest one."""
+    x, y = row.x2, row.y2
+    if row.n_points > 0:
+        k, c = row.kept_point, curve_segments.shape[1] - 2
+        if k == NO_POINT:
+            k = _find_nearest_point(row, curve_segments, poses, first, NO_POINT).row
+        x, y = curve_segments[k, c], curve_segments[k, c + 1]
+    return _move_point(poses, velocities, row.second, x, y)
 
 
 @jit_in_place
@@ -364,19 +389,16 @@ def _evaluate_row(row: RecordArray, curve_segments: FloatArray, first: PointMoti
 
 
 @jit_in_place
-def evaluate_rows(rows: ConstraintRows, poses: FloatArray, velocities: FloatArray, row_values: FloatArray, jacobian: FloatArray) -> None:
-    """Fill residual and gamma of row_values (rows, 5), and the Jacobian (rows, sides, 3) with respect to the poses of the bodies.
-
-    The prescribed motion is in row_values already. J * accelerations = gamma keeps the joints closed and follows the
-    drives.
-    """
+def evaluate_rows_for(
+    use: int, rows: ConstraintRows, poses: FloatArray, velocities: FloatArray, row_values: FloatArray, jacobian: FloatArray
+) -> None:
+    """Fill what `evaluate_rows` fills for the rows of a use, FOR_FORCES or FOR_EVENTS, alone."""
     for i in range(rows.table.size):
         row = rows.table[i]
+        if use != ANY_USE and not row.use & use:
+            continue
         first = _move_point(poses, velocities, row.first, row.x1, row.y1)
-        x2, y2 = row.x2, row.y2
-        if row.n_points > 0:
-            x2, y2 = _find_nearest_point(row, rows.curve_segments, poses, first)
-        second = _move_point(poses, velocities, row.second, x2, y2)
+        second = _move_second_point(row, rows.curve_segments, poses, velocities, first)
         weight = row.first_point_weight
         if weight != 1.0:
             first = _scale_point(first, weight)
@@ -401,9 +423,20 @@ def evaluate_rows(rows: ConstraintRows, poses: FloatArray, velocities: FloatArra
 
 
 @jit_in_place
+def evaluate_rows(rows: ConstraintRows, poses: FloatArray, velocities: FloatArray, row_values: FloatArray, jacobian: FloatArray) -> None:
+    """Fill residual and gamma of row_values (rows, 5), and the Jacobian (rows, sides, 3) with respect to the poses of the bodies.
+
+    The prescribed motion is in row_values already. J * accelerations = gamma keeps the joints closed and follows the
+    drives.
+    """
+    evaluate_rows_for(ANY_USE, rows, poses, velocities, row_values, jacobian)
+
+
+@jit_in_place
 def _locate_touch(row: RecordArray, curve_segments: FloatArray, poses: FloatArray, velocities: FloatArray) -> EdgePoint:
     """Return the point of an outline that is touched, and in which sense it moves along the outline."""
-    first, second = _move_point(poses, velocities, row.first, row.x1, row.y1), _move_point(poses, velocities, row.second, row.x2, row.y2)
+    first = _move_point(poses, velocities, row.first, row.x1, row.y1)
+    second = _move_second_point(row, curve_segments, poses, velocities, first)
     geometry = _evaluate_row(row, curve_segments, first, second, 0.0)
     dx, dy, w1 = second.x - first.x, second.y - first.y, first.angular_velocity
     cosine, sine = math.cos(first.angle), math.sin(first.angle)
@@ -433,29 +466,53 @@ def evaluate_join(rows: ConstraintRows, i: int, poses: FloatArray, velocities: F
 
 
 @jit_in_place
+def evaluate_other_gap(rows: ConstraintRows, i: int, poses: FloatArray, velocities: FloatArray) -> float:
+    """Return the gap of row i for the nearest one of its points that is not kept."""
+    row = rows.table[i]
+    first = _move_point(poses, velocities, row.first, row.x1, row.y1)
+    return float(_find_nearest_point(row, rows.curve_segments, poses, first, row.kept_point).distance - row.constant)
+
+
+@jit_in_place
+def keep_feature(rows: ConstraintRows, i: int, poses: FloatArray, velocities: FloatArray) -> None:
+    """Keep the feature that row i touches, and of several points the one that does; behind an end of that kept before, the next one."""
+    row, pieces = rows.table[i], rows.curve_segments
+    is_slip, is_profile = row.kind == RowKind.PIECES_SLIP, row.kind == RowKind.PROFILE_DISTANCE
+    is_roller = is_slip or row.kind == RowKind.PIECES_DISTANCE
+    if not (is_roller and (row.radius if is_slip else row.constant) > 0.0) and not is_profile:
+        return  # a point has no way round a corner
+    if row.n_points > 0 and row.kept_point == NO_POINT:
+        first = _move_point(poses, velocities, row.first, row.x1, row.y1)
+        row.kept_point = _find_nearest_point(row, pieces, poses, first, NO_POINT).row
+    point, kept = _locate_touch(row, pieces, poses, velocities), row.kept_feature
+    if kept == NO_FEATURE:
+        row.kept_feature = find_feature(pieces, row.first_segment, row.n_segments, point)
+        return
+    extent = extent_of_feature(pieces, kept, point)
+    if max(extent.beyond_start, extent.beyond_end) > 0.0:
+        is_at_end = extent.beyond_end > extent.beyond_start
+        row.kept_feature = next_feature(pieces, row.first_segment, row.n_segments, kept, is_at_end)
+
+
+@jit_in_place
+def release_feature(rows: ConstraintRows, i: int) -> None:
+    """Let row i find what it touches again."""
+    row = rows.table[i]
+    row.kept_feature, row.kept_point = NO_FEATURE, NO_POINT
+
+
+@jit_in_place
 def keep_features(rows: ConstraintRows, poses: FloatArray, velocities: FloatArray) -> None:
-    """Keep the feature that each row touches; behind an end of that kept before, the next one."""
+    """Keep the feature that each row touches; see `keep_feature`."""
     for i in range(rows.table.size):
-        row = rows.table[i]
-        is_slip, is_profile = row.kind == RowKind.PIECES_SLIP, row.kind == RowKind.PROFILE_DISTANCE
-        is_roller = is_slip or row.kind == RowKind.PIECES_DISTANCE
-        if not (is_roller and (row.radius if is_slip else row.constant) > 0.0 and row.n_points == 0) and not is_profile:
-            continue  # a point has no way round a corner, and which of several rollers touches is found at each step
-        point, pieces, kept = _locate_touch(row, rows.curve_segments, poses, velocities), rows.curve_segments, row.kept_feature
-        if kept == NO_FEATURE:
-            row.kept_feature = find_feature(pieces, row.first_segment, row.n_segments, point)
-            continue
-        extent = extent_of_feature(pieces, kept, point)
-        if max(extent.beyond_start, extent.beyond_end) > 0.0:
-            is_at_end = extent.beyond_end > extent.beyond_start
-            row.kept_feature = next_feature(pieces, row.first_segment, row.n_segments, kept, is_at_end)
+        keep_feature(rows, i, poses, velocities)
 
 
 @jit_in_place
 def release_features(rows: ConstraintRows) -> None:
-    """Keep no features any longer."""
+    """Let all rows find what they touch again."""
     for i in range(rows.table.size):
-        rows.table[i].kept_feature = NO_FEATURE
+        release_feature(rows, i)
 
 
 class RowEvaluation:

@@ -29,7 +29,14 @@ from governor_mechanism.mechanics.dynamics.system.arrays import (
 )
 from governor_mechanism.mechanics.dynamics.system.holding_rows import constraint_row_order
 from governor_mechanism.mechanics.dynamics.system.lowering import make_system
-from governor_mechanism.mechanics.kinematics.constraint_kernels import RowColumn, evaluate_drives, evaluate_rows, rotate_vector_jit
+from governor_mechanism.mechanics.kinematics.constraint_kernels import (
+    FOR_FORCES,
+    RowColumn,
+    evaluate_drives,
+    evaluate_rows,
+    evaluate_rows_for,
+    rotate_vector_jit,
+)
 from governor_mechanism.mechanics.kinematics.points import rotate_vector
 from governor_mechanism.mechanics.kinematics.time_functions import stack_local_cubics
 from governor_mechanism.model.scene import Scene
@@ -140,10 +147,10 @@ def evaluate_inputs_at(
     local_time: float,  # time since the start of these cubics, s
     lag_states: FloatArray,  # states of the lags; shape (lags,)
 ) -> None:
-    """Evaluate the output rows and then the inputs into the workspace."""
+    """Evaluate the output rows of forces and then the inputs into the workspace."""
     row_values, jacobian = workspace.output_row_values, workspace.output_jacobian
     if system.output_rows.table.size > 0:
-        evaluate_rows(system.output_rows, poses, velocities, row_values, jacobian)
+        evaluate_rows_for(FOR_FORCES, system.output_rows, poses, velocities, row_values, jacobian)
     evaluate_inputs(
         system.input_terms, system.output_rows, row_values, jacobian, velocities, input_cubics, local_time, lag_states, workspace.inputs
     )

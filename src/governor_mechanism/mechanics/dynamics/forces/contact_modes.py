@@ -67,9 +67,19 @@ def forced_output_names(scene: Scene) -> list[str]:
 
     Result: names in the order of the output rows of a system.
     """
+    return _names_of_forces(scene) + watched_output_names(scene)
+
+
+def _names_of_forces(scene: Scene) -> list[str]:
     forced = [effect.reading for effect in scene.output_effects] + [one.source for one in reading_functions_of(scene)]
-    slips = [gap.slip.name for gap in rubbing_gaps_of(scene)]
-    return list(dict.fromkeys(forced + [gap.name for gap in outline_gaps_of(scene)] + slips))
+    return list(dict.fromkeys(forced))
+
+
+def watched_output_names(scene: Scene) -> list[str]:
+    """Return the gaps and slips of outlines along which no effect acts: forces act along them in some modes alone."""
+    names = [gap.name for gap in outline_gaps_of(scene)] + [gap.slip.name for gap in rubbing_gaps_of(scene)]
+    forced = _names_of_forces(scene)
+    return [name for name in names if name not in forced]
 
 
 def rows_of_held_contacts(mode: ContactMode, held_rows: Sequence[int]) -> dict[int, int]:

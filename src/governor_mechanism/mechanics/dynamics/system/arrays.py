@@ -89,6 +89,8 @@ class System(NamedTuple):
     output_forces: RecordArray  # records of `OUTPUT_FORCE_DTYPE`
     rubbing: RecordArray  # friction of parts that slide on each other, records of `RUBBING_DTYPE`
     event_functions: RecordArray  # records of `EVENT_FUNCTION_DTYPE`
+    n_kinks: int  # number of the last of them that are kinks
+    watches_gaps_alone: bool  # whether they are gaps between parts: steps may be longer where those are far
     input_terms: RecordArray  # records of `INPUT_TERM_DTYPE`, in the order of their evaluation
     lags: RecordArray  # records of `LAG_DTYPE`
     n_inputs: int  # number of inputs

@@ -16,7 +16,13 @@ from governor_mechanism.mechanics.dynamics.forces.inputs import EVENT_ROUNDING_R
 from governor_mechanism.mechanics.dynamics.forces.loads import reading_tables_of
 from governor_mechanism.mechanics.dynamics.forces.output_forces import evaluate_travel_in_stroke
 from governor_mechanism.mechanics.dynamics.system.arrays import System, SystemWorkspace
-from governor_mechanism.mechanics.kinematics.constraint_kernels import RowColumn, evaluate_join, evaluate_rows
+from governor_mechanism.mechanics.kinematics.constraint_kernels import (
+    FOR_EVENTS,
+    RowColumn,
+    evaluate_join,
+    evaluate_other_gap,
+    evaluate_rows_for,
+)
 from governor_mechanism.model.curves import CornerOutline
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.numerics.jit import jit_in_place, record_dtype
@@ -29,7 +35,7 @@ class EventFunctionKind(IntEnum):
     The force of a row with an argument is that of friction: the threshold times the normal force, that of the argument, is its limit. The
     others are kinks of the gas in a cylinder, at which nothing changes but the law: the dead centres, the sine of the output, and the
     switch of its pressure, the travel since the last dead centre; and the join of two edges of an outline, how far the constraint row that
-    holds a gap is beyond the edge that it keeps.
+    holds a gap is beyond the edge that it keeps. OTHER_GAP is the gap of the nearest other one of several rollers while one is held.
     """
 
     VALUE = 0
@@ -38,6 +44,7 @@ class EventFunctionKind(IntEnum):
     DEAD_CENTRE = 3
     SWITCH = 4
     JOIN = 5
+    OTHER_GAP = 6
 
 
 GAS_KINKS = (EventFunctionKind.DEAD_CENTRE, EventFunctionKind.SWITCH)
@@ -90,12 +97,32 @@ def make_event_functions(
     first_table = len(mode.held_values) + len(mode.taut)
     records = [
         *_contact_event_functions(scene, mode, friction_inputs, held_rows, tolerances),
+        *_other_gap_event_functions(scene, mode, held_rows, tolerances),
         *_slack_event_functions(scene, mode, tolerances),
         *_table_event_functions(scene, mode, first_table, tolerances),
         *make_gas_event_functions(force_elements, first_table + len(mode.segments)),
         *_join_event_functions(scene, mode, held_rows, tolerances),
     ]
     return np.array(records, dtype=EVENT_FUNCTION_DTYPE)
+
+
+OF_CONSTRAINT_ROWS = (EventFunctionKind.FORCE, EventFunctionKind.JOIN, EventFunctionKind.OTHER_GAP)
+"""Kinds of event functions of constraint rows rather than of output rows."""
+
+
+def rows_of_event_functions(event_functions: RecordArray) -> list[int]:
+    """Return the output rows from which event functions follow."""
+    of_outputs = [function for function in event_functions if function["kind"] not in OF_CONSTRAINT_ROWS]
+    rows = {int(function[name]) for function in of_outputs for name in ("source_index", "argument_index")}
+    return sorted(rows - {NO_INDEX})
+
+
+def are_gaps(scene: Scene, event_functions: RecordArray) -> bool:
+    """Return whether all event functions, and there are some, are those of gaps that are open."""
+    n_contacts, is_gap = len(contacts_of(scene)), [contact.is_gap for contact in contacts_of(scene)]
+    indices = event_functions["contact_index"].tolist()
+    are_open = all(event_functions["kind"] == EventFunctionKind.VALUE)
+    return bool(indices) and are_open and all(index < n_contacts and is_gap[index] for index in indices)
 
 
 def _event_tolerances(scene: Scene) -> EventTolerances:
@@ -151,6 +178,18 @@ def _join_event_functions(
         if mode.held_values[contact_index] is not None and contact.output_name in gaps:
             tolerance = tolerances.outputs[contact.output_name]
             yield EventFunctionKind.JOIN, rows[contact_index], NO_INDEX, 1.0, 0.0, tolerance, NO_INDEX, contact_index
+
+
+def _other_gap_event_functions(
+    scene: Scene, mode: ContactMode, held_rows: IntArray, tolerances: EventTolerances
+) -> Iterator[EventFunctionRecord]:
+    """Yield the event functions at which another one of several rollers touches an outline while one of them does."""
+    gaps = {gap.name for gap in outline_gaps_of(scene) if gap.others}
+    rows = rows_of_held_contacts(mode, held_rows.tolist())
+    for contact_index, contact in enumerate(contacts_of(scene)):
+        if mode.held_values[contact_index] is not None and contact.output_name in gaps:
+            tolerance = tolerances.outputs[contact.output_name]
+            yield EventFunctionKind.OTHER_GAP, rows[contact_index], NO_INDEX, -1.0, 0.0, tolerance, NO_INDEX, contact_index
 
 
 def _slack_event_functions(scene: Scene, mode: ContactMode, tolerances: EventTolerances) -> Iterator[EventFunctionRecord]:
@@ -230,13 +269,14 @@ def evaluate_event_functions(
     state: FloatArray,
     # result: values of the event functions, -1 for one that is not armed; shape (event functions,)
     event_values: FloatArray,
+    first: int = 0,  # index of the first of the functions that are evaluated
 ) -> None:
     """Evaluate the event functions at the state whose derivative was evaluated last."""
     layout = system.state_layout
     poses, velocities = state[: layout.velocities].reshape(-1, 3), state[layout.velocities : layout.work].reshape(-1, 3)
     row_values, jacobian = workspace.output_row_values, workspace.output_jacobian
-    evaluate_rows(system.output_rows, poses, velocities, row_values, jacobian)
-    for i in range(system.event_functions.size):
+    evaluate_rows_for(FOR_EVENTS, system.output_rows, poses, velocities, row_values, jacobian)
+    for i in range(first, system.event_functions.size):
         event_function = system.event_functions[i]
         if not workspace.is_armed[i]:
             event_values[i] = -1.0
@@ -255,6 +295,8 @@ def evaluate_event_functions(
                 continue
         elif event_function.kind == EventFunctionKind.JOIN:
             value = evaluate_join(system.constraint_rows, event_function.source_index, poses, velocities)
+        elif event_function.kind == EventFunctionKind.OTHER_GAP:
+            value = evaluate_other_gap(system.constraint_rows, event_function.source_index, poses, velocities)
         else:
             value = row_values[event_function.source_index, RowColumn.RESIDUAL]
         event_values[i] = evaluate_event_function(system.event_functions, i, value, argument, limit)

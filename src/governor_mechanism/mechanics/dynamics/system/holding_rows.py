@@ -7,12 +7,18 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from governor_mechanism.mechanics.dynamics.forces.contact_modes import ContactMode, forced_output_names, initial_mode, rows_of_held_contacts
+from governor_mechanism.mechanics.dynamics.forces.contact_modes import (
+    ContactMode,
+    forced_output_names,
+    initial_mode,
+    rows_of_held_contacts,
+    watched_output_names,
+)
 from governor_mechanism.mechanics.dynamics.forces.contacts import contacts_of
 from governor_mechanism.mechanics.dynamics.system.arrays import RUBBING_DTYPE, System
 from governor_mechanism.mechanics.dynamics.system.event_functions import EventFunctionKind
 from governor_mechanism.mechanics.kinematics.constraint_equations import ConstraintTable, bodies_of_rows, make_constraint_table
-from governor_mechanism.mechanics.kinematics.constraint_kernels import ConstraintRows, RowEvaluation
+from governor_mechanism.mechanics.kinematics.constraint_kernels import FOR_EVENTS, FOR_FORCES, ConstraintRows, RowEvaluation
 from governor_mechanism.mechanics.kinematics.output_variables import make_output_rows
 from governor_mechanism.mechanics.kinematics.time_functions import N_CUBIC_COLUMNS, VALUE_COLUMN
 from governor_mechanism.model.scene import Scene
@@ -122,6 +128,16 @@ def make_rubbing(
     return np.array(records, dtype=RUBBING_DTYPE)
 
 
+def uses_of_rows(scene: Scene, rubbing: RecordArray, event_rows: Sequence[int], n_rows: int) -> IntArray:
+    """Return the use of each output row: forces follow from those of outlines only where effects act along them, or parts rub."""
+    watched = [forced_output_names(scene).index(name) for name in watched_output_names(scene)]
+    uses = np.full(n_rows, FOR_FORCES)
+    uses[watched] = 0
+    uses[rubbing["output_index"]] |= FOR_FORCES
+    uses[event_rows] |= FOR_EVENTS
+    return uses
+
+
 def with_held_values(
     system: System,
     output_indices: Sequence[int],
@@ -151,6 +167,9 @@ def stands_still(system: System, state: FloatArray, cubics: FloatArray, length_s
         return False
     is_driven = np.any(cubics[drives[drives != NO_INDEX], :VALUE_COLUMN])
     if is_driven or len(system.lags) or np.any(system.planes["amplitude"]) or np.any(cubics[:, N_CUBIC_COLUMNS:]):
+        return False
+    is_free = system.inverse_mass.ravel() > 0.0
+    if len(rows.table) < is_free.sum():
         return False
     poses = state[: system.state_layout.velocities].reshape(-1, 3)
     scales = np.tile([1.0, 1.0, 1.0 / length_scale], len(poses))

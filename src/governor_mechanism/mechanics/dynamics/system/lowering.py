@@ -13,13 +13,14 @@ from governor_mechanism.mechanics.dynamics.forces.inputs import InputLayout, mak
 from governor_mechanism.mechanics.dynamics.forces.loads import loads_of
 from governor_mechanism.mechanics.dynamics.forces.output_forces import lower_outputs
 from governor_mechanism.mechanics.dynamics.system.arrays import System, body_reference_point, lay_out_state
-from governor_mechanism.mechanics.dynamics.system.event_functions import make_event_functions
+from governor_mechanism.mechanics.dynamics.system.event_functions import KINKS, are_gaps, make_event_functions, rows_of_event_functions
 from governor_mechanism.mechanics.dynamics.system.holding_rows import (
     disable_rows,
     find_coupled_rows,
     make_holding_rows,
     make_rubbing,
     order_rows,
+    uses_of_rows,
 )
 from governor_mechanism.mechanics.kinematics.constraint_equations import ConstraintTable, bodies_of_rows, make_constraint_table
 from governor_mechanism.mechanics.kinematics.constraint_kernels import ConstraintRows
@@ -165,7 +166,6 @@ def _make_initial_system(scene: Scene) -> tuple[System, tuple[CubicTimeFunction,
         stand_in_inertia=stand_in_inertia,
         has_stand_in_inertia=bool(stand_in_inertia.any()),
         planes=make_plane_records(scene, speeds),
-        output_rows=output_rows,
         n_inputs=layout.n_inputs,
         **_arrays_of_mode(scene, initial_mode(scene), output_rows, force_elements),
     )
@@ -192,14 +192,20 @@ def _arrays_of_mode(scene: Scene, mode: ContactMode, output_rows: ConstraintRows
     rows = ConstraintRows(ordered_rows, bodies_of_rows(ordered_rows), segments)
     rows.table["drive"] += np.where(rows.table["drive"] != NO_INDEX, layout.drives.start, 0)
     row_pairs = find_coupled_rows(rows.row_bodies)
+    event_functions = make_event_functions(scene, mode, layout.friction_inputs, held_rows, force_elements)
+    rubbing, output_table = make_rubbing(scene, mode, held_rows), output_rows.table.copy()
+    output_table["use"] = uses_of_rows(scene, rubbing, rows_of_event_functions(event_functions), len(output_table))
     input_terms, lags = make_input_terms(forced_output_names(scene), mode.segments, layout, loads_of(scene))
     return {
         "constraint_rows": rows,
         "row_pairs": row_pairs,
         "bandwidth": int(np.max(row_pairs[:, 0] - row_pairs[:, 1], initial=0)),
         "output_forces": make_output_forces(scene, mode, layout.friction_inputs),
-        "rubbing": make_rubbing(scene, mode, held_rows),
-        "event_functions": make_event_functions(scene, mode, layout.friction_inputs, held_rows, force_elements),
+        "output_rows": output_rows._replace(table=output_table),
+        "rubbing": rubbing,
+        "event_functions": event_functions,
+        "n_kinks": sum(kind in KINKS for kind in event_functions["kind"].tolist()),
+        "watches_gaps_alone": are_gaps(scene, event_functions),
         "input_terms": input_terms,
         "lags": lags,
     }

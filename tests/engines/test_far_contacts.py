@@ -1,0 +1,107 @@
+"""Contacts that stay far cost no steps; several rollers on one body: as single ones, and by name where two touch at once."""
+
+import math
+
+import numpy as np
+import pytest
+
+import governor_mechanism as gm
+from contact_scenes import GRAVITY, ball_document
+from governor_mechanism.model.events import EventKind
+
+FAR = {"name": "c", "first": "rod_3.end", "radius": 0.02, "second": "block"}
+
+
+def chain_document(contacts):
+    """A chain of three rods that swings above a block, which it never reaches."""
+    rods = [
+        {
+            "name": f"rod_{k + 1}",
+            "mass": 1.0,
+            "inertia": 0.01,
+            "at": [0.3 * k + 0.15, 0.0],
+            "points": {"start": [-0.15, 0], "end": [0.15, 0]},
+        }
+        for k in range(3)
+    ]
+    block = {"name": "block", "mass": 1.0, "inertia": 0.1, "outline": [[-3, -3], [-2, -3], [-2, -2.5], [-2.5, -2.2], [-3, -2.5]]}
+    points = ["ground.O", "rod_1.start", "rod_1.end", "rod_2.start", "rod_2.end", "rod_3.start"]
+    pins = [{"type": "pin", "first": first, "second": second} for first, second in zip(points[::2], points[1::2], strict=True)]
+    return {
+        "machine": "custom",
+        "size": 1.0,
+        "ground": {"O": [0, 0]},
+        "body": [*rods, block],
+        "joint": [*pins, {"type": "weld", "first": "ground.O", "second": "block.origin"}],
+        "contact": contacts,
+        "readings": {f"angle_{k}": {"angle": f"rod_{k}"} for k in (1, 2, 3)},
+        "effects": {"gravity": GRAVITY},
+        "start": {"angle_1": 0.0, "angle_2": 0.3, "angle_3": 0.5},
+        "run": {"duration": 1.0, "output_interval": 0.1, "accuracy": 1e-7},
+    }
+
+
+def test_a_contact_that_stays_far_changes_no_bit_and_costs_no_evaluation():
+    near, far = (gm.run(gm.Scene.from_dict(chain_document(contacts)), "multibody") for contacts in ([], [FAR]))
+    assert not far.events
+    assert far.readings["c_gap"].min() > 1.0
+    for name, values in near.readings.items():
+        np.testing.assert_array_equal(far.readings[name], values)
+    assert (far.cost.steps, far.cost.evaluations) == (near.cost.steps, near.cost.evaluations)
+
+
+def test_steps_are_long_while_a_contact_is_far_and_find_it_again():
+    """A ball thrown up falls back on a floor; halfway it is far. Its steps could be ten times as long."""
+    floor, height, speed = [[-2, -0.2], [2, -0.2], [2, 0], [-2, 0]], 0.02 + 1e-3, 30.0
+    run = gm.run(gm.Scene.from_dict(ball_document(floor, (0.0, height), (0.0, speed))), times=[0.0, 6.5])
+    strike = (speed + math.sqrt(speed**2 + 2 * GRAVITY * 1e-3)) / GRAVITY
+    assert [event.time for event in run.events if event.kind is EventKind.IMPACT] == pytest.approx([strike], rel=1e-12)
+
+
+HILL = [[-1, -0.3], [1, -0.3], [0.02, -0.11], [-0.02, -0.11]]
+"""A hill with a flat top, whose corners are at x = 0.02 and -0.02 m."""
+
+
+def wheel_document(**contact):
+    """A wheel with rollers, on an axle that slides up and down above a hill; one roller goes up the hill and down again."""
+    return {
+        "machine": "custom",
+        "size": 0.1,
+        "ground": {"O": [0, 0]},
+        "body": [
+            {"name": "wheel", "mass": 2.0, "inertia": 0.1, "angle": "-110 deg", "points": {"tip": [0.1, 0]}},
+            {"name": "hill", "mass": 1.0, "inertia": 1.0, "outline": HILL},
+        ],
+        "joint": [
+            {"type": "weld", "first": "ground.O", "second": "hill.origin"},
+            {"type": "slider", "first": "ground.O", "second": "wheel.centre", "angle": "90 deg"},
+        ],
+        "contact": [{"name": "c", "first": "wheel.tip", "radius": 0.05, "second": "hill", **contact}],
+        "readings": {"height": {"y": "wheel.centre"}, "turn": {"angle": "wheel"}},
+        "effects": {"gravity": GRAVITY},
+        "start": {"c_gap": 0.0, "turn": "-110 deg", "turn_rate": 5.0},
+        "run": {"duration": 0.2, "output_interval": 0.01, "accuracy": 1e-9},
+    }
+
+
+@pytest.mark.parametrize("friction", [0.0, 0.1])
+def test_rollers_on_one_body_move_it_as_the_one_that_touches(friction):
+    """The steps of both end at the corners of the hill: none is cut by an error that a jump of the curvature makes."""
+    scenes = [gm.Scene.from_dict(wheel_document(friction=friction, **repeat)) for repeat in ({}, {"repeat": 3})]
+    one, three = (gm.run(scene, certify=False) for scene in scenes)
+    assert one.readings["turn"][-1] > math.radians(-70)
+    assert EventKind.SEPARATION not in [event.kind for event in one.events]
+    for name, values in one.readings.items():
+        np.testing.assert_allclose(three.readings[name], values, atol=1e-12, err_msg=name)
+    assert three.cost.rejected == one.cost.rejected
+
+
+def test_two_rollers_of_a_body_that_touch_at_once_end_the_run_by_name():
+    document = wheel_document(repeat=2)
+    document["body"][0]["angle"] = 0.0
+    document["body"][1]["outline"] = [[-1, -0.3], [1, -0.3], [1, -0.11], [-1, -0.11]]
+    document["start"] = {"height": -0.01, "turn": 0.0, "turn_rate": 0.0}
+    run = gm.run(gm.Scene.from_dict(document))
+    assert run.outcome is gm.Outcome.STALLED
+    assert "two of the rollers" in run.detail
+    assert run.events[0].time == pytest.approx(math.sqrt(2 * 0.05 / GRAVITY), rel=1e-9)
