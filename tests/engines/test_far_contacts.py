@@ -51,7 +51,7 @@ def test_a_contact_that_stays_far_changes_no_bit_and_costs_no_evaluation():
 
 
 def test_steps_are_long_while_a_contact_is_far_and_find_it_again():
-    """A ball thrown up falls back on a floor; halfway it is far. Its steps could be ten times as long."""
+    """A ball that is thrown up is far from the floor halfway, where steps are long, and falls back on it."""
     floor, height, speed = [[-2, -0.2], [2, -0.2], [2, 0], [-2, 0]], 0.02 + 1e-3, 30.0
     run = gm.run(gm.Scene.from_dict(ball_document(floor, (0.0, height), (0.0, speed))), times=[0.0, 6.5])
     strike = (speed + math.sqrt(speed**2 + 2 * GRAVITY * 1e-3)) / GRAVITY

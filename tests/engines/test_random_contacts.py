@@ -9,21 +9,27 @@ from governor_mechanism.model.events import EventKind
 from governor_mechanism.model.results.outcome import Outcome
 from random_contacts import KINDS, ContactReferences, draw_contact_scene
 
-SEED = 20261127
+SEED, OTHER_SEED = 20261127, 777001
 N_SCENES = 300
 ACCURACIES = 10.0 ** -np.arange(3, 9)
 
 
-def check_scene(number: int) -> CertificateCheck:
+def check_scene(number: int, seed: int) -> CertificateCheck:
     """Check the estimate of a run; each kind of scene comes with each accuracy."""
-    drawn = draw_contact_scene(number, SEED)
+    drawn = draw_contact_scene(number, seed)
     accuracy = float(ACCURACIES[number // len(KINDS) % len(ACCURACIES)])
     return check_certificate(drawn, "multibody", accuracy, ContactReferences(drawn.scene))
 
 
-@pytest.mark.parametrize("numbers", [range(15), pytest.param(range(15, N_SCENES), marks=pytest.mark.long)], ids=["few", "all"])
-def test_errors_are_within_their_estimates(numbers):
-    checks = [check_scene(number) for number in numbers]
+ALL, OTHERS = (
+    pytest.param(range(15, N_SCENES), SEED, marks=pytest.mark.long),
+    pytest.param(range(N_SCENES), OTHER_SEED, marks=pytest.mark.long),
+)
+
+
+@pytest.mark.parametrize(("numbers", "seed"), [(range(15), SEED), ALL, OTHERS], ids=["few", "all", "others"])
+def test_errors_are_within_their_estimates(numbers, seed):
+    checks = [check_scene(number, seed) for number in numbers]
     judged = [check for check in checks if check.is_judged]
     assert len(judged) >= 0.9 * len(checks)  # the references disagree near rounding, and where an event comes and goes
     wrong = [check for check in judged if not check.is_within_estimate or check.claims_too_much]

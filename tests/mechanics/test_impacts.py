@@ -127,3 +127,10 @@ def test_newtons_restitution_would_gain_energy_where_the_sliding_stops():
     assert abs(newton[1]) < strike.friction * newton[0]
     assert dissipated_by_impulses(strike.dynamics(), newton) < -2.0
     assert dissipated_by_impulses(strike.dynamics(), strike.impulses()) > 0.0
+
+
+def test_what_cannot_move_bears_no_impulse_and_what_cannot_slide_no_friction():
+    """As parts that drives move, or guides hold."""
+    np.testing.assert_array_equal(Strike(np.zeros((2, 2)), 0.3, 0.5, np.array([-1.0, 0.5])).impulses(), 0.0)
+    held = Strike(np.array([[2.0, 0.0], [0.0, 0.0]]), 0.3, 0.5, np.array([-1.0, 0.0]))
+    np.testing.assert_allclose(held.impulses(), [0.75, 0.0])
