@@ -245,6 +245,7 @@ TESTS = (
     "engines/test_random_contacts.py::test_parts_stay_apart_and_gain_no_energy[3]",
     "engines/test_random_contacts.py::test_parts_stay_apart_and_gain_no_energy[8]",
     "engines/test_start_on_a_stop.py",
+    "engines/test_far_contacts.py",
 )
 """Tests that call kernels by themselves, or runs that begin in special ways."""
 

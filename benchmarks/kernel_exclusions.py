@@ -7,6 +7,9 @@ STATEMENTS: dict[str, dict[str, str]] = {}
 """Statements that nothing needs to reach, by the file, kernel and their first line."""
 
 EXITS: dict[str, dict[str, str]] = {
+    "mechanics/contact/impacts.py: _solve_sliding_impact": {
+        "for _ in range(MAX_IMPACT_PHASES):": "no impact has more: two in compression and two in restitution"
+    },
     "mechanics/curves/outline_kernels.py: distance_from_polar_curve": {
         "for _ in range(MAX_FOOT_ITERATIONS):": "it ends after 3 to 6 steps of Newton, or 27 of halving"
     },

@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 import governor_mechanism as gm
 from governor_mechanism.engines import MultibodyEngine, ReducedEngine
 from governor_mechanism.engines.certificate import CertifiedRunner, RecordedRun
+from governor_mechanism.integrators.equation import make_step_buffers, may_miss_events
 from governor_mechanism.integrators.step_record import (
     INSIDE_STEP_TOLERANCE,
     NO_STEPS,
@@ -95,3 +96,14 @@ def test_both_runs_of_a_certificate_differ_by_their_steps_everywhere(monkeypatch
     assert len(fine) >= 2 * len(coarse) - 1
     # A kink met by a stretched step, or an event a hair later, is within 5 % of a step (MAX_STRETCH).
     assert largest_ratio(coarse, fine) <= 0.5 * 1.05
+
+
+@pytest.mark.long  # a compiler takes seconds for a kernel that no other test calls by itself
+@pytest.mark.parametrize(("values", "is_too_long", "is_far"), [([-3, -2, -1, -2, -3], True, 0), ([-30, -29, -28, -29, -30], False, 1)])
+def test_a_long_step_is_taken_again_where_an_event_is_not_far(values, is_too_long, is_far):
+    """Its function changes by 1 in a quarter of the step of 0.5 s, and so by 4 in it and by 16 in the time in which none is expected."""
+    buffers = make_step_buffers(1, 1, np.ones(1), np.full(1, 1e-12), np.zeros(4, dtype=np.int64), 0, 0.1, 2.0)
+    buffers.event_values[:, 0], buffers.progress["h"], buffers.progress["step"] = values, 0.5, 0.5
+    assert may_miss_events(buffers) == is_too_long
+    assert buffers.progress["is_far"] == is_far
+    assert buffers.progress["step"] == (0.1 if is_too_long else 0.5)

@@ -127,6 +127,9 @@ def test_newtons_restitution_would_gain_energy_where_the_sliding_stops():
     assert abs(newton[1]) < strike.friction * newton[0]
     assert dissipated_by_impulses(strike.dynamics(), newton) < -2.0
     assert dissipated_by_impulses(strike.dynamics(), strike.impulses()) > 0.0
+    two = strike.impulses(2)  # at once: without restitution
+    assert dissipated_by_impulses(strike.dynamics(2), two) > 0.0
+    np.testing.assert_allclose((strike.compliance @ two[:2])[0] + strike.rates[0], 0.0, atol=1e-12)
 
 
 def test_what_cannot_move_bears_no_impulse_and_what_cannot_slide_no_friction():
