@@ -168,9 +168,6 @@ def stands_still(system: System, state: FloatArray, cubics: FloatArray, length_s
     is_driven = np.any(cubics[drives[drives != NO_INDEX], :VALUE_COLUMN])
     if is_driven or len(system.lags) or np.any(system.planes["amplitude"]) or np.any(cubics[:, N_CUBIC_COLUMNS:]):
         return False
-    is_free = system.inverse_mass.ravel() > 0.0
-    if len(rows.table) < is_free.sum():
-        return False
     poses = state[: system.state_layout.velocities].reshape(-1, 3)
     scales = np.tile([1.0, 1.0, 1.0 / length_scale], len(poses))
     jacobian = (RowEvaluation(rows, poses).jacobian.reshape(-1, len(scales)) * scales)[:, is_free]
