@@ -104,6 +104,7 @@ def accelerate_coordinates() -> None:
     scene = gm.load("porter")
     dynamics = SceneDynamics(scene, *initial_state(scene))
     dynamics.accelerations(dynamics.start[np.newaxis], dynamics.start_rates[np.newaxis])
+    dynamics.poses(dynamics.start)
 
 
 def accelerate_coordinate() -> None:
