@@ -5,6 +5,7 @@ from __future__ import annotations
 import ast
 import subprocess
 import sys
+from collections import Counter
 from functools import cache
 from importlib.metadata import packages_distributions
 from pathlib import Path
@@ -46,11 +47,11 @@ INNER_FOLDERS = {
     "mechanics": [{"curves"}, {"kinematics"}, {"dynamics"}, {"reduction"}, {"contact"}],
     "mechanics/dynamics": [{"forces"}, {"characteristic_scales"}, {"system"}, {"equations"}],
     "engines": [
+        {"continuation", "exit_location"},
         {"base"},
         {"certificate", "initial_state"},
         {"rotating_part"},
         {"impulse", "multibody", "reduced"},
-        {"expected_time"},
         {"selection"},
         {"__init__"},
     ],
@@ -80,7 +81,7 @@ INNER_FOLDERS = {
         {"template"},
     ],
     "studies": [
-        {"compared_quantities", "effect_ablation", "equilibrium_report", "plain_runs"},
+        {"compared_quantities", "effect_ablation", "equilibrium_report", "kinematics", "plain_runs"},
         {"sweep"},
         {"comparison", "hard_cases", "regulation", "unknowns", "valve_gears", "work_precision_results"},
         {"design", "fitting", "optimisation", "sensitivities", "synthesis", "work_precision"},
@@ -88,6 +89,11 @@ INNER_FOLDERS = {
     "verification": [{"report"}, {"laws"}, {"machines", "user_kernel"}],
 }
 """The same order inside folders; "*" stands for every other module."""
+
+MAX_FILES = 14
+"""Largest number of files in a folder that is read as a whole."""
+ROOMS_OF_MANY = {"closed_form", "effects", "machines", "model/joints", "render/machines", "verification/machines"}
+"""Folders with one file for each closed form, effect, machine or joint, whose files are read one at a time."""
 
 ONLY = {
     "pymunk": {"engines/impulse/pymunk"},
@@ -257,6 +263,20 @@ def test_inside_a_folder_imports_point_one_way_too(folder):
         and not ("*" in order[rank(order, inner(module))] and rank(order, inner(other)) == rank(order, inner(module)))
     ]
     assert not wrong
+
+
+@pytest.mark.parametrize("folder", INNER_FOLDERS)
+def test_the_order_inside_a_folder_names_what_is_there(folder):
+    named = set[str]().union(*INNER_FOLDERS[folder]) - {"*", "__init__"}
+    there = {path.stem for path in (SOURCE / folder).iterdir() if path.suffix == ".py" or any(path.glob("*.py"))} - {"__init__"}
+    assert named <= there
+    assert named == there or {"*"} in INNER_FOLDERS[folder]
+
+
+def test_no_folder_has_many_files():
+    places = [path.parent.relative_to(SOURCE).as_posix() for path in SOURCE.rglob("*") if path.is_file()]
+    crowded = {place for place, count in Counter(places).items() if count > MAX_FILES and not place.endswith("__pycache__")}
+    assert crowded - {"_kernels"} <= ROOMS_OF_MANY
 
 
 def test_only_the_public_functions_know_the_papers():

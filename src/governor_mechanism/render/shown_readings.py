@@ -21,18 +21,10 @@ from governor_mechanism.model.scene import Scene
 from governor_mechanism.model.valve import Valve
 from governor_mechanism.observables.valve_motion import has_valve_events, valve_motion_of, valve_of
 from governor_mechanism.types import FloatArray
-from governor_mechanism.units.constants import RPM
-from governor_mechanism.units.quantities import format_value
+from governor_mechanism.units.quantities import DISPLAY_UNITS, format_value
 
-FIGURE_UNITS = {
-    "rad": ("°", math.degrees(1.0)),
-    "m": ("mm", 1e3),
-    "rad/s": ("rpm", 1 / RPM),
-    "m/s2": ("m/s²", 1.0),
-    "Pa": ("bar", 1e-5),
-    "1": ("", 1.0),
-}
-"""Display unit of an SI unit and the factor to it. Other units are shown unchanged."""
+_FIGURE_NAMES = {"rad": "°", "m/s2": "m/s²"}
+"""Display units by SI unit whose names in figures are not those in texts."""
 
 _GREEK_CAPITALS = ("Gamma", "Delta", "Theta", "Lambda", "Xi", "Pi", "Sigma", "Phi", "Psi", "Omega")
 GREEK_LETTERS = {unicodedata.name(chr(code)).split()[-1].lower().replace("lamda", "lambda"): chr(code) for code in range(0x3B1, 0x3CA)}
@@ -42,7 +34,8 @@ GREEK_LETTERS |= {name: GREEK_LETTERS[name.lower()].upper() for name in _GREEK_C
 
 def display_unit_of(si_unit: str) -> tuple[str, float]:
     """Return the display unit of an SI unit and the factor to it."""
-    return FIGURE_UNITS.get(si_unit, (si_unit, 1.0))
+    factor, name = DISPLAY_UNITS.get(si_unit, (1.0, si_unit))
+    return _FIGURE_NAMES.get(si_unit, name), factor
 
 
 _MULTIPLES = (("M", 1e-6), ("k", 1e-3))

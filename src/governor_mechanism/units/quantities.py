@@ -18,7 +18,7 @@ from pathlib import PurePath
 from typing import Any
 
 from governor_mechanism.errors import MechanismError, did_you_mean
-from governor_mechanism.units.constants import KILOGRAM_FORCE_1901
+from governor_mechanism.units.constants import KILOGRAM_FORCE_1901, RPM
 
 LARGEST_MAGNITUDE, LARGEST_RATE, LARGEST_COEFFICIENT = 1e9, 1e6, 1e30
 """Largest magnitudes, SI: of most quantities; of what is measured per second; of coefficients, which may be over powers of a length."""
@@ -373,7 +373,7 @@ def _suggest_unit(unit: str, expected: QuantityKind) -> str:
     return f". Did you mean {lowered[matches[0]]!r}?" if matches else ""
 
 
-DISPLAY_UNITS = {"rad": (180 / math.pi, "deg"), "m": (1e3, "mm"), "rad/s": (30 / math.pi, "rpm"), "Pa": (1e-5, "bar"), "1": (1.0, "")}
+DISPLAY_UNITS = {"rad": (180 / math.pi, "deg"), "m": (1e3, "mm"), "rad/s": (1 / RPM, "rpm"), "Pa": (1e-5, "bar"), "1": (1.0, "")}
 """Customary units for display by SI unit, with their number per SI unit; other units are displayed as they are."""
 
 

@@ -177,8 +177,8 @@ SPEED_MARGIN_RATIO = 0.02
 
 @cache
 def read_file(name: str) -> str:
-    """Return the text of a file beside this module."""
-    return resources.files(__package__).joinpath(name).read_text(encoding="utf-8")
+    """Return the text of a template."""
+    return resources.files(__package__).joinpath("templates", name).read_text(encoding="utf-8")
 
 
 class _ScenePlaces(Places):
@@ -272,7 +272,7 @@ class Check(Recorded):
 
 
 class Design(Result):
-    """Result of a design: its files are `MACHINE.txt`, the text that it prints, and `MACHINE.toml`, its scene, both with places."""
+    """Result of a design: its templates are `MACHINE.txt`, the text that it prints, and `MACHINE.toml`, its scene, both with places."""
 
     machine: ClassVar[str]
     warning_start: ClassVar[str] = ""
