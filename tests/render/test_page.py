@@ -212,6 +212,17 @@ def test_a_reading_that_is_infinite_at_times_is_bridged(porter):
     assert "never" not in plots
 
 
+def test_plots_are_marked_where_the_load_changes():
+    """The load of the shipped engine falls at 6 s; before, there is nothing to mark."""
+    scene = gm.load("governed_engine_mean_torque")
+    for end, marks in ((4.0, []), (8.0, [6.0])):
+        run = gm.run(scene.replace({"run.duration": end}), accuracy=1e-4)
+        plots = collect_data(show_run(run, None, (0.0, end), run.times, 1.0), 1.0)["plots"]
+        first = [plot["marks"] for plot in plots if plot["isFirst"]]
+        assert len(first) >= 3
+        assert all(found == marks for found in first)
+
+
 def test_a_spring_pulls_with_the_force_that_the_run_reports():
     run = gm.run(gm.load("hartung_dubois").replace({"run.duration": "1.5 s"}))
     forces = find_forces(show_run(run, None, (0.0, 1.5), run.times, 1.0).parts[0])

@@ -287,6 +287,7 @@ def _collect_plot(panel: PlotPanel, times: FloatArray, has_parts: bool) -> dict[
         "decimals": panel.decimals,
         "limits": [low, high],
         "ticks": [float(f"{tick:.6g}") for tick in _choose_ticks(low, high)],
+        "marks": [float(f"{mark:.6g}") for mark in panel.marks if times[0] <= mark <= times[-1]],
         "curves": [_collect_curve(curve, times, low, quantum) for curve in panel.curves],
     }
 

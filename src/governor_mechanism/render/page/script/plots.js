@@ -107,12 +107,16 @@ function makePlot(plot, data, onSeek) {
   return { node, update, peek };
 }
 
-/** The curves of a plot, the main one in front. */
+/** The curves of a plot, the main one in front, with upright lines at its marks, as where a load changes. */
 function makeCurves(plot, curves, times) {
   const picture = makeElement("svg", { viewBox: `0 0 ${PLOT_WIDTH} ${PLOT_HEIGHT}`, preserveAspectRatio: "none", "aria-hidden": "true" });
   for (const tick of plot.ticks) {
     const y = PLOT_HEIGHT * (1 - (tick - plot.limits[0]) / (plot.limits[1] - plot.limits[0]));
     makeElement("path", { class: "grid", d: `M0 ${y.toFixed(1)}H${PLOT_WIDTH}` }, picture);
+  }
+  for (const mark of plot.marks) {
+    const x = (PLOT_WIDTH * (mark - times.start)) / (times.stop - times.start);
+    makeElement("path", { class: "mark", d: `M${x.toFixed(1)} 0V${PLOT_HEIGHT}` }, picture);
   }
   for (let k = curves.length - 1; k >= 0; k -= 1) {
     const className = `curve series-${curves[k].series}`;
