@@ -289,6 +289,25 @@ def test_a_body_held_by_nothing_is_drawn():
     assert [(s.x, s.y) for s in of_role(shapes, "ball")] == [tuple(pose[:2]) for pose in run.poses[0].tolist()]
 
 
+def test_a_bar_reaches_its_free_end_and_a_point_with_a_name_belongs_to_its_body():
+    m = gm.Mechanism.build("lambda")
+    crank, coupler = m.rod("crank", length=0.05, mass=0.1, angle="10 deg"), m.rod("coupler", length=0.25, mass=0.3)
+    rocker = m.rod("rocker", length=0.125, mass=0.2)
+    m.pin(m.ground(0, 0), crank.start)
+    m.pin(crank.end, coupler.start)
+    m.pin(m.ground(0.1, 0), rocker.start)
+    m.pin(coupler.point(0.125, 0, name="middle"), rocker.end)
+    m.motor(crank, rate="60 rpm")
+    rocker.point(0.06, 0.05, name="pen")
+    run = gm.run(m.scene(duration="1 s"), times=np.linspace(0.0, 1.0, 7), certify=False)
+    mechanism = run.scene.part.mechanism
+    named = {one.name: one.point for one in (*mechanism.points, *mechanism.ends)}
+    end, pen = (point_path(mechanism, run.poses, named[name]) for name in ("coupler.end", "pen"))
+    for shapes, *points in zip(shapes_of(run), end, pen, strict=True):
+        plates = [points_of(shape) for shape in shapes if shape.role.startswith("plate")]
+        assert all(min(math.dist(point, one) for plate in plates for one in plate) < 0.01 for point in points)
+
+
 def short_run(name):
     """A run of a scene of the catalogue, without certificate."""
     return gm.run(gm.load(name), times=np.linspace(0.0, 1.0, 7), certify=False)

@@ -40,6 +40,25 @@ def test_equal_frames_are_merged_and_lengthened():
     assert_array_equal(shown[2], red[..., :3])
 
 
+def test_a_pale_edge_is_restored_after_something_passed_before_it():
+    ground, line, edge = (252, 251, 246), (213, 212, 206), (232, 231, 226)
+    dark, blend = (0, 90, 45), (200, 200, 194)  # of what passes, and of its own edge
+    still, covered, leaving = (np.full((20, 30, 4), 255, dtype=np.uint8) for _ in range(3))
+    still[..., :3] = ground
+    still[:, 10, :3], still[:, (9, 11), :3] = line, edge
+    covered[:], leaving[:] = still, still
+    covered[5:15, 5:15, :3], leaving[5:15, 5:15, :3] = dark, blend
+    palette = Palette([ground, line, dark], [still, leaving])
+    file = io.BytesIO()
+    writer = GifWriter(file, palette)
+    for frame in (still, covered, leaving, still):
+        writer.add(frame, 4)
+    writer.close()
+    file.seek(0)
+    shown, _ = decode_film(file)
+    assert_array_equal(shown[3], shown[0])
+
+
 def test_a_frame_longer_than_the_gif_limit_is_split():
     red = make_frame((255, 0, 0))
     _, durations = write_and_read([(red, 40000)] * 3)

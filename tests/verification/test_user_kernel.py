@@ -159,6 +159,20 @@ def test_a_planted_mistake_of_one_per_cent_is_found_with_its_size(quantity):
     assert "worst: " in str(report)
 
 
+def test_a_long_table_keeps_the_order_of_the_inputs_and_a_constant_factor_is_named():
+    def planted(arm_angle, arm, offset, ball_mass, sleeve_mass, gravity):
+        return 0.7746 * speed(arm_angle, arm, offset, ball_mass, sleeve_mass, gravity)
+
+    over = {"arm_angle": "15 deg:44 deg:30"}
+    text = str(gm.crosscheck(porter(), planted, "equilibrium_speed", over))
+    assert "the kernel is 0.7746 times the simulation in every row" in text
+    angles = [float(angle) for angle in re.findall(r"^arm_angle = (\S+) deg", text, re.MULTILINE)]
+    assert len(angles) == 24
+    assert angles == sorted(angles)
+    assert "in every row" not in str(gm.crosscheck(porter(), speed, "equilibrium_speed", over))
+    assert "in every row" not in str(gm.crosscheck(porter(), lambda arm_angle: arm_angle, "equilibrium_speed", over))
+
+
 def redtenbacher(r_over_p):
     """The energy of the flywheel by the seven terms of (65) to (67), with r / p taken as given in the third."""
 

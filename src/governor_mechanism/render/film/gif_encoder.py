@@ -30,8 +30,8 @@ RGB_MASK = 0xFFFFFF
 BLEND_TOLERANCE = 64
 """Difference per channel, of 255, below which two blends count as equal: a quarter of an edge's contrast. It makes the file a sixth
 smaller."""
-RESTORED_TOLERANCE = 40
-"""The same where a pixel comes back to the colour it had first, as the edges of what does not move do."""
+RESTORED_TOLERANCE = 12
+"""The same where a pixel comes back to the colour it had first, as edges at rest do: less than the contrast of a pale line."""
 MAX_CLOSED_GAP = 6
 """Longest row of unchanged pixels between changed ones that is written again. It makes large moving shapes some 4 % smaller."""
 MAX_FRAME_DELAY = 65535

@@ -140,8 +140,8 @@ _ECCENTRIC_RATIO = 0.80
 """Radius of the eccentric in the diagram, as a fraction of the crank circle."""
 _MAX_CURVE_POINTS = 180
 """Largest number of points of the curves of a turn: two degrees apart."""
-_ZERO_WIDTH = 0.2
-"""Width of the word at the zero, as a fraction of the crank circle."""
+_ZERO_WIDTH, _LEFT_ZERO_WIDTH = 0.2, 0.42
+"""Width of the word at the zero, as a fraction of the crank circle: on the right, and on the left, where it ends at the circle."""
 _CYLINDER_ENDS = (("crank end", 1.0), ("head end", -1.0))
 
 
@@ -170,8 +170,9 @@ class ZeunerDial:
         yield Lines("division", tuple((self._place(angle, radius), self._place(angle, end * radius)) for angle, end in division))
         for lap in (self._gear.outside_lap, self._gear.inside_lap):
             yield Lines("lap circle", (self._circle(abs(lap) * self.scale),))
-        zero_x = x + (1.10 if math.cos(self._start) > -0.5 else -1.10 - _ZERO_WIDTH) * radius
-        yield TextShape("scale", zero_x, y + 0.10 * radius, "0°", _ZERO_WIDTH * radius)
+        is_right = math.cos(self._start) > -0.5
+        width = (_ZERO_WIDTH if is_right else _LEFT_ZERO_WIDTH) * radius
+        yield TextShape("scale", x + 1.10 * radius if is_right else x - 1.10 * radius - width, y + 0.10 * radius, "0°", width)
 
     def theory_shapes(self, advance: float) -> Iterator[DrawnShape]:
         """Yield the line of centres and the valve circles of an endless eccentric rod, for an angle of advance (rad)."""

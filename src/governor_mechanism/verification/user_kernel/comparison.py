@@ -147,8 +147,8 @@ class KernelReport(CheckReport):
     def __str__(self) -> str:
         """Return the report as a table with the worst case, notes and the verdict."""
         is_long = len(self.rows) > MAX_PRINTED_ROWS
-        failed_first = sorted(self.rows, key=lambda row: (not row.problem, -abs(row.relative_error)))
-        shown = failed_first[:MAX_PRINTED_ROWS] if is_long else self.rows
+        failed_first = sorted(range(len(self.rows)), key=lambda i: (not self.rows[i].problem, -abs(self.rows[i].relative_error)))
+        shown = [self.rows[i] for i in sorted(failed_first[:MAX_PRINTED_ROWS])]  # in the order of the inputs
         return "\n".join(
             [
                 self.title,
@@ -156,6 +156,7 @@ class KernelReport(CheckReport):
                 self._describe_call(),
                 format_columns(self.columns, shown),
                 self.describe_worst(),
+                *self._describe_ratio(),
                 *(f"note: {note}" for note in self.notes),
                 *(f"defect: {defect}" for defect in self.defects),
                 self._verdict() + (f" (the {MAX_PRINTED_ROWS} largest differences shown)" if is_long else ""),
@@ -171,6 +172,13 @@ class KernelReport(CheckReport):
         numbers = f"{row.expected:.12g} against {row.simulated:.12g} ± {row.error_estimate:.1e} {self.unit}".rstrip(" 1")
         sentence = f"worst: {format_percent(row.relative_error)} at {row.place}: {numbers}"
         return f"{sentence}, called with {called}" if called and with_call else sentence
+
+    def _describe_ratio(self) -> list[str]:
+        """Return a sentence on the ratio of kernel and simulation if they differ by one factor in all rows, or nothing."""
+        ratios = np.array([row.expected / row.simulated for row in self.rows if row.simulated])
+        if len(ratios) < max(2, len(self.rows)) or not np.ptp(ratios) <= self.tolerance * abs(ratios[0]) < abs(ratios[0] - 1.0):
+            return []
+        return [f"the kernel is {ratios[0]:.9g} times the simulation in every row: look for a constant factor"]
 
     def _describe_call(self) -> str:
         arguments = ", ".join(f"{name} ({unit or '1'})" for name, unit in self.units_of_arguments.items())

@@ -10,7 +10,7 @@ import numpy as np
 from governor_mechanism.mechanics.curves.outlines import find_circle, is_inside, outline_points
 from governor_mechanism.model.force_elements import Damper, Force, ForceElement, Spring
 from governor_mechanism.model.joints import GROUND, Glyph, Joint, Pin, Point, Weld
-from governor_mechanism.model.mechanism import Body, BodyOutline, Mechanism
+from governor_mechanism.model.mechanism import Body, BodyOutline, Mechanism, NamedPoint
 from governor_mechanism.model.output_variables import LineAngle, OutlineGap, PointCoordinate, PointDistance, Reading
 from governor_mechanism.numerics.once_per_object import once_per_object
 from governor_mechanism.render.geometry.attached import Attached
@@ -138,7 +138,7 @@ class _BodyOutline(NamedTuple):
     width: float  # width of the plate, m
     has_ball: bool  # whether a ball stands at a corner of the plate
     has_single_shape: bool  # whether a body without plate is drawn at its mass centre
-    tracers: Sequence[Vec2]  # points that readings follow and no joint holds, in body axes, m
+    tracers: Sequence[Vec2]  # points with a name or a reading that no joint holds, in body axes, m
     is_slotted: bool  # whether other bodies slide in it
 
 
@@ -271,24 +271,27 @@ def roller_parts(placed: PlacedMechanism) -> Iterator[Attached]:
 
 
 def tracer_parts(placed: PlacedMechanism) -> Iterator[Attached]:
-    """Yield the points that readings follow and no joint holds."""
+    """Yield the points that have a name or that readings follow, and that no joint holds."""
     for body, outline in zip(placed.mechanism.bodies, _find_outlines(placed.extents), strict=True):
         shapes = tuple(Circle("tracer", *point, 0.012 * placed.unit) for point in outline.tracers)
         yield Attached(frame=placed.extents.body_axes(body.name), shapes=shapes, section_only=True)
 
 
 def _tracer_points(extents: MechanismExtents, body: Body) -> list[Vec2]:
-    """Return the points of a body that readings follow and no joint holds, in body axes."""
+    """Return the points of a body that have a name or that readings follow, and that no joint holds, in body axes."""
     tolerance, held = _COINCIDENCE_DISTANCE * extents.length_scale, _joint_and_force_points(extents, body)
-    followed = distinct_points(_reading_points(extents, body), tolerance)
+    followed = distinct_points([*_reading_points(extents, body), *_named_points(extents, body, extents.part.mechanism.points)], tolerance)
     return [point for point in followed if all(math.dist(point, other) > tolerance for other in held)]
 
 
 def _outline_points(extents: MechanismExtents, body: Body) -> list[Vec2]:
-    """Return the points that the body outline contains, in body axes: joint points, slots, and a point mass."""
+    """Return the points that the body outline contains, in body axes: joint points, named ones, ends, slots, and a point mass."""
     tolerance = _COINCIDENCE_DISTANCE * extents.length_scale
-    marked = [*_joint_and_force_points(extents, body), *_reading_points(extents, body), *_slot_points(extents, body)]
-    points = distinct_points(marked, tolerance)
+    mechanism = extents.part.mechanism
+    named = _named_points(extents, body, (*mechanism.points, *mechanism.ends))
+    points = distinct_points(
+        [*_joint_and_force_points(extents, body), *_reading_points(extents, body), *named, *_slot_points(extents, body)], tolerance
+    )
     is_wheel = body.name in toothed_bodies(extents)
     if not points or (is_wheel and all(math.hypot(*point) <= tolerance for point in points)):
         return points  # a wheel about its own centre; an eccentric wheel is drawn as a rod with a wheel
@@ -334,6 +337,18 @@ def _joint_and_force_points(extents: MechanismExtents, body: Body) -> list[Vec2]
 def _reading_points(extents: MechanismExtents, body: Body) -> list[Vec2]:
     """Return the points of readings on the body, except the mass centre, which is the default of a reading without a point."""
     return [point for point in _points_on(body, extents.part.mechanism.readings) if any(point)]
+
+
+def _named_points(extents: MechanismExtents, body: Body, points: Iterable[NamedPoint]) -> list[Vec2]:
+    """Return those of some points that lie on the body, if a fixed plane shows it drawn through its points.
+
+    A wheel, a block, a slotted link and an outline have a shape of their own; a governor has balls.
+    """
+    name, mechanism = body.name, extents.part.mechanism
+    has_own_shape = name in toothed_bodies(extents) or name in _rolling_bodies(extents) or name in _bodies_with_outlines(mechanism)
+    if extents.part.turns or has_own_shape or _is_sliding_block(extents, body) or _guides_on(extents, body):
+        return []
+    return [(one.point.x, one.point.y) for one in points if one.point.body == name]
 
 
 def _slot_points(extents: MechanismExtents, body: Body) -> list[Vec2]:
