@@ -115,7 +115,7 @@ def follow_rates(strike: Strike) -> np.ndarray:
     [(0.9, 0.3, 1.0), (0.9, 0.3, -0.4), (-0.9, 2.0, 0.5), (0.9, 2.0, 0.5), (0.9, 0.5, 0.05), (0.9, 1.0, 0.0), (0.0, 0.4, 0.2)],
     ids=["slides", "turns back", "stops", "jams and stops", "stops and turns", "sticks", "central"],
 )
-def test_an_impact_follows_the_rates_over_the_normal_impulse(restitution, coupling, friction, slip):
+def test_an_impact_follows_the_rates_as_the_normal_force_acts(restitution, coupling, friction, slip):
     strike = Strike(np.array([[1.0, coupling], [coupling, 1.2]]), friction, restitution, np.array([-1.0, slip]))
     np.testing.assert_allclose(strike.impulses(), follow_rates(strike), rtol=1e-10, atol=1e-12)
 
@@ -132,7 +132,7 @@ def test_newtons_restitution_would_gain_energy_where_the_sliding_stops():
     np.testing.assert_allclose((strike.compliance @ two[:2])[0] + strike.rates[0], 0.0, atol=1e-12)
 
 
-def test_what_cannot_move_bears_no_impulse_and_what_cannot_slide_no_friction():
+def test_what_cannot_move_bears_no_strike_and_what_cannot_slide_no_friction():
     """As parts that drives move, or guides hold."""
     np.testing.assert_array_equal(Strike(np.zeros((2, 2)), 0.3, 0.5, np.array([-1.0, 0.5])).impulses(), 0.0)
     held = Strike(np.array([[2.0, 0.0], [0.0, 0.0]]), 0.3, 0.5, np.array([-1.0, 0.0]))
