@@ -7,9 +7,7 @@ STATEMENTS: dict[str, dict[str, str]] = {}
 """Statements that nothing needs to reach, by the file, kernel and their first line."""
 
 EXITS: dict[str, dict[str, str]] = {
-    "integrators/event_location.py: locate_zero": {
-        "for _ in range(MAX_ROOT_ITERATIONS):": "a zero takes six false positions, a jump 80"
-    },
+    "integrators/event_location.py: locate_zero": {"for _ in range(MAX_ROOT_ITERATIONS):": "a zero takes six false positions, a jump 80"},
     "mechanics/contact/impacts.py: _solve_sliding_impact": {
         "for _ in range(MAX_IMPACT_PHASES):": "no impact has more: two in compression and two in restitution"
     },
