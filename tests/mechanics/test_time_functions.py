@@ -5,7 +5,7 @@ import pytest
 from scipy.interpolate import CubicSpline
 
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.mechanics.kinematics.time_functions import CubicTimeFunction, SpindleSpeedFunction, stack_local_cubics
+from governor_mechanism.mechanics.kinematics.time_functions import VALUE_COLUMN, CubicTimeFunction, SpindleSpeedFunction, stack_local_cubics
 from governor_mechanism.model.part import FreeSpindle, Spindle
 from governor_mechanism.model.time_functions import Harmonic, InputFunction, PrescribedMotion
 
@@ -22,6 +22,9 @@ def test_a_table_reproduces_polynomials_up_to_the_third_degree(degree, n_points)
     np.testing.assert_allclose(motion(INSIDE), polynomial(INSIDE), atol=1e-13)
     np.testing.assert_allclose(motion.derivative(INSIDE[:-1]), polynomial.deriv()(INSIDE[:-1]), atol=1e-12)
     np.testing.assert_allclose(motion.second_derivative(INSIDE[:-1]), polynomial.deriv(2)(INSIDE[:-1]), atol=1e-11)
+    # Taylor's coefficients, highest power first, as the equations of motion evaluate them; the third by cubes of the intervals.
+    taylor = [polynomial.deriv(order)(INSIDE[:-1]) / factorial for order, factorial in ((3, 6), (2, 2), (1, 1), (0, 1))]
+    np.testing.assert_allclose(motion.local_cubics(INSIDE[:-1])[:, : VALUE_COLUMN + 1], np.column_stack(taylor), atol=1e-10)
 
 
 def test_a_formula_and_its_derivatives_have_no_interpolation_error():

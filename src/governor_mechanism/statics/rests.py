@@ -46,7 +46,8 @@ def find_rests(reduction: SingleDofReduction, force: Callable[[PathCoefficients]
     searched = reduction.evaluate(np.linspace(travel.low, travel.high, N_SEARCH_POSITIONS)[1:-1])
     for gap in gaps:
         values = evaluate_output_value(reduction.mechanism, gap.name, searched.poses)
-        for k in np.flatnonzero(values[:-1] * values[1:] < 0.0).tolist():
+        is_open = values > 0.0  # a gap may be exactly closed at a searched position
+        for k in np.flatnonzero(is_open[:-1] != is_open[1:]).tolist():
             here = reduction.evaluate([_locate(reduction, gap, (float(searched.coordinate[k]), float(searched.coordinate[k + 1])))])
             push = -float(force(here)[0] / reduction.output_derivative(here, gap.name)[0])
             if push > 0.0 and is_free(reduction, here.poses)[0]:
