@@ -17,8 +17,8 @@ from governor_mechanism.model.time_functions import InputFunction, PrescribedMot
 from governor_mechanism.numerics.jit import jit_in_place
 from governor_mechanism.types import FloatArray, IntArray
 
-DERIVATIVE_FACTORS = np.array([[1.0, 1.0, 1.0, 1.0], [3.0, 2.0, 1.0, 0.0], [6.0, 2.0, 0.0, 0.0]])
-"""Factors on the coefficients, highest power first, in the derivative of each order up to the second."""
+DERIVATIVE_FACTORS = np.array([[1.0, 1.0, 1.0, 1.0], [3.0, 2.0, 1.0, 0.0], [6.0, 2.0, 0.0, 0.0], [6.0, 0.0, 0.0, 0.0]])
+"""Factors on the coefficients, highest power first, in the derivative of each order up to the third."""
 
 ANTIDERIVATIVE_FACTORS = np.array([1 / 4, 1 / 3, 1 / 2, 1.0])
 """Factors on the coefficients, highest power first, in the antiderivative."""
@@ -41,7 +41,7 @@ class PiecewiseCubic:
         self._breaks, self._origins, self._coefficients = breaks, origins, coefficients
 
     def derivative(self, arguments: FloatArray, order: int, *, left_limit: bool = False) -> FloatArray:
-        """Return the derivative (n,) of an order from 0 to 2; at a break the right limit, or the left limit if requested."""
+        """Return the derivative (n,) of an order from 0 to 3; at a break the right limit, or the left limit if requested."""
         pieces = self._find_pieces(arguments, left_limit)
         coefficients = (self._coefficients[:, : 4 - order] * DERIVATIVE_FACTORS[order, : 4 - order])[pieces]
         return _evaluate_polynomials(coefficients, arguments - self._origins[pieces])
