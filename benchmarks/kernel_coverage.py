@@ -231,6 +231,7 @@ TESTS = (
     "mechanics/test_outlines.py::test_the_distance_from_a_corner_is_that_of_two_points",
     "mechanics/test_outlines.py::test_gradient_and_quadratic_term_are_those_of_differences",
     "mechanics/test_profiles.py::test_gradient_and_quadratic_term_are_those_of_differences",
+    "mechanics/test_profiles.py::test_the_slip_is_the_velocity_of_the_lowest_point_of_the_curve_along_the_outline",
     "mechanics/test_profiles.py::test_a_curve_whose_origin_is_behind_all_edges_overlaps_one_of_them",
     "mechanics/test_profiles.py::test_a_cam_in_a_hollow_touches_its_arcs_from_inside",
     "mechanics/test_outlines.py::test_the_slip_is_the_velocity_of_both_surfaces_along_each_other",

@@ -29,7 +29,7 @@ def make_mechanism(outline, curve=CAM):
             {"name": "cam", "mass": 1.0, "inertia": 1.0, "centre": [0.003, 0.002], "outline": curve, "at": [1.0, 1.0]},
         ],
         "force": [{"type": "spring", "first": "ground.origin", "second": "cam.origin", "stiffness": 1.0}],
-        "contact": [{"name": "c", "first": "cam", "second": "plate"}],
+        "contact": [{"name": "c", "first": "cam", "second": "plate", "friction": 0.1}],
         "size": 0.1,
     }
     return gm.Scene.from_dict(tables).mechanism
@@ -69,6 +69,26 @@ def test_gradient_and_quadratic_term_are_those_of_differences(curve):
     mechanism = make_mechanism(PLATE, curve)
     poses, velocities = random_states(np.random.default_rng(3), 150)
     check_derivatives(mechanism, "c_gap", poses, velocities, share=0.95)
+
+
+@pytest.mark.parametrize("curve", [CAM, OVAL], ids=["harmonics", "spline"])
+def test_the_slip_is_the_velocity_of_the_lowest_point_of_the_curve_along_the_outline(curve):
+    """Lowest against the normal, which is the gradient of the gap: the velocity is that of both bodies there; and its derivative."""
+    mechanism = make_mechanism(PLATE, curve)
+    cam = mechanism.outlines[1].outline
+    poses, velocities = random_states(np.random.default_rng(4), 150)
+    gradients = evaluate_output(mechanism, "c_gap", poses).gradient
+    slip = evaluate_output(mechanism, "c_slip", poses, velocities)
+    for pose, velocity, gradient, rate in zip(poses, velocities, gradients, slip.rate(velocities), strict=True):
+        normal = gradient[1, :2]
+        lowest = np.min(place(outline_points(cam), [0.003, 0.002], pose[1]) @ normal)  # good to the square of their spacing
+        along = velocity[:, :2] @ [-normal[1], normal[0]]
+        plate, own = along + velocity[:, 2] * (lowest - pose[:, :2] @ normal)
+        assert rate == pytest.approx(own - plate, abs=2e-5)
+    h = 1e-6
+    before, after = (evaluate_output(mechanism, "c_slip", poses + k * h * velocities, velocities).rate(velocities) for k in (-1, 1))
+    bends = (after - before) / (2 * h)
+    assert np.mean(np.abs(slip.quadratic_velocity_term - bends) < 1e-6 * (1 + np.abs(bends))) > 0.95  # the nearest piece changes in a few
 
 
 def check_derivatives(mechanism, name, poses, velocities, share):

@@ -96,7 +96,7 @@ def outlines_refusal(outline, touched, **contact):
         ({"curve": CAM}, {"curve": CAM}, {}, "both are curves"),
         ({"curve": CAM}, BOX, {"radius": 0.01}, "touches with its own outline; leave radius out"),
         ({"curve": CAM}, BOX, {"first": "block"}, 'both sides are of "block"'),
-        ({"curve": CAM}, BOX, {"friction": 0.1}, "friction is that of a roller, a point or a circle on an outline"),
+        ({"curve": CAM}, BOX, {"friction": 0.1}, ""),
         ({"curve": CAM}, BOX, {"repeat": 3}, "repeat is for rollers of a body"),
         ({"curve": CAM}, BOX, {"first": "wheel"}, "unknown body"),
         ({"curve": {"radius": 0.05, "harmonics": [{"amplitude": 0.02, "order": 3}]}}, BOX, {}, "hollow or flat somewhere"),

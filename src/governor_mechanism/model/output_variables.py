@@ -197,9 +197,9 @@ class OutlineGap(Reading):
 
 @dataclass(frozen=True, kw_only=True)
 class OutlineSlip(Reading):
-    """Sliding of a roller along an outline where they touch, whose rate is the sliding velocity, m/s. It has no value but 0.
+    """Sliding of a roller, or a closed curve, along an outline where they touch, whose rate is the sliding velocity, m/s. Its value is 0.
 
-    The roller does not turn on its body. The rate is positive where the roller slides round the outline anticlockwise.
+    The roller does not turn on its body. The rate is positive where what touches slides round the outline anticlockwise.
 
     Attributes
     ----------

@@ -52,7 +52,8 @@ class PieceEnd(NamedTuple):
 
 
 @jit_in_place
-def _end_of_piece(pieces: FloatArray, i: int) -> PieceEnd:
+def end_of_piece(pieces: FloatArray, i: int) -> PieceEnd:
+    """Return where a piece ends."""
     c = pieces.shape[1] - N_PIECE_VALUES
     ux, uy, length, curvature = pieces[i, c + 2], pieces[i, c + 3], pieces[i, c + 4], pieces[i, c + 5]
     turn = curvature * length
@@ -68,7 +69,7 @@ def distance_from_feature(pieces: FloatArray, feature: int, x: float, y: float) 
     i, c = (feature - 1) // 2, pieces.shape[1] - N_PIECE_VALUES
     dx, dy, ux, uy, curvature = x - pieces[i, c], y - pieces[i, c + 1], pieces[i, c + 2], pieces[i, c + 3], pieces[i, c + 5]
     if feature % 2 == 0:
-        corner = _end_of_piece(pieces, i)
+        corner = end_of_piece(pieces, i)
         ex, ey = x - corner.x, y - corner.y
         reach = math.hypot(ex, ey)
         return OutlineDistance(reach, ex / reach, ey / reach, 1.0 / reach, 0.0)
@@ -93,7 +94,7 @@ def extent_of_feature(pieces: FloatArray, feature: int, point: EdgePoint) -> Ext
         pieces[i, c + 5],
     )
     if feature % 2 == 0:
-        end = _end_of_piece(pieces, i)
+        end = end_of_piece(pieces, i)
         before = point.normal_x * end.direction_x + point.normal_y * end.direction_y
         return Extent(-before, point.normal_x * pieces[i, c - 2] + point.normal_y * pieces[i, c - 1])
     if curvature == 0.0:
@@ -116,7 +117,7 @@ def next_feature(pieces: FloatArray, first_piece: int, n_pieces: int, feature: i
     if feature % 2 == 0:
         return 2 * following + 1 if is_at_end else feature - 1
     if is_at_end:
-        end, behind_x, behind_y = _end_of_piece(pieces, i), pieces[i, c - 2], pieces[i, c - 1]
+        end, behind_x, behind_y = end_of_piece(pieces, i), pieces[i, c - 2], pieces[i, c - 1]
         if behind_x == 0.0 and behind_y == 0.0:
             return feature
         is_smooth = abs(end.direction_x * behind_y - end.direction_y * behind_x) <= SMOOTH_JOIN
@@ -141,7 +142,7 @@ def find_feature(pieces: FloatArray, first_piece: int, n_pieces: int, point: Edg
                 turn = distance.normal_x * point.normal_y - distance.normal_y * point.normal_x
                 is_on = abs(distance.value) <= tolerance and abs(turn) <= SMOOTH_TURN
             else:
-                end = _end_of_piece(pieces, i)
+                end = end_of_piece(pieces, i)
                 has_corner = next_feature(pieces, first_piece, n_pieces, feature - 1, True) == feature
                 is_on = has_corner and math.hypot(point.x - end.x, point.y - end.y) <= tolerance
             beyond = max(extent.beyond_start, extent.beyond_end)

@@ -8,7 +8,7 @@ import math
 from typing import NamedTuple
 
 from governor_mechanism.mechanics.curves.curve_kernels import evaluate_polar_curve
-from governor_mechanism.mechanics.curves.join_kernels import EdgePoint, extent_of_feature
+from governor_mechanism.mechanics.curves.join_kernels import EdgePoint, PieceEnd, end_of_piece, extent_of_feature
 from governor_mechanism.mechanics.curves.outline_kernels import (
     FINAL_FOOT_STEP,
     MAX_FOOT_ITERATIONS,
@@ -148,27 +148,12 @@ def _distance_from_round(curve: ConvexCurve, x: float, y: float, radius: float) 
 def _distance_from_end(curve: ConvexCurve, pieces: FloatArray, i: int, is_end: bool) -> ProfileDistance:
     """Return the distance of a curve from an end of a piece, a corner between this one and its neighbour."""
     c = pieces.shape[1] - N_PIECE_VALUES
-    x, y, ux, uy, length, curvature = (
-        pieces[i, c],
-        pieces[i, c + 1],
-        pieces[i, c + 2],
-        pieces[i, c + 3],
-        pieces[i, c + 4],
-        pieces[i, c + 5],
-    )
-    before_x, before_y, behind_x, behind_y = pieces[i, c - 4], pieces[i, c - 3], ux, uy
-    if is_end:
-        turn = curvature * length
-        chord = length if turn == 0.0 else 2.0 * math.sin(0.5 * turn) / curvature
-        x, y = (
-            x + chord * (math.cos(0.5 * turn) * ux - math.sin(0.5 * turn) * uy),
-            y + chord * (math.sin(0.5 * turn) * ux + math.cos(0.5 * turn) * uy),
-        )
-        before_x, before_y = math.cos(turn) * ux - math.sin(turn) * uy, math.sin(turn) * ux + math.cos(turn) * uy
-        behind_x, behind_y = pieces[i, c - 2], pieces[i, c - 1]
-    distance = _distance_from_round(curve, x, y, 0.0)
+    end = end_of_piece(pieces, i) if is_end else PieceEnd(pieces[i, c], pieces[i, c + 1], pieces[i, c - 4], pieces[i, c - 3])
+    behind = c - 2 if is_end else c + 2
+    distance = _distance_from_round(curve, end.x, end.y, 0.0)
     nx, ny = distance.normal_x, distance.normal_y
-    is_beside = nx * before_x + ny * before_y < -CORNER_SLACK or nx * behind_x + ny * behind_y > CORNER_SLACK
+    is_before = nx * end.direction_x + ny * end.direction_y < -CORNER_SLACK
+    is_beside = is_before or nx * pieces[i, behind] + ny * pieces[i, behind + 1] > CORNER_SLACK
     rank = distance.rank + (BESIDE_CORNER if is_beside else 0.0)
     return ProfileDistance(distance.value, nx, ny, distance.x, distance.y, distance.curvature, 1.0, 0.0, rank)
 
@@ -242,7 +227,7 @@ def distance_of_profiles(
     curve: ConvexCurve,
 ) -> ProfileDistance:
     """Return the distance of a convex curve from the nearest of some lines and arcs; negative where they overlap."""
-    nearest = ProfileDistance(0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, math.inf)
+    nearest = ProfileDistance(math.nan, math.nan, math.nan, math.nan, math.nan, math.nan, math.nan, math.nan, math.inf)
     for is_overlapping in (False, True):
         for i in range(first_piece, first_piece + n_pieces):
             is_straight = pieces[i, pieces.shape[1] - 1] == 0.0

@@ -33,7 +33,7 @@ def make_curve_segments(
         from scipy.interpolate import CubicSpline
 
         spline = CubicSpline(curve.x, curve.y)
-        return np.column_stack([spline.x[:-1], spline.c.T])
+        return np.ascontiguousarray(np.column_stack([spline.x[:-1], spline.c.T]))  # in the order that the kernels take
     if isinstance(curve, PolarSpline):
         from scipy.interpolate import CubicSpline
 
@@ -41,7 +41,7 @@ def make_curve_segments(
             np.append(values, end) for values, end in ((curve.angles, curve.angles[0] + math.tau), (curve.radii, curve.radii[0]))
         )
         spline = CubicSpline(angles, radii, bc_type="periodic")
-        return np.column_stack([spline.x[:-1], spline.c.T])
+        return np.ascontiguousarray(np.column_stack([spline.x[:-1], spline.c.T]))
     if isinstance(curve, PolarHarmonics):
         return _harmonic_segments(curve)
     if isinstance(curve, LiftCurve):

@@ -60,7 +60,7 @@ CONSTRAINT_ROW_DTYPE = record_dtype(
     ("third_angle_factor", "f8"),
     ("first_point_weight", "f8"),  # FIXED_DIRECTION: factor on the position of the first point
     ("angle", "f8"),  # BODY_NORMAL: angle of the line; ARC_POSITION, POLAR_CURVE: direction of zero, rad
-    ("radius", "f8"),  # ARC_POSITION; CURVE_SLIP, PIECES_SLIP: of the roller, m
+    ("radius", "f8"),  # ARC_POSITION; CURVE_SLIP, PIECES_SLIP: of the roller, m; PROFILE_SLIP: inset of the profile, m
     ("rod_x", "f8"),  # FOLLOWER_HEIGHT: weighted other end of the rod, x from the guide of the follower, m
     ("rod_y", "f8"),
     ("rod_weight", "f8"),  # FOLLOWER_HEIGHT: weight of the second point
@@ -70,14 +70,14 @@ CONSTRAINT_ROW_DTYPE = record_dtype(
     ("drive", "i8"),  # input that drives the row, or NO_INDEX
     ("first_segment", "i8"),  # BODY_NORMAL, POLAR_CURVE: first segment of the guide curve; of distances and slips: of the outline
     ("n_segments", "i8"),  # number of its segments; BODY_NORMAL: 0 for a straight line
-    ("n_curve_segments", "i8"),  # PROFILE_DISTANCE: number of the segments of the curve behind those of the outline
+    ("n_curve_segments", "i8"),  # PROFILE_DISTANCE, PROFILE_SLIP: number of the segments of the curve behind those of the outline
     # PIECES_DISTANCE, PIECES_SLIP: number of the points behind the segments of which the nearest one is the second point, or 0
     ("n_points", "i8"),
     ("bound_x", "f8"),  # with such points: circle around the outline, m
     ("bound_y", "f8"),
     ("bound_radius", "f8"),
     ("use", "i8"),  # of an output row, FOR_FORCES and FOR_EVENTS
-    ("kept_feature", "i8"),  # PIECES_DISTANCE, PIECES_SLIP, PROFILE_DISTANCE: feature of the outline that is kept in a step, or NO_FEATURE
+    ("kept_feature", "i8"),  # distances and slips along lines and arcs: feature of the outline that is kept in a step, or NO_FEATURE
     ("kept_point", "i8"),  # with several points: row of the one that is kept in a step, or NO_POINT
 )
 """One constraint row; fields of other kinds are zero, but for the weight of the first point, which is 1, and the use, which is any."""
@@ -307,18 +307,19 @@ def _find_nearest_pair(row: RecordArray, curve_segments: FloatArray, first: Poin
     dx, dy, turn = second.x - first.x, second.y - first.y, second.angle - first.angle
     cosine, sine = math.cos(first.angle), math.sin(first.angle)
     x, y, first_curve_segment = cosine * dx + sine * dy, cosine * dy - sine * dx, row.first_segment + row.n_segments
-    curve = ConvexCurve(curve_segments, first_curve_segment, row.n_curve_segments, x, y, math.cos(turn), math.sin(turn), -row.constant)
+    inset = row.radius - row.constant  # one of both is 0
+    curve = ConvexCurve(curve_segments, first_curve_segment, row.n_curve_segments, x, y, math.cos(turn), math.sin(turn), inset)
     if row.kept_feature != NO_FEATURE:
         return distance_of_curve_from_feature(curve_segments, row.kept_feature, curve)
     return distance_of_profiles(curve_segments, row.first_segment, row.n_segments, curve)
 
 
 @jit_in_place
-def _profile_distance_row(row: RecordArray, curve_segments: FloatArray, first: PointMotion, second: PointMotion) -> RowGeometry:
-    """Return the distance of a curve about the second point from lines and arcs of the first body.
+def _profile_row(row: RecordArray, curve_segments: FloatArray, first: PointMotion, second: PointMotion) -> RowGeometry:
+    """Return the distance of a curve about the second point from lines and arcs of the first body, or the slip of its profile along them.
 
-    As both roll and slide on each other, the normal turns at the rate q k1 by the curvature k1 of the edge; a corner has q = rate, as the
-    nearest point does not move on it.
+    As both roll and slide on each other, the normal turns back at the rate q k1 by the curvature k1 of the edge; a corner has q = rate, as
+    the nearest point does not move on it.
     """
     dx, dy, w1, w2 = second.x - first.x, second.y - first.y, first.angular_velocity, second.angular_velocity
     cosine, sine = math.cos(first.angle), math.sin(first.angle)
@@ -333,6 +334,13 @@ def _profile_distance_row(row: RecordArray, curve_segments: FloatArray, first: P
     stiffness = pair.edge_curvature * (1.0 + pair.value * pair.curvature) + pair.edge_share * pair.curvature
     edge_rate = (pair.curvature * sliding_velocity - w2 + w1) / stiffness
     normal_rate = pair.edge_curvature * edge_rate
+    if row.kind == RowKind.PROFILE_SLIP:
+        # The tangent (-ny, nx) turns with the normal; the levers are those of the point of the profile, inside of the curve.
+        turning, approach = w1 - normal_rate, nx * (second.u - first.u) + ny * (second.v - first.v)
+        first_lever, second_lever = nx * ex + ny * ey + row.radius, nx * fx + ny * fy + row.radius
+        quadratic_term = w2 * (turning - w2) * (nx * fy - ny * fx) - (turning + w1) * approach
+        quadratic_term -= w1 * (turning * (nx * ey - ny * ex) - w2 * (nx * fy - ny * fx))
+        return RowGeometry(0.0, -ny, nx, -first_lever, second_lever, quadratic_term)
     curve_rate = pair.edge_share * edge_rate + pair.value * normal_rate - sliding_velocity
     quadratic_term = 2.0 * w1 * (nx * v - ny * u) - w2 * w2 * (nx * fx + ny * fy) + w1 * w1 * (nx * ex + ny * ey)
     quadratic_term += (w2 - w1) * curve_rate + normal_rate * sliding_velocity
@@ -381,8 +389,8 @@ def _evaluate_row(row: RecordArray, curve_segments: FloatArray, first: PointMoti
         return _follower_height_row(row, first, second)
     if row.kind == RowKind.POLAR_CURVE:
         return _polar_curve_row(row, curve_segments, first, second)
-    if row.kind == RowKind.PROFILE_DISTANCE:
-        return _profile_distance_row(row, curve_segments, first, second)
+    if row.kind >= RowKind.PROFILE_DISTANCE:
+        return _profile_row(row, curve_segments, first, second)
     if row.kind >= RowKind.CURVE_DISTANCE:
         return _outline_distance_row(row, curve_segments, first, second)
     return _body_normal_row(row, curve_segments, first, second)
@@ -440,7 +448,7 @@ def _locate_touch(row: RecordArray, curve_segments: FloatArray, poses: FloatArra
     geometry = _evaluate_row(row, curve_segments, first, second, 0.0)
     dx, dy, w1 = second.x - first.x, second.y - first.y, first.angular_velocity
     cosine, sine = math.cos(first.angle), math.sin(first.angle)
-    if row.kind == RowKind.PROFILE_DISTANCE:
+    if row.kind >= RowKind.PROFILE_DISTANCE:
         touched = touched_point(_find_nearest_pair(row, curve_segments, first, second))
         ex, ey = cosine * touched.x - sine * touched.y, sine * touched.x + cosine * touched.y
     else:
@@ -477,7 +485,7 @@ def evaluate_other_gap(rows: ConstraintRows, i: int, poses: FloatArray, velociti
 def keep_feature(rows: ConstraintRows, i: int, poses: FloatArray, velocities: FloatArray) -> None:
     """Keep the feature that row i touches, and of several points the one that does; behind an end of that kept before, the next one."""
     row, pieces = rows.table[i], rows.curve_segments
-    is_slip, is_profile = row.kind == RowKind.PIECES_SLIP, row.kind == RowKind.PROFILE_DISTANCE
+    is_slip, is_profile = row.kind == RowKind.PIECES_SLIP, row.kind >= RowKind.PROFILE_DISTANCE
     is_roller = is_slip or row.kind == RowKind.PIECES_DISTANCE
     if not (is_roller and (row.radius if is_slip else row.constant) > 0.0) and not is_profile:
         return  # a point has no way round a corner

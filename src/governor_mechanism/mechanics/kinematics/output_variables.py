@@ -124,11 +124,19 @@ def _outline_gap_row(reading: OutlineGap) -> OutputRow:
     raise TypeError(f"no distance is defined from outlines of type {type(outline).__name__}")
 
 
+SLIP_KINDS = {
+    RowKind.CURVE_DISTANCE: RowKind.CURVE_SLIP,
+    RowKind.PIECES_DISTANCE: RowKind.PIECES_SLIP,
+    RowKind.PROFILE_DISTANCE: RowKind.PROFILE_SLIP,
+}
+"""Kind of the row of the slip by that of the distance."""
+
+
 def _outline_slip_row(reading: OutlineSlip) -> OutputRow:
-    """Return the row of the sliding of a roller along an outline."""
-    row = _outline_gap_row(reading.gap)
-    kind = RowKind.PIECES_SLIP if row.kind == RowKind.PIECES_DISTANCE else RowKind.CURVE_SLIP
-    return replace(row, kind=kind, parameters={**row.parameters, "constant": 0.0, "radius": reading.gap.radius})
+    """Return the row of the sliding of a roller, or of a curve, along an outline."""
+    row, gap = _outline_gap_row(reading.gap), reading.gap
+    radius = gap.radius if gap.profile is None else gap.profile.inset
+    return replace(row, kind=SLIP_KINDS[row.kind], parameters={**row.parameters, "constant": 0.0, "radius": radius})
 
 
 def _points_of(mechanism: Mechanism, row: OutputRow, origins: Origins) -> list[FloatArray]:

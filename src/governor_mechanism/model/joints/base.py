@@ -22,9 +22,10 @@ class RowKind(IntEnum):
     hangs by a link from a rod through the second point, plus the height of the first point. ARC_POSITION: the angle of d in
     the axes of the first body, times a radius. CURVE_DISTANCE, PIECES_DISTANCE: the distance of the second point from a
     closed curve, or from lines and arcs, of the first body. CURVE_SLIP, PIECES_SLIP: no value, but the velocity at which a roller
-    about the second point slides along them. PROFILE_DISTANCE: the distance of a closed convex curve about the second point from
-    lines and arcs of the first body. LINE_ANGLE and all after it but POLAR_CURVE serve as outputs only, the slips also as the
-    constraint that nothing slides. Of each the constant of the row is subtracted.
+    about the second point slides along them. PROFILE_DISTANCE, PROFILE_SLIP: the distance of a closed convex curve about the second
+    point from lines and arcs of the first body, and the velocity at which it slides along them. LINE_ANGLE and all after it but
+    POLAR_CURVE serve as outputs only, the slips also as the constraint that nothing slides. Of each the constant of the row is
+    subtracted.
     """
 
     DISTANCE = 0
@@ -39,6 +40,7 @@ class RowKind(IntEnum):
     CURVE_SLIP = 9
     PIECES_SLIP = 10
     PROFILE_DISTANCE = 11
+    PROFILE_SLIP = 12
 
 
 @dataclass(frozen=True)

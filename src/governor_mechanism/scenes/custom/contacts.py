@@ -202,9 +202,6 @@ class WrittenContact:
         if n_gaps > MAX_GAPS:
             problem = f"the outline has {n_gaps} hollow corners, and at most {MAX_GAPS} parts between them are looked at"
             raise mistake(ProblemCode.OUT_OF_RANGE, f"{where}: {problem}; round them with hollow arcs")
-        if self.friction > 0.0 and touching.profile is not None:
-            problem = "friction is that of a roller, a point or a circle on an outline; leave it out, or give one of both such an outline"
-            raise mistake(ProblemCode.CONFLICT, f"{where}: {problem}")
         others = self._other_rollers(registry, touching)
         return [self._gap(touching, chain, n_gaps, others) for chain in range(n_gaps)]
 
