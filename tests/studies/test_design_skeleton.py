@@ -9,7 +9,7 @@ import pytest
 
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.studies.design.simulated import PROCEDURES
-from governor_mechanism.studies.design.skeleton import Bounds, read_file, require_valid, scene_comment
+from governor_mechanism.studies.design.skeleton import Bounds, fill_rows, read_file, require_valid, scene_comment
 from governor_mechanism.units import constants, text_table
 from governor_mechanism.units.fields import fields_of, quantity
 from governor_mechanism.units.quantities import QUANTITY_KINDS, parse_quantity
@@ -51,6 +51,16 @@ def test_a_place_writes_a_unit_or_divides_by_it_and_a_line_without_a_value_is_le
     assert text_table.fill_places(text, Sleeve(), share=0.25) == "15 mm or 15, 290 to 310 rpm\n25.0% of 0.015"
     with pytest.raises(AttributeError):
         text_table.fill_places("{left}", Sleeve())
+
+
+def test_a_place_alone_in_a_row_is_the_value_itself_and_a_row_without_a_value_is_left_out():
+    design = DESIGNS["pendulum"]
+    weights = design.weights
+    rows = {quantity: value for _, quantity, _, value, _ in fill_rows("pendulum", "steps", design)}
+    assert weights[1] is None
+    assert "weight on extended arms, P1" not in rows
+    assert rows["weight of a ball, P"] == weights[0]
+    assert fill_rows("pendulum", "no such table", design) == []
 
 
 @pytest.mark.parametrize("name", PROCEDURES)

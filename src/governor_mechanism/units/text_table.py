@@ -40,8 +40,8 @@ def format_table(
     return "\n".join(line.rstrip() for line in output.getvalue().splitlines())
 
 
-_NUMBER_IN_SI: Final = {"mm": 1e3, "cm": 1e2, "cm^2": 1e4, "deg": math.degrees(1.0), "mJ": 1e3, "%": 1e2}
-"""How many of a unit that is smaller than the SI unit make one of it: for most of them exact, unlike the reciprocal."""
+_NUMBER_IN_SI: Final = {"mm": 1e3, "cm": 1e2, "cm^2": 1e4, "deg": math.degrees(1.0), "mJ": 1e3, "%": 1e2, "N": 1.0, "J": 1.0}
+"""How many of a unit that is not larger than the SI unit make one of it: for most of them exact, unlike the reciprocal."""
 
 _SIZES: Final = {
     "rpm": RPM,

@@ -12,6 +12,7 @@ F. Redtenbacher, Die Luftexpansions-Maschine (Mannheim 1853), for engine and fly
 import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from types import SimpleNamespace
 
 import numpy as np
 
@@ -20,6 +21,7 @@ from governor_mechanism.closed_form import governed_engine as throttling
 from governor_mechanism.closed_form.flywheel_engine import AirEngine, gas_work
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.machines.flywheel_engine import MEAN
+from governor_mechanism.model.results.result import Column, format_columns
 from governor_mechanism.studies.design.engine_governor import (
     DEFAULT_INPUTS,
     DashpotDesign,
@@ -29,9 +31,8 @@ from governor_mechanism.studies.design.engine_governor import (
     design_governor,
     validate_inputs,
 )
-from governor_mechanism.studies.design.skeleton import Check, CheckedDesign, gravity_value, mass_ratio_limits, relative_range
-from governor_mechanism.units.constants import HORSEPOWER_1901, RPM
-from governor_mechanism.units.text_table import format_table
+from governor_mechanism.studies.design.skeleton import Check, CheckedDesign, fill_rows, gravity_value, mass_ratio_limits, relative_range
+from governor_mechanism.units.constants import HORSEPOWER_1901
 
 THROTTLE_FRACTIONS = (1.0, 0.75, 0.5, 0.25, 0.0)
 """Loads of the table of the throttle rod, relative to the rated torque."""
@@ -77,6 +78,14 @@ class ThrottleSetting:
     lift: float
     opening: float
     speed: float
+
+
+THROTTLE_COLUMNS = (
+    Column("load_fraction", "load", lambda one: "open" if one.load_fraction is None else f"{one.load_fraction:.0%}"),
+    Column("lift", "sleeve lift, mm", ".3f/mm"),
+    Column("opening", "throttle", ".5f"),
+    Column("speed", "speed, rpm", ".6g/rpm"),
+)
 
 
 @dataclass(frozen=True, kw_only=True, repr=False)
@@ -147,12 +156,9 @@ class GovernedEngineDesign(CheckedDesign):
     @property
     def throttle_rod(self) -> str:
         """The table of the throttle rod as text."""
-        settings = [(f"{one.load_fraction:.0%}", one.lift, one.opening, f"{one.speed / RPM:.6g}") for one in self.throttle]
-        rows = [
-            (load, f"{1e3 * lift:.3f}", f"{opening:.5f}", speed)
-            for load, lift, opening, speed in [("open", *self.throttle_points[0], ""), *settings]
-        ]
-        return format_table(("load", "sleeve lift, mm", "throttle", "speed, rpm"), rows, "lrrr")
+        lift, opening = self.throttle_points[0]
+        is_open = SimpleNamespace(load_fraction=None, lift=lift, opening=opening, speed=None)
+        return format_columns(THROTTLE_COLUMNS, (is_open, *self.throttle))
 
     def scene_values(self, *, mean_torque: bool = False, with_resistance: bool = False) -> Mapping[str, object]:
         """Return what the scene adds: its load falls to the half.
@@ -281,14 +287,11 @@ def _throttle_points(
 
 def _checks(inputs: GovernedEngineInputs, governor: GovernorDesign, dashpot: DashpotDesign) -> Iterator[Check]:
     """Yield the rules of the design with their numbers."""
-    force_cure = "reduce insensitivity" if inputs.ball_mass is None else "reduce resistance, or increase ball_mass"
-    rule = "insensitivity below the droop, or the resistance hides the load (Zehnder, Dubois)"
-    yield Check(rule, governor.insensitivity, highest=inputs.droop, cure=force_cure)
-    rule = "insensitivity above the speed fluctuation, or the sleeve moves in every turn (Zehnder)"
-    cure = "the dashpot has to hold it, or reduce speed_fluctuation"
-    yield Check(rule, governor.insensitivity, lowest=inputs.speed_fluctuation, cure=cure)
-    yield Check("effort at the sleeve over its resistance", governor.effort / inputs.resistance, lowest=1.0, cure=force_cure)
-    limits = mass_ratio_limits(governor.gear_ratio * governor.full_load_speed)
-    yield Check("mass of the sleeve over that of one ball (Zehnder)", governor.mass_ratio, *limits, "change the length of the arms")
-    cure = f"give a dashpot above {dashpot.smallest_stable_damping:.4g} N s/m"
-    yield Check("Vyshnegradskii's x y at the worst load, stable above 1", dashpot.stability_margin, lowest=1.0, cure=cure)
+    values = {
+        "inputs": inputs,
+        "dashpot": dashpot,
+        "effort_ratio": governor.effort / inputs.resistance,
+        "mass_ratios": mass_ratio_limits(governor.gear_ratio * governor.full_load_speed),
+        "force_cure": "reduce insensitivity" if inputs.ball_mass is None else "reduce resistance, or increase ball_mass",
+    }
+    yield from (Check(**row) for row in fill_rows("governed_engine", "checks", governor, **values))

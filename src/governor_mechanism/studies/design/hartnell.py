@@ -18,6 +18,8 @@ from governor_mechanism.model.results.result import Recorded
 from governor_mechanism.studies.design.skeleton import (
     SPEED_CHANGE,
     Design,
+    fill_rows,
+    format_rows,
     gravity_value,
     limit,
     relative_range,
@@ -27,7 +29,7 @@ from governor_mechanism.studies.design.skeleton import (
 )
 from governor_mechanism.units.constants import RPM
 from governor_mechanism.units.fields import quantity
-from governor_mechanism.units.text_table import fill_places, format_table
+from governor_mechanism.units.text_table import fill_places
 
 DEFAULT_LIFT = 0.015
 """Lift of the sleeve without lift and outer_radius, m: as in the textbook's example."""
@@ -94,22 +96,6 @@ class SleeveSpring(Recorded):
         return relative_range(self.speeds)
 
 
-SPRING_ROWS = (
-    ("load of the sleeve, lowest", "N", "{loads[0]:.6g}"),
-    ("load of the sleeve, highest", "N", "{loads[1]:.6g}"),
-    ("spring force, lowest", "N", "{forces[0]:.6g}"),
-    ("spring force, highest", "N", "{forces[1]:.6g}"),
-    ("spring rate", "N/mm", "{rate:.6g/N/mm}"),
-    ("initial compression", "mm", "{compression:.6g/mm}"),
-    ("effort for 1 % of speed, half way up", "N", "{effort:.6g}"),
-    ("power for 1 % of speed", "mJ", "{power:.6g/mJ}"),
-    ("then the exact speed, lowest", "rpm", "{speeds[0]:.6g/rpm}"),
-    ("then the exact speed, highest", "rpm", "{speeds[1]:.6g/rpm}"),
-    ("then the sensitiveness", "%", "{sensitiveness:.5g/%}"),
-)
-"""Rows of the table of both springs: quantity, unit, and place in a spring."""
-
-
 @dataclass(frozen=True, kw_only=True, repr=False)
 class HartnellDesign(Design):
     """Result of a design in SI.
@@ -157,14 +143,9 @@ class HartnellDesign(Design):
     def spring_table(self) -> str:
         """Both springs, and what they make of the governor."""
         weight = self.inputs.sleeve_mass * self.inputs.gravity
-        springs = [
-            (spring, {"effort": effort, "power": effort * self.travel.lift, "loads": [force + weight for force in spring.forces]})
-            for spring, effort in ((self.textbook, self.textbook_effort), (self.exact, self.effort))
-        ]
-        rows = list[tuple[str, ...]]()
-        for name, unit, place in SPRING_ROWS:
-            rows.append((name, unit, *(fill_places(place, spring, **values) for spring, values in springs)))
-        return format_table(("spring for the wanted speeds", "", "textbook", "exact"), rows, "llrr")
+        textbook, exact = ([force + weight for force in spring.forces] for spring in (self.textbook, self.exact))
+        values = {"textbook_loads": textbook, "exact_loads": exact, "textbook_power": self.textbook_effort * self.travel.lift}
+        return format_rows(fill_rows(self.machine, "springs", self, **values))
 
     def scene_values(self) -> Mapping[str, object]:
         """Return what the scene adds: the speed rises from the lowest to the highest in two steps, with stops and a dashpot."""

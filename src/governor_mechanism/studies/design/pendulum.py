@@ -27,6 +27,7 @@ from governor_mechanism.studies.design.skeleton import (
     SPEED_CHANGE,
     Check,
     CheckedDesign,
+    fill_rows,
     gravity_value,
     limit,
     mass_ratio_limits,
@@ -35,7 +36,7 @@ from governor_mechanism.studies.design.skeleton import (
     speed_steps,
 )
 from governor_mechanism.units.constants import RPM
-from governor_mechanism.units.text_table import fill_places, in_unit, read_place
+from governor_mechanism.units.text_table import fill_places, in_unit
 
 START_RADIUS_CONSTANTS = (1000.0, 1.0)
 """Zehnder's start radius in cm, 1000 sqrt(1 + m) / n - 1 with the lowest speed n in rpm."""
@@ -123,25 +124,6 @@ STEP_COLUMNS = (
     Column("value", "value", ".7g"),
     Column("unit", ""),
 )
-
-STEPS = (
-    ("I", "weight of a ball, P", "W / ((1 + m) delta)", "weights[0]", "kgf"),
-    ("Ia", "weight on extended arms, P1", "(l1 / l) P", "weights[1]", "kgf"),
-    ("II", "weight of the sleeve, Q", "m P", "weights[2]", "kgf"),
-    ("III", "parameter, c1 / 2", "g (1 + m) / w1^2", "start.parameter", "cm"),
-    ("", "start radius, x1", "{rules[0]}", "start.abscissa", "cm"),
-    ("IV", "ordinate, y1", "x1^2 / c1", "start.ordinate", "cm"),
-    ("", "lowest arm angle, a1", "tan a1 = 2 y1 / x1", "start.arm_angle", "deg"),
-    ("V", "radius of curvature", "rho^2 = (c1 + 4 y1)^3 / (4 c1)", "start.radius_of_curvature", "cm"),
-    ("", "arm, l", "{rules[1]}", "governor.arm", "cm"),
-    ("", "offset, e", "x1 - l sin a1", "governor.offset", "cm"),
-    ("VI", "highest arm angle, a2", "w2^2 = g (1 + m) tan a2 / x2", "arm_angles[1]", "deg"),
-    ("", "ball radius there, x2", "e + l sin a2", "ball_radii[1]", "cm"),
-    ("", "lift of the sleeve", "2 l1 (cos a1 - cos a2)", "sleeve_lift", "cm"),
-    ("VII", "lowest speed allowed, n1''", "{rules[2]}", "speed_limits[0]", "rpm"),
-    ("VIII", "highest speed allowed, n2'", "{rules[3]}", "speed_limits[1]", "rpm"),
-)
-"""The steps of the paper: number, quantity, formula, place of the value in a design, and the unit of the paper."""
 
 
 @dataclass(frozen=True, kw_only=True, repr=False)
@@ -244,11 +226,8 @@ class PendulumDesign(CheckedDesign):
     @property
     def steps(self) -> tuple[DesignStep, ...]:
         """The steps I to VIII with their numbers."""
-        return tuple(
-            DesignStep(number, quantity, fill_places(formula, self), in_unit(value, unit), unit)
-            for number, quantity, formula, place, unit in STEPS
-            if (value := read_place(place, self)) is not None
-        )
+        rows = fill_rows(self.machine, "steps", self)
+        return tuple(DesignStep(number, quantity, formula, in_unit(value, unit), unit) for number, quantity, formula, value, unit in rows)
 
     @property
     def step_table(self) -> str:
@@ -425,20 +404,16 @@ def _trials(governor: PendulumGovernor, angles: tuple[float, float]) -> Iterator
 
 def _checks(inputs: PendulumInputs, requirement: Requirement, start: ParabolaStart, governor: PendulumGovernor) -> Iterator[Check]:
     """Yield Zehnder's rules, and those of the kind of governor."""
-    lowest, highest = (max(0.0, ratio) for ratio in mass_ratio_limits(requirement.lowest_speed))
     cure = "change mass_ratio" if requirement.kind is GovernorKind.PORTER else "change lowest_speed, or take kind=porter"
-    yield Check("choice of m: w1^2 / 80 - 1 to w1^2 / 15 - 1, empirical", requirement.mass_ratio, lowest, highest, cure)
-    rule = "choice of delta: at least the speed fluctuation of the machine, or the sleeve moves in every turn"
-    cure = "increase insensitivity, take a heavier flywheel, or fit a dashpot"
-    yield Check(rule, inputs.insensitivity, lowest=inputs.speed_fluctuation, cure=cure)
-    rule = "start radius x1 over that of x = 2 y (45 deg), which is the best; the empirical rule stays below"
-    yield Check(rule, 2 * start.abscissa / start.double_parameter, highest=1.0, cure="reduce start_radius")
-    ratio = governor.arm / start.radius_of_curvature
-    rule = "(V) arm l over the radius of curvature; a longer arm is unstable in the lowest position"
-    yield Check(rule, ratio, highest=1 + ARM_TOLERANCE, cure="shorten arm, or increase offset")
-    if requirement.kind is GovernorKind.IMPROVED_WATT:
-        rule = "kind improved-watt: arm l over the radius of curvature, with crossed arms"
-        yield Check(rule, ratio, lowest=1 - ARM_TOLERANCE, cure="leave out arm and offset, or take kind=watt")
-    if requirement.kind is GovernorKind.WATT:
-        rule = "kind watt: offset over arm; the arms of the ordinary governor do not cross"
-        yield Check(rule, governor.offset / governor.arm, lowest=0.0, cure="increase offset, or take kind=improved-watt")
+    values = {
+        "requirement": requirement,
+        "mass_ratios": [max(0.0, ratio) for ratio in mass_ratio_limits(requirement.lowest_speed)],
+        "mass_ratio_cure": cure,
+        "slope": 2 * start.abscissa / start.double_parameter,
+        "arm_ratio": governor.arm / start.radius_of_curvature,
+        "offset_ratio": governor.offset / governor.arm,
+        "one_or_less": 1 - ARM_TOLERANCE,
+        "one_or_more": 1 + ARM_TOLERANCE,
+    }
+    for table in ("checks", requirement.kind):
+        yield from (Check(**row) for row in fill_rows("pendulum", table, inputs, **values))

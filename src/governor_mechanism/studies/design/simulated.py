@@ -1,7 +1,7 @@
 """The designs by name, and designed engines put to the test: a change of the load, and the engine with each of some flywheels."""
 
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -27,7 +27,7 @@ from governor_mechanism.studies.design.flywheel_paper import PaperComparison, co
 from governor_mechanism.studies.design.governed_engine import LOAD_CHANGE, GovernedEngineDesign, change_times
 from governor_mechanism.studies.design.hartnell import HartnellDesign
 from governor_mechanism.studies.design.pendulum import START_FRACTION, TARGET_FRACTION, PendulumDesign
-from governor_mechanism.studies.design.skeleton import SPEED_CHANGE, Design, relative_range
+from governor_mechanism.studies.design.skeleton import SPEED_CHANGE, Design, fill_rows, relative_range
 from governor_mechanism.studies.plain_runs import run_uncertified
 from governor_mechanism.studies.regulation.governed_engine import GovernedEngine
 from governor_mechanism.studies.regulation.load_change import LoadChangeStudy, study_load_change
@@ -119,9 +119,19 @@ class SimulatedPendulum(SimulatedMachine):
     breakaway: tuple[float, float]  # time (s) and arm angle (rad) at which the sleeve breaks away
 
 
-def compare_statics(quantity: str, unit: str, wanted: float, found: float, by: str = "statics") -> ComparedNumber:
-    """Return a number by statics beside the wanted one, with the tolerance of statics relative to the wanted number."""
-    return ComparedNumber(quantity, unit, wanted, found, by, STATICS_TOLERANCE, abs(wanted))
+def compare(
+    quantity: str,
+    unit: str,
+    wanted: float,  # SI, as what is found and the scale
+    found: float,
+    by: str = "statics",
+    scale: float | None = None,  # what the tolerance is relative to; by default the wanted number
+    tolerance: float = STATICS_TOLERANCE,
+) -> ComparedNumber:
+    """Return a number of the simulated machine beside the wanted one, in a unit of the workshop."""
+    size = abs(wanted) if scale is None else scale
+    wanted_number, found_number, size_number = (in_unit(float(one), unit) for one in (wanted, found, size))
+    return ComparedNumber(quantity, unit, wanted_number, found_number, by, tolerance, size_number)
 
 
 def simulate_hartnell(design: HartnellDesign) -> SimulatedMachine:
@@ -140,19 +150,11 @@ def _working_range(curve: ControllingForce) -> WorkingRange:
 def _hartnell_statics(design: HartnellDesign, scene: Scene) -> Iterator[ComparedNumber]:
     """Yield what statics give at the ends of the lift, with the exact spring, and with that of the textbooks."""
     middle = compute_controlling_force(scene, [design.travel.middle_angle], speed_change=SPEED_CHANGE)
-    working = _working_range(middle)
-    speeds = design.inputs.lowest_speed, design.inputs.highest_speed
-    places = ("lowest position", "highest position")
-    for place, speed, found in zip(places, speeds, working.speed.tolist(), strict=True):
-        yield compare_statics(f"speed, {place}", "rpm", speed / RPM, found / RPM)
-    yield compare_statics("lift of the sleeve", "mm", 1e3 * design.travel.lift, 1e3 * working.lift)
-    yield replace(compare_statics("sensitiveness", "%", 100 * design.exact.sensitiveness, 100 * working.sensitiveness), scale=100.0)
-    yield compare_statics("effort for 1 % of speed, half way up", "N", design.effort, float(middle.effort.effort[0]))
     others = tuple(effect for effect in scene.effects if not isinstance(effect, OutputSpring))
     spring = OutputSpring(reading="sleeve_lift", rate=design.textbook.rate, preload=design.textbook.forces[0])
-    textbook_speeds = equilibrium_speed_at(scene.with_changes(effects=(*others, spring)), design.travel.arm_angles).tolist()
-    for place, speed, found in zip(places, design.textbook.speeds, textbook_speeds, strict=True):
-        yield compare_statics(f"textbook spring: speed, {place}", "rpm", speed / RPM, found / RPM)
+    speeds = equilibrium_speed_at(scene.with_changes(effects=(*others, spring)), design.travel.arm_angles)
+    found = {"working": _working_range(middle), "static_effort": middle.effort.effort[0], "textbook_speeds": speeds}
+    yield from (compare(*row) for row in fill_rows("hartnell", "statics", design, **found))
 
 
 def _hartnell_rest(design: HartnellDesign, scene: Scene, run: Trajectory) -> ComparedNumber:
@@ -162,9 +164,7 @@ def _hartnell_rest(design: HartnellDesign, scene: Scene, run: Trajectory) -> Com
     lifts = [one.readings["sleeve_lift"] for one in find_equilibria(scene, speed) if low <= one.coordinate <= high]
     wanted = lifts[-1] if lifts else design.travel.lift
     found = float(run.readings["sleeve_lift"][-1])
-    name = f"lift at {speed / RPM:.6g} rpm"
-    scale = 1e3 * design.travel.lift
-    return ComparedNumber(name, "mm", 1e3 * wanted, 1e3 * found, "run", HARTNELL_REST_TOLERANCE, scale)
+    return compare(f"lift at {speed / RPM:.6g} rpm", "mm", wanted, found, "run", design.travel.lift, HARTNELL_REST_TOLERANCE)
 
 
 def simulate_pendulum(design: PendulumDesign) -> SimulatedPendulum:
@@ -182,38 +182,33 @@ def simulate_pendulum(design: PendulumDesign) -> SimulatedPendulum:
 
 def _pendulum_statics(design: PendulumDesign, scene: Scene) -> Iterator[ComparedNumber]:
     """Yield what statics give at the ends of the travel."""
-    low = design.requirement.lowest_speed
     high = design.requirement.highest_speed
     resistance = design.requirement.resistance
     middle = [design.middle_angle]
     curve = compute_controlling_force(scene, middle, resistance=resistance)
-    ends = _working_range(curve)
-    yield compare_statics("speed of rest, lowest position", "rpm", low / RPM, float(ends.speed[0]) / RPM)
-    yield compare_statics("speed of rest, highest position", "rpm", high / RPM, float(ends.speed[1]) / RPM)
     angles = [equilibrium.coordinate for equilibrium in find_equilibria(scene, high)]
-    highest = min(angles, key=lambda angle: abs(angle - design.arm_angles[1]), default=math.inf)
-    name = f"arm angle in equilibrium at {high / RPM:.6g} rpm"
-    yield compare_statics(name, "deg", math.degrees(design.arm_angles[1]), math.degrees(highest), "equilibria")
-    yield compare_statics("sensitiveness", "%", 100 * design.sensitiveness, 100 * ends.sensitiveness)
-    yield compare_statics("lift of the sleeve", "mm", 1e3 * design.sleeve_lift, 1e3 * ends.lift)
-    yield compare_statics("effort for 1 % of speed", "N", design.effort, float(curve.effort.effort[0]))
-    yield compare_statics("work capacity", "J", design.work_capacity, ends.work_capacity)
     rising, falling = (math.sqrt(1 + sign * design.inputs.insensitivity) for sign in (1, -1))
-    band = compute_insensitivity_band(scene, middle, resistance)
-    yield compare_statics("insensitivity, by (1) and (2)", "%", 100 * (rising - falling), 100 * float(band.insensitivity[0]))
-    yield compare_statics("(1) begins to rise, highest position", "rpm", high * rising / RPM, float(ends.rising_speed[1]) / RPM)
-    yield compare_statics("(2) begins to fall, lowest position", "rpm", low * falling / RPM, float(ends.falling_speed[0]) / RPM)
+    found = {
+        "ends": _working_range(curve),
+        "highest_angle": min(angles, key=lambda angle: abs(angle - design.arm_angles[1]), default=math.inf),
+        "static_effort": curve.effort.effort[0],
+        "static_insensitivity": compute_insensitivity_band(scene, middle, resistance).insensitivity[0],
+        "insensitivity": rising - falling,
+        "rising_speed": high * rising,
+        "falling_speed": design.requirement.lowest_speed * falling,
+    }
+    yield from (compare(*row) for row in fill_rows("pendulum", "statics", design, **found))
 
 
 def _pendulum_run(design: PendulumDesign, run: Trajectory, breakaway_time: float) -> Iterator[ComparedNumber]:
     """Yield what the run gives: the speed at which the sleeve breaks away, and where it comes to rest."""
-    speed = float(SpindleSpeedFunction(run.scene.spindle)(np.array([breakaway_time]))[0]) / RPM
-    wanted = design.equilibrium_speed(design.middle_angle) * math.sqrt(1 + design.inputs.insensitivity) / RPM
-    yield ComparedNumber("(1) breaks away half way up", "rpm", wanted, speed, "run", BREAKAWAY_TOLERANCE, wanted)
+    speed = float(SpindleSpeedFunction(run.scene.spindle)(np.array([breakaway_time]))[0])
+    wanted = design.equilibrium_speed(design.middle_angle) * math.sqrt(1 + design.inputs.insensitivity)
+    yield compare("(1) breaks away half way up", "rpm", wanted, speed, "run", tolerance=BREAKAWAY_TOLERANCE)
     lift = run.readings["sleeve_lift"]
     risen = float(lift[-1] - lift[0]) / design.sleeve_lift
     name = "rises by the rest of the speed, of the lift"
-    yield ComparedNumber(name, "%", 100 * (TARGET_FRACTION - START_FRACTION), 100 * risen, "run", PENDULUM_REST_TOLERANCE, 100.0)
+    yield compare(name, "%", TARGET_FRACTION - START_FRACTION, risen, "run", 1.0, PENDULUM_REST_TOLERANCE)
 
 
 END_RATIO = 1 - 1e-9
@@ -265,24 +260,11 @@ class SimulatedEngine(Recorded):
 
     def __str__(self) -> str:
         """Return a table of the wanted and the simulated numbers."""
-        header = ("load falls from the whole to the half", "wanted", "mean torque", "cyclic torque", "with resistance")
-        lines = [format_table(header, list(self._rows()), "lrrrr")]
-        lines += [f"{name}: {study.conclusion}" for name, study in zip(header[2:], self.studies, strict=True) if not study.ok]
-        return "\n".join(lines)
-
-    def _rows(self) -> Iterator[Sequence[str]]:
-        """Yield the rows of the table: label, wanted, and what each run shows."""
-        studies = self.studies
         full, half, _ = self.wanted_speeds
-        for label, wanted, k in (("full", full, 0), ("half", half, 2)):
-            speeds = (wanted, *(study.mean_speeds[k] for study in studies))
-            yield f"mean speed at {label} load, rpm", *(f"{in_unit(speed, 'rpm'):.4f}" for speed in speeds)
-        yield "droop from full to no load, by statics", f"{self.wanted_droop:.6%}", f"{self.static_droop:.6%}", "", ""
-        yield "change of speed", f"{half / full - 1:.4%}", *(f"{study.droop:.4%}" for study in studies)
-        yield "overshoot, of the change", "", *(f"{study.overshoot:.2%}" for study in studies)
-        yield "settling time (5 %), s", "", *(f"{study.settling_time:.4g}" if study.ok else "none" for study in studies)
-        yield "speed fluctuation at full load", f"{self.wanted_fluctuation:.4%}", "", *(f"{one.fluctuations[0]:.4%}" for one in studies[1:])
-        yield "sleeve motion in a turn at full load, mm", "", *(f"{1e3 * motion:.3f}" for motion in self.sleeve_motions)
+        settling_times = [f"{study.settling_time:.4g}" if study.ok else "none" for study in self.studies]
+        heading, *rows = fill_rows("governed_engine", "simulated", self, settling_times=settling_times, change=half / full - 1)
+        lines = [f"{name}: {study.conclusion}" for name, study in zip(heading[2:], self.studies, strict=True) if not study.ok]
+        return "\n".join([format_table(heading, rows, "lr"), *lines])
 
 
 def _sleeve_motion(study: LoadChangeStudy) -> float:

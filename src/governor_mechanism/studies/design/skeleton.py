@@ -1,9 +1,10 @@
 """What all designs have in common: records, printed texts and tables with named places, rules, and the scene from a template."""
 
+import re
 import tomllib
 from abc import abstractmethod
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from enum import StrEnum
 from functools import cache, cached_property
 from importlib import resources
@@ -19,7 +20,7 @@ from governor_mechanism.units.constants import RPM
 from governor_mechanism.units.fields import Declaration, fields_of
 from governor_mechanism.units.problems import ProblemCollector
 from governor_mechanism.units.quantities import DISPLAY_UNITS, format_quantity, format_value, number_or_text, parse_quantity
-from governor_mechanism.units.text_table import Places, fill_places, short_repr
+from governor_mechanism.units.text_table import NoValueError, Places, fill_places, format_table, short_repr
 
 MAX_INPUT = 1e30
 """Largest input of a design, SI: its powers are still numbers."""
@@ -179,6 +180,50 @@ SPEED_MARGIN_RATIO = 0.02
 def read_file(name: str) -> str:
     """Return the text of a template."""
     return resources.files(__package__).joinpath("templates", name).read_text(encoding="utf-8")
+
+
+_LONE_PLACE = re.compile(r"\{([^{}:]+)\}")
+"""A cell that is a place without a format: its row has the value itself."""
+
+
+def read_table(machine: str, table: str) -> list[Any]:
+    """Return the rows of a table of a machine as its file has them; none if it has no such table."""
+    rows: list[Any] = tomllib.loads(read_file(f"tables/{machine}.toml")).get(table, [])
+    return rows
+
+
+def fill_rows(machine: str, table: str, record: object, **values: object) -> list[Any]:
+    """Return the rows of a table of a machine, with the places in their cells filled; one with a place whose value is None is left out.
+
+    A row is a list, or a mapping of the fields of a record. `values` are those of places that are no attributes of the record.
+    """
+    rows = list[Any]()
+    for row in read_table(machine, table):
+        try:
+            cells = {
+                key: _fill_cell(cell, record, values) for key, cell in (row if isinstance(row, dict) else dict(enumerate(row))).items()
+            }
+        except NoValueError:
+            continue
+        rows.append(cells if isinstance(row, dict) else list(cells.values()))
+    return rows
+
+
+def _fill_cell(cell: Any, record: object, values: Mapping[str, object]) -> Any:
+    """Return a cell with its places filled: the value of a place alone, or text."""
+    if not isinstance(cell, str):
+        return cell
+    if not (lone := _LONE_PLACE.fullmatch(cell)):
+        return Places().vformat(cell, (record,), values)
+    value = Places().get_field(lone[1], (record,), values)[0]
+    if value is None:
+        raise NoValueError
+    return value
+
+
+def format_rows(rows: Sequence[Sequence[str]]) -> str:
+    """Return rows as a text table, the first with the headings; numbers from the third column on are moved to the right."""
+    return format_table(rows[0], rows[1:], "llr")
 
 
 class _ScenePlaces(Places):
@@ -393,6 +438,32 @@ class PrintedNumber:
     def mark(self) -> str:
         """Cause and remark; empty if the number is right."""
         return f"{self.cause.upper()}: {self.remark}" if self.cause else ""
+
+
+@dataclass(frozen=True, kw_only=True)
+class PrintedNumbers(Recorded):
+    """The numbers of a paper in its order; a subclass has others in further fields."""
+
+    numbers: tuple[PrintedNumber, ...]
+
+    derived: ClassVar[tuple[str, ...]] = ("deviations=deviating_quantities",)
+
+    @property
+    def deviations(self) -> tuple[PrintedNumber, ...]:
+        """The numbers that are not right, in the paper's order."""
+        groups = (value for one in fields(self) if isinstance(value := getattr(self, one.name), tuple))
+        return select_deviations(number for group in groups for number in group if isinstance(number, PrintedNumber))
+
+    @property
+    def deviating_quantities(self) -> list[str]:
+        """Names of those numbers."""
+        return [number.quantity for number in self.deviations]
+
+
+def printed_numbers(machine: str, table: str, **values: object) -> tuple[PrintedNumber, ...]:
+    """Return the printed numbers of a table of a machine, with the recomputed ones in their places."""
+    rows = fill_rows(machine, table, None, **values)
+    return tuple(PrintedNumber(*row[:4], *map(Cause, row[4:5]), *row[5:]) for row in rows)
 
 
 PRINTED_COLUMNS = (
