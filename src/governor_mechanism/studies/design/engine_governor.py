@@ -28,7 +28,7 @@ from governor_mechanism.model.results.result import Recorded
 from governor_mechanism.numerics.roots import find_root
 from governor_mechanism.studies.design.skeleton import GOVERNED, Bounds, relative_range, require_valid
 from governor_mechanism.units.constants import HORSEPOWER_1901, RPM
-from governor_mechanism.units.fields import quantity
+from governor_mechanism.units.fields import optional, quantity
 from governor_mechanism.units.text_table import fill_places
 
 DEFAULT_MASS_RATIO = 4.0
@@ -103,16 +103,14 @@ class GovernedEngineInputs:
     rim_speed: float = quantity("speed", default=15.0, meaning="speed of the middle of the flywheel's rim")
     arm: float = quantity("length", default=0.3, meaning="length of the arms and links of the governor")
     arm_angle: float = quantity("angle", default=math.radians(30), meaning="arm angle at full load", bounds=_ARM_ANGLE)
-    sleeve_travel: float | None = quantity("length", default=None, meaning="travel of the sleeve from full load to no load")
-    offset: float | None = quantity(
-        "length", default=None, meaning="distance of the suspension from the axis; negative for crossed arms", sign="any"
-    )
-    mass_ratio: float | None = quantity("ratio", default=None, meaning="mass of the sleeve over that of one ball")
-    gear_ratio: float | None = quantity("ratio", default=None, meaning="turns of the spindle in a turn of the shaft")
+    sleeve_travel: float | None = optional("length", meaning="travel of the sleeve from full load to no load")
+    offset: float | None = optional("length", meaning="distance of the suspension from the axis; negative for crossed arms", sign="any")
+    mass_ratio: float | None = optional("ratio", meaning="mass of the sleeve over that of one ball")
+    gear_ratio: float | None = optional("ratio", meaning="turns of the spindle in a turn of the shaft")
     resistance: float = quantity("force", default=10.0, meaning="force that friction and throttle put up against the sleeve")
-    insensitivity: float | None = quantity("ratio", default=None, meaning="degree of insensitivity with that resistance", bounds=GOVERNED)
-    ball_mass: float | None = quantity("mass", default=None, meaning="mass of one ball")
-    dashpot: float | None = quantity("damping", default=None, meaning="damping at the sleeve; by default all motions decay fastest")
+    insensitivity: float | None = optional("ratio", meaning="degree of insensitivity with that resistance", bounds=GOVERNED)
+    ball_mass: float | None = optional("mass", meaning="mass of one ball")
+    dashpot: float | None = optional("damping", meaning="damping at the sleeve; by default all motions decay fastest")
     gravity: float = quantity("acceleration", default=9.81, meaning="gravitational acceleration")
 
     @property

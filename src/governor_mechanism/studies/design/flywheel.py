@@ -33,7 +33,7 @@ from governor_mechanism.closed_form.flywheel_equilibrium import Equilibrium, Flu
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.studies.design.skeleton import Bounds, Design, require_valid
 from governor_mechanism.units.constants import HORSEPOWER_1853, KILOGRAM_FORCE_1853
-from governor_mechanism.units.fields import quantity
+from governor_mechanism.units.fields import optional, quantity
 from governor_mechanism.units.text_table import fill_places
 
 DEFAULT_ENERGY_RATIO = 20.0
@@ -87,11 +87,9 @@ class FlywheelInputs:
         words=("closing",),
     )
     speed: float = quantity("angular_speed", default=math.tau, meaning="mean speed")
-    energy_ratio: float | None = quantity(
-        "number", default=None, meaning="mu, kinetic energy at mean speed over work stored", bounds=_RATIO_BOUNDS
-    )
-    coefficient: float | None = quantity("ratio", default=None, meaning="(highest - lowest) / mean speed", bounds=_COEFFICIENT_BOUNDS)
-    inertia: float | None = quantity("moment_of_inertia", default=None, meaning="moment of inertia of a given wheel")
+    energy_ratio: float | None = optional("number", meaning="mu, kinetic energy at mean speed over work stored", bounds=_RATIO_BOUNDS)
+    coefficient: float | None = optional("ratio", meaning="(highest - lowest) / mean speed", bounds=_COEFFICIENT_BOUNDS)
+    inertia: float | None = optional("moment_of_inertia", meaning="moment of inertia of a given wheel")
     rim_radius: float = quantity("length", default=1.5, meaning="radius of the middle of the rim")
     rim_share: float = quantity("ratio", default=1.0, meaning="part of the inertia in the rim", bounds=_SHARE_BOUNDS)
     width_ratio: float = quantity("ratio", default=2.0, meaning="width of the rim over its thickness")

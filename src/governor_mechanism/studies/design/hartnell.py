@@ -28,7 +28,7 @@ from governor_mechanism.studies.design.skeleton import (
     sleeve_damping,
 )
 from governor_mechanism.units.constants import RPM
-from governor_mechanism.units.fields import quantity
+from governor_mechanism.units.fields import optional, quantity
 from governor_mechanism.units.text_table import fill_places
 
 DEFAULT_LIFT = 0.015
@@ -50,14 +50,10 @@ class HartnellInputs:
     ball_arm: float = quantity("length", default=0.120, meaning="arm of a bell crank from its pivot to the ball")
     sleeve_arm: float = quantity("length", default=0.080, meaning="arm from the pivot to the roller under the sleeve")
     bell_crank_angle: float = quantity("angle", default=math.pi / 2, meaning="angle between the arms")
-    pivot_radius: float | None = quantity(
-        "length", default=None, meaning="distance of the pivots from the spindle axis; by default inner_radius"
-    )
+    pivot_radius: float | None = optional("length", meaning="distance of the pivots from the spindle axis; by default inner_radius")
     inner_radius: float = quantity("length", default=0.120, meaning="distance of the balls from the axis in the lowest position")
-    outer_radius: float | None = quantity(
-        "length", default=None, meaning="distance of the balls in the highest position; it follows from the lift"
-    )
-    lift: float | None = quantity("length", default=None, meaning="lift of the sleeve; it follows from outer_radius")
+    outer_radius: float | None = optional("length", meaning="distance of the balls in the highest position; it follows from the lift")
+    lift: float | None = optional("length", meaning="lift of the sleeve; it follows from outer_radius")
     lowest_speed: float = quantity("angular_speed", default=290 * RPM, meaning="speed of equilibrium in the lowest position")
     highest_speed: float = quantity("angular_speed", default=310 * RPM, meaning="speed of equilibrium in the highest position")
     gravity: float = quantity("acceleration", default=9.81, meaning="gravitational acceleration", sign="not negative")

@@ -40,7 +40,7 @@ from governor_mechanism.studies.design.skeleton import (
 )
 from governor_mechanism.types import FloatArray
 from governor_mechanism.units.constants import KILOGRAM_FORCE_1853, RPM, TECHNICAL_ATMOSPHERE
-from governor_mechanism.units.fields import quantity
+from governor_mechanism.units.fields import optional, quantity
 from governor_mechanism.units.text_table import fill_places, in_unit
 
 HALF_STROKE_TOLERANCE_RATIO = 0.05
@@ -73,8 +73,8 @@ class HartungInputs:
     modulus: float = quantity("modulus", default=750_000 * TECHNICAL_ATMOSPHERE, meaning="modulus of shear of the wire")
     stress_limit: float = quantity("pressure", default=4500 * TECHNICAL_ATMOSPHERE, meaning="allowed shear stress of the wire")
     insensitivity: float = quantity("ratio", default=0.04, meaning="regulating force over the static sleeve force")
-    angle: float | None = quantity("angle", default=None, meaning="angle of the bell crank")
-    sleeve_arm: float | None = quantity("length", default=None, meaning="arm of the bell crank to the sleeve")
+    angle: float | None = optional("angle", meaning="angle of the bell crank")
+    sleeve_arm: float | None = optional("length", meaning="arm of the bell crank to the sleeve")
 
     @property
     def fulcrum_radius(self) -> float:

@@ -7,7 +7,7 @@ from typing import Any
 
 from governor_mechanism.studies.design.skeleton import GOVERNED, Bounds, require_valid
 from governor_mechanism.units.constants import KILOGRAM_FORCE_1853, RPM
-from governor_mechanism.units.fields import entry, quantity
+from governor_mechanism.units.fields import entry, optional, quantity
 from governor_mechanism.units.text_table import fill_places
 
 _SPEEDS = Bounds(
@@ -37,33 +37,25 @@ class PendulumInputs:
         meaning="watt: no load on the sleeve, arms shorter than the radius of curvature; improved-watt: the same with arms as long as this "
         "radius, which cross; porter: with a load on the sleeve",
     )
-    lowest_speed: float | None = quantity("angular_speed", default=None, meaning="speed of rest n1 in the lowest position", bounds=_SPEEDS)
-    highest_speed: float | None = quantity(
-        "angular_speed", default=None, meaning="speed of rest n2 in the highest position", bounds=_SPEEDS
-    )
-    mass_ratio: float | None = quantity(
-        "ratio", default=None, meaning="mass m of the sleeve over the mass of a ball at the joint", sign="not negative"
-    )
+    lowest_speed: float | None = optional("angular_speed", meaning="speed of rest n1 in the lowest position", bounds=_SPEEDS)
+    highest_speed: float | None = optional("angular_speed", meaning="speed of rest n2 in the highest position", bounds=_SPEEDS)
+    mass_ratio: float | None = optional("ratio", meaning="mass m of the sleeve over the mass of a ball at the joint", sign="not negative")
     insensitivity: float = quantity(
         "ratio", default=0.04, meaning="range of speed in which the resistance holds the sleeve", bounds=GOVERNED
     )
     speed_fluctuation: float = quantity(
         "ratio", default=0.025, meaning="coefficient of speed fluctuation that the flywheel leaves", sign="not negative", bounds=GOVERNED
     )
-    resistance: float | None = quantity("force", default=None, meaning="resistance W at the sleeve; 6 kgf, or 1 kgf for Watt's governors")
-    arm: float | None = quantity(
-        "length", default=None, meaning="length l of the arms up to the balls; it gives the offset, or the offset gives it"
-    )
-    offset: float | None = quantity(
-        "length", default=None, meaning="distance of the suspension from the axis; negative for crossed arms", sign="any"
-    )
+    resistance: float | None = optional("force", meaning="resistance W at the sleeve; 6 kgf, or 1 kgf for Watt's governors")
+    arm: float | None = optional("length", meaning="length l of the arms up to the balls; it gives the offset, or the offset gives it")
+    offset: float | None = optional("length", meaning="distance of the suspension from the axis; negative for crossed arms", sign="any")
     joint_ratio: float = quantity(
         "ratio",
         default=1.0,
         meaning="distance of the joint of arm and link from the suspension over the arm; 1 for links at the balls",
         bounds=Bounds(highest=1.0, rule="at most 1: the joint of arm and link is not beyond the ball", found="{value:g}"),
     )
-    start_radius: float | None = quantity("length", default=None, meaning="distance x1 of the balls from the axis in the lowest position")
+    start_radius: float | None = optional("length", meaning="distance x1 of the balls from the axis in the lowest position")
     gravity: float = quantity("acceleration", default=9.81, meaning="gravitational acceleration")
 
 
