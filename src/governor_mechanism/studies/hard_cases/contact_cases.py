@@ -1,12 +1,14 @@
 """Hard cases of parts that touch: corners hit exactly, gaps of a nanometre, grazing, edges that go over into arcs, two sides at once.
 
-Also a ledge, at which a contact is lost and found again within a step, and a strut that locks itself by friction.
+Also a table whose strikes accumulate while it moves, a ledge, at which a contact is lost and found again within a step, and a strut that
+locks itself by friction.
 """
 
 import math
 
 import numpy as np
 from scipy.integrate import quad
+from scipy.optimize import brentq
 
 from governor_mechanism.model.results.outcome import Outcome
 from governor_mechanism.studies.hard_cases.case import GRAVITY, Document, HardCase, Solution, bouncing_fall, integrate, run_table
@@ -82,6 +84,44 @@ def _gap(gap: float) -> Document:
 def _solve_gap(gap: float, times: FloatArray) -> Solution:
     height, rate = bouncing_fall(times, gap, 0.0, 0.5)
     return {"y": (RADIUS + height, rate)}
+
+
+TABLE_SPEED, FALL = 2 * math.pi * 10.0, 5e-3
+"""Angular frequency of a table that moves up and down, rad/s, and height of the ball above its middle at the start, m."""
+
+
+def _table(share: float) -> Document:
+    """Return a ball above a table that swings up and down, with its largest acceleration as a share of that of gravity."""
+    document = _ball(_floor(), place=(0.0, RADIUS + FALL), restitution=0.5, duration=0.5)
+    swing = {"amplitude": share * GRAVITY / TABLE_SPEED**2, "frequency": TABLE_SPEED / math.tau}
+    return {**document, "ground": {"O": [0.0, {"harmonics": [swing]}]}}
+
+
+def _solve_table(share: float, times: FloatArray) -> Solution:
+    """Return the parabolas between strikes, which accumulate at the rest on the table; above it the ball always falls toward it."""
+    swing = share * GRAVITY / TABLE_SPEED**2
+    begin, height, rate = 0.0, FALL, 0.0
+    heights, rates = swing * np.sin(TABLE_SPEED * times), swing * TABLE_SPEED * np.cos(TABLE_SPEED * times)
+    while begin < times[-1]:
+        approach = rate - swing * TABLE_SPEED * math.cos(TABLE_SPEED * begin)
+        gap = height - swing * math.sin(TABLE_SPEED * begin)
+        if gap < 1e-15 and approach < 1e-7:  # the height of what is left of the bounces is below rounding
+            break
+        first, last = (
+            (approach + math.sqrt(approach**2 + 2 * pull * gap)) / pull for pull in (GRAVITY * (1 + share), GRAVITY * (1 - share))
+        )
+
+        def distance(since: float, start: float = begin, height: float = height, rate: float = rate) -> float:
+            return height + rate * since - GRAVITY * since**2 / 2 - swing * math.sin(TABLE_SPEED * (start + since))
+
+        flight = brentq(distance, 0.999 * first, 1.001 * last, xtol=1e-16)
+        inside = (times >= begin) & (times <= begin + flight)
+        since = times[inside] - begin
+        heights[inside], rates[inside] = height + rate * since - GRAVITY * since**2 / 2, rate - GRAVITY * since
+        begin += flight
+        height, table_rate = swing * math.sin(TABLE_SPEED * begin), swing * TABLE_SPEED * math.cos(TABLE_SPEED * begin)
+        rate = table_rate - 0.5 * (rate - GRAVITY * flight - table_rate)
+    return {"y": (RADIUS + heights, rates)}
 
 
 def _graze(overlap: float) -> Document:
@@ -227,6 +267,15 @@ CASES = (
         short_values=(1e-9,),
         make_document=_gap,
         solve=_solve_gap,
+    ),
+    HardCase(
+        name="driven-table",
+        title="Ball that bounces on a table that swings up and down until it rests on it",
+        parameter="acceleration of the table relative to gravity",
+        values=(0.1, 0.5, 0.9, 0.99),
+        short_values=(0.5,),
+        make_document=_table,
+        solve=_solve_table,
     ),
     HardCase(
         name="grazing",
