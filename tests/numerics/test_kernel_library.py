@@ -15,8 +15,11 @@ import pytest
 
 import governor_mechanism as gm
 from governor_mechanism.mechanics.contact.rules import find_active_stop
+from governor_mechanism.mechanics.curves.curve_kernels import evaluate_curve
+from governor_mechanism.mechanics.curves.segments import make_curve_segments
 from governor_mechanism.mechanics.dynamics.equations.body_forces import inertia_of_plane
 from governor_mechanism.mechanics.dynamics.system.lowering import make_system
+from governor_mechanism.model.curves import PolynomialCurve, SplineCurve
 from governor_mechanism.numerics import jit as jit_module
 from governor_mechanism.numerics import kernel_library
 from governor_mechanism.numerics.jit import Kernel, jit
@@ -123,6 +126,16 @@ def test_numbers_of_numpy_fit_and_other_types_go_to_the_fallback():
     for arguments in cases:
         assert call(*arguments) is None
         assert len(refused.pop()) == len(arguments)
+    assert not refused
+
+
+@needs_library
+@pytest.mark.parametrize("curve", [SplineCurve(x=(0.0, 0.1, 0.3), y=(0.0, 0.02, 0.05)), PolynomialCurve(coefficients=(0.1, 0.5))])
+def test_segments_of_curves_are_in_the_order_that_the_library_takes(curve):
+    refused = []
+    call = find_kernel(evaluate_curve.__wrapped__, lambda *arguments: refused.append(arguments))
+    segments = make_curve_segments(curve)
+    assert call(segments, 0, len(segments), 0.1) is not None
     assert not refused
 
 

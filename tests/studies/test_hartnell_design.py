@@ -46,6 +46,14 @@ def test_effort_and_power_are_those_of_the_mean_load():
     assert DESIGN.power == DESIGN.effort * DESIGN.travel.lift
 
 
+def test_the_balls_carry_the_same_load_whether_the_sleeve_weighs_or_the_spring_presses():
+    heavy = gm.design_hartnell(sleeve_mass="3 kg")
+    load_rows = [[row for row in one.spring_table.splitlines() if row.startswith("load of the sleeve")] for one in (DESIGN, heavy)]
+    assert len(load_rows[0]) == 2
+    assert load_rows[0] == load_rows[1]
+    assert np.subtract(DESIGN.exact.forces, heavy.exact.forces) == pytest.approx(3 * 9.81, rel=1e-10)
+
+
 def test_lift_and_outer_radius_describe_one_travel():
     other = gm.design_hartnell(outer_radius=DESIGN.travel.radii[1])
     assert other.travel.lift == pytest.approx(DESIGN.travel.lift, rel=1e-12)

@@ -52,6 +52,15 @@ def test_the_worked_example_of_the_procedure():
     assert [speed * 30 / math.pi for speed in DESIGN.speed_limits] == pytest.approx([119.1, 126.945], rel=1e-13)
 
 
+@pytest.mark.parametrize("inputs", VARIANTS.values(), ids=VARIANTS)
+def test_the_rule_of_the_start_radius_compares_with_arms_at_45_deg(inputs):
+    """The tangent of the parabola has the slope 2 y / x, which is that of the arm."""
+    design = gm.design_pendulum(**inputs)
+    (rule,) = (one for one in design.checks if "45 deg" in one.rule)
+    assert rule.found == pytest.approx(math.tan(design.start.arm_angle), rel=1e-12)
+    assert rule.ok == (design.start.arm_angle <= math.pi / 4)
+
+
 @pytest.mark.parametrize("row", zehnder.DESIGN["upper_positions"], ids=["radius of curvature", "shortened", "on the axis"])
 def test_shorter_arms_keep_the_start_and_swing_less(row):
     arm, offset, angle, radius, lift = row
