@@ -227,6 +227,12 @@ class Placement:
         (x0, y0), (ax, ay), (bx, by), (x, y) = self.origin, self.x_axis, self.y_axis, point
         return x0 + x * ax + y * bx, y0 + x * ay + y * by
 
+    def coordinates(self, place: Vec2) -> Vec2:
+        """Return the point in the axes (m) that has a place (m)."""
+        (ax, ay), (bx, by) = self.x_axis, self.y_axis
+        x, y = place[0] - self.origin[0], place[1] - self.origin[1]
+        return (ax * x + ay * y) / self.scale**2, (bx * x + by * y) / self.scale**2
+
     def place(self, shapes: Iterable[DrawnShape]) -> Iterator[DrawnShape]:
         """Yield shapes that are given in the axes; words stay upright and keep their width."""
         for shape in shapes:

@@ -7,21 +7,14 @@ nothing meets cylinder or chest.
 import math
 from collections.abc import Callable, Iterator, Sequence
 from functools import cached_property, partial
+from itertools import pairwise
 
 import numpy as np
 
+from governor_mechanism.model.joints import Point
 from governor_mechanism.render.geometry.attached import Attached, DrawnPart, Flexible, Moment, Placement, axes_shifted, fixed, shapes_of
-from governor_mechanism.render.geometry.outlines import find_free_corner, make_band, make_hatching, make_rectangle
-from governor_mechanism.render.geometry.primitives import (
-    BoundingBox,
-    Circle,
-    DrawnShape,
-    Polygon,
-    Vec2,
-    bounding_box,
-    convex_hull,
-    drawn_point_paths,
-)
+from governor_mechanism.render.geometry.outlines import find_free_corner, make_hatching, make_rectangle
+from governor_mechanism.render.geometry.primitives import BoundingBox, Circle, DrawnShape, Polygon, Vec2, bounding_box, drawn_point_paths
 from governor_mechanism.render.machines import steam_cylinder, steam_distribution
 from governor_mechanism.render.machines.generic.drawing import GenericDrawing
 from governor_mechanism.render.machines.steam_cylinder import SteamChest
@@ -115,10 +108,9 @@ class EngineInPlace:
         return self.bore_axes((position.piston_position, 0.0))
 
     def background_shapes(self) -> Iterator[DrawnShape]:
-        """Yield the centre lines, pipes, castings of cylinder and chest, and the slide bars."""
+        """Yield the castings of cylinder and chest, and the slide bars."""
         u, chest = self._gear.crank, self.chest
         yield self._casting()
-        yield from (make_band("casting", self._pipe(side), self._pipe_width + 2 * _PIPE_WALL * u) for side in (1.0, -1.0))
         top = (steam_cylinder.BORE_HALF_HEIGHT + steam_cylinder.WALL_THICKNESS) * u
         yield from self.bore_axes.place(steam_cylinder.bore_background_shapes(u, 0.0, top))
         yield from self.bore_axes.place(self._slide_bar_shapes())
@@ -129,7 +121,7 @@ class EngineInPlace:
         gear, u, chest, (piston_rod, valve_rod) = self._gear, self._gear.crank, self.chest, self._rod_lengths
         for side in (1.0, -1.0):
             phase_at = partial(gear.phase_at, side)
-            pipe = make_band("", self._pipe(side), self._pipe_width).points
+            pipe = _passage_outline(self._pipe(side), self._pipe_width)
             spaces = changing_space_parts(phase_at, partial(self._space_at, side))
             for pair in zip(phase_parts(phase_at, pipe), self.bore_axes.place_parts(spaces), strict=True):
                 yield from pair
@@ -193,23 +185,40 @@ class EngineInPlace:
         return outer - inner
 
     def _pipe(self, side: float) -> tuple[Vec2, ...]:
-        """Return the centre line of the steam pipe of an end, from the block of the ports to the bore (m)."""
-        u, width = self._gear.crank, self._pipe_width
-        x = side * 0.5 * sum(self.chest.port_edges)
-        end, ceiling = side * (steam_cylinder.BORE_HALF_LENGTH * u - 0.5 * width), steam_cylinder.BORE_HALF_HEIGHT * u
-        start = [
-            self.chest_axes((x, y)) for y in (-0.5 * BLOCK_DEPTH * self.chest.eccentric, -BLOCK_DEPTH * self.chest.eccentric - 0.5 * width)
-        ]
-        return *start, *(self.bore_axes((end, y)) for y in (ceiling + 0.6 * width, ceiling - 0.5 * width))
+        """Return the centre line of the steam passage of an end, from the block of the ports to the bore (m)."""
+        u, width, depth = self._gear.crank, self._pipe_width, BLOCK_DEPTH * self.chest.eccentric
+        port = side * 0.5 * sum(self.chest.port_edges)
+        start = [self.chest_axes((port, y)) for y in (-0.5 * depth, -depth - 0.5 * width)]
+        end = side * (steam_cylinder.BORE_HALF_LENGTH * u - 0.5 * width)
+        # Down the neck, and in the wall along the bore to its end.
+        neck = side * min(side * self.bore_axes.coordinates(start[-1])[0], side * end)
+        level = self._passage_height
+        below = [(neck, level), (end, level), (end, steam_cylinder.BORE_HALF_HEIGHT * u - 0.5 * width)]
+        return *start, *map(self.bore_axes, below)
+
+    @cached_property
+    def _passage_height(self) -> float:
+        """Height of the passages along the bore above its middle, m: in the wall, below the block of the ports."""
+        ceiling = steam_cylinder.BORE_HALF_HEIGHT * self._gear.crank
+        lowest = min(y for _, y in self._block_corners)
+        return min(ceiling + 0.5 * self._pipe_width + 2 * _PIPE_WALL * self._gear.crank, 0.5 * (ceiling + lowest))
+
+    @cached_property
+    def _block_corners(self) -> list[Vec2]:
+        """Lower corners of the block of the ports in the axes of the bore, m: that at the crank end, and that at the head end."""
+        half, foot = self.chest.half_length + self.chest.side_wall, self.chest.face - BLOCK_DEPTH * self.chest.eccentric
+        return [self.bore_axes.coordinates(self.chest_axes((side * half, foot))) for side in (1.0, -1.0)]
 
     def _casting(self) -> Polygon:
-        """Return the casting that joins the block of the ports to the cylinder; the steam pipes are cored in it."""
-        u, chest = self._gear.crank, self.chest
-        foot = chest.half_length + chest.side_wall, chest.face - 0.5 * BLOCK_DEPTH * chest.eccentric
-        wall = steam_cylinder.BORE_HALF_LENGTH + steam_cylinder.END_THICKNESS, steam_cylinder.BORE_HALF_HEIGHT
-        upper = [self.chest_axes((side * foot[0], foot[1])) for side in (1.0, -1.0)]
-        lower = [self.bore_axes((side * wall[0] * u, wall[1] * u)) for side in (1.0, -1.0)]
-        return Polygon("frame plate", tuple(convex_hull([*upper, *lower])))
+        """Return the casting between the block of the ports and the cylinder, a neck on a thick wall: steam passages are cored in it."""
+        u = self._gear.crank
+        wall = (steam_cylinder.BORE_HALF_LENGTH + steam_cylinder.END_THICKNESS) * u
+        top = self._passage_height + 0.5 * self._pipe_width + 2 * _PIPE_WALL * u
+        halves = []
+        for side, (x, y) in zip((1.0, -1.0), self._block_corners, strict=True):
+            neck = side * min(side * x, wall)
+            halves.append([(x, y), (neck, top), (side * wall, top), (side * wall, 0.0)])
+        return Polygon("casting", tuple(map(self.bore_axes, (*halves[0], *reversed(halves[1])))))
 
     def _slide_bar_shapes(self) -> Iterator[DrawnShape]:
         """Yield the bars on both sides of the crosshead, from the cylinder to beyond its travel, in the axes of the bore."""
@@ -221,6 +230,17 @@ class EngineInPlace:
         for side in (1.0, -1.0):
             low, high = sorted((side * _CROSSHEAD_HALF_HEIGHT * u, side * (_CROSSHEAD_HALF_HEIGHT + _BAR_THICKNESS) * u))
             yield make_rectangle("rod", near, far, low, high)
+
+
+def _passage_outline(chain: Sequence[Vec2], width: float) -> tuple[Vec2, ...]:
+    """Return the outline (m) of a passage of a width (m) along a chain of points, with sharp corners."""
+    normals = [((a[1] - b[1]) / math.dist(a, b), (b[0] - a[0]) / math.dist(a, b)) for a, b in pairwise(chain)]
+    left, right = list[Vec2](), list[Vec2]()
+    for (x, y), (ax, ay), (bx, by) in zip(chain, (normals[0], *normals), (*normals, normals[-1]), strict=True):
+        length = 0.5 * width / (1.0 + ax * bx + ay * by)
+        left.append((x + length * (ax + bx), y + length * (ay + by)))
+        right.append((x - length * (ax + bx), y - length * (ay + by)))
+    return *left, *reversed(right)
 
 
 # As fractions of the width of the picture.
@@ -269,13 +289,18 @@ class ValveGearDrawing(GenericDrawing, ValveGearExtents):
         return *self._engine.moving_parts(), *self._eccentric_parts(), *super().moving_parts()
 
     def _eccentric_parts(self) -> Iterator[DrawnPart]:
-        """Yield the eccentrics: discs around the points of the crank that drive the gear from near the shaft."""
-        mechanism, crank = self.part.mechanism, self._driver.second
-        points = {end for joint in mechanism.joints for end in (joint.first, joint.second) if end.body == crank.body}
-        throws = {point: math.hypot(point.x - crank.x, point.y - crank.y) for point in points}
-        near = {point: throw for point, throw in throws.items() if 0.0 < throw < _MAX_THROW * self.crank}
-        for point in sorted(near, key=repr):
-            yield Attached(frame=self.body_axes(point.body), shapes=(Circle("eccentric", point.x, point.y, _STRAP_RATIO * near[point]),))
+        """Yield the eccentrics."""
+        shaft = self._driver.second
+        for point in sorted(self.points_without_pins, key=repr):
+            radius = _STRAP_RATIO * math.hypot(point.x - shaft.x, point.y - shaft.y)
+            yield Attached(frame=self.body_axes(point.body), shapes=(Circle("eccentric", point.x, point.y, radius),))
+
+    @cached_property
+    def points_without_pins(self) -> frozenset[Point]:
+        """Centres of eccentrics: points of the crank that drive the gear from near the shaft, each around it with a strap."""
+        mechanism, shaft = self.part.mechanism, self._driver.second
+        points = {end for joint in mechanism.joints for end in (joint.first, joint.second) if end.body == shaft.body}
+        return frozenset(one for one in points if 0.0 < math.hypot(one.x - shaft.x, one.y - shaft.y) < _MAX_THROW * self.crank)
 
     def named_places(self, poses: FloatArray) -> dict[str, FloatArray]:
         """Return the places (n, 2) m of the bodies, and of valve and piston where the engine has them, at poses (n, bodies, 3)."""

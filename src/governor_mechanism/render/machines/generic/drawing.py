@@ -2,7 +2,7 @@
 
 import math
 from collections import defaultdict
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from typing import NamedTuple
@@ -197,6 +197,11 @@ _SYMMETRY_RATIO = 0.04
 class GenericDrawing(MechanismExtents):
     """Drawing of any mechanism."""
 
+    @property
+    def points_without_pins(self) -> Collection[Point]:
+        """Points of joints that are drawn without a pin."""
+        return ()
+
     def fixed_parts(self) -> Iterator[Attached]:
         """Yield the axis of a rotating plane, discs and circles of cranks, the guides on the ground, feet, walls and captions."""
         placed = self.placed_at(Moment(self.poses[len(self.poses) // 2], 0.0))
@@ -253,7 +258,7 @@ class GenericDrawing(MechanismExtents):
         yield from bodies.roller_parts(placed)
         yield from force_elements.torsional_element_parts(placed)
         yield from force_elements.drive_parts(placed)
-        pins = list(joints.pin_points(placed))
+        pins = list(joints.pin_points(placed, self.points_without_pins))
         yield from (force_elements.eye_part(self, "pivot", point, _PIN_RADIUS * self.length_scale) for point in pins)
         yield from force_elements.output_effect_parts(self)
         yield from bodies.tracer_parts(placed)

@@ -4,7 +4,7 @@ A body that only slides moves alike in every parallel guide, so that its guide m
 """
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 
 import numpy as np
 
@@ -29,6 +29,7 @@ from governor_mechanism.render.geometry.outlines import (
     make_wall,
 )
 from governor_mechanism.render.geometry.primitives import (
+    BoundingBox,
     Circle,
     DrawnShape,
     Lines,
@@ -38,7 +39,9 @@ from governor_mechanism.render.geometry.primitives import (
     Vec2,
     arc_points,
     axes_to_plane,
+    bounding_box,
     closed_curve_points,
+    convex_hull,
     distinct_points,
     place_points,
     wheel_centres,
@@ -303,19 +306,19 @@ def _block_axes(extents: MechanismExtents, joint: joints.Joint) -> Frame:
     return frame
 
 
-def pin_points(placed: PlacedMechanism) -> Iterator[joints.Point]:
+def pin_points(placed: PlacedMechanism, without: Collection[joints.Point]) -> Iterator[joints.Point]:
     """Yield the points of the visible pins: pins, ends of links, points in slots, and points that rotate on a sliding block.
 
-    A bead, which does not rotate and is held in one point, has no pin.
+    None is at the points `without` a pin. A bead, which does not rotate and is held in one point, has no pin.
     """
     beads = _bead_bodies(placed)
     rotating_bodies = {body.name for body in placed.mechanism.bodies if body.can_rotate}
     for joint in placed.mechanism.joints:
         if Glyph.PINS in joint.glyphs:
-            yield from (end for end in (joint.first, joint.second) if end.body not in beads)
+            yield from (end for end in (joint.first, joint.second) if end.body not in beads and end not in without)
         is_in_slot = Glyph.PIN_IN_SLOT in joint.glyphs and joint.second.body not in beads
         is_on_block = Glyph.PIN_ON_BLOCK in joint.glyphs and {joint.first.body, joint.second.body} & rotating_bodies
-        if Glyph.PIN in joint.glyphs or is_in_slot or is_on_block:
+        if (Glyph.PIN in joint.glyphs or is_in_slot or is_on_block) and not {joint.first, joint.second} & {*without}:
             yield joint.second
 
 
@@ -345,8 +348,22 @@ def foot_parts(placed: PlacedMechanism) -> Iterator[Attached]:
         return
     for point in distinct_points(positions, 0.01 * placed.unit):
         foot, *ground = _foot_shape(point, placed.unit, above=point[1] > placed.extents.mean_height)
+        if _is_behind_outline(placed, bounding_box([foot, *ground])):
+            continue  # what shows in its slots would look like dirt
         yield attached.fixed([foot], turns=True)
         yield attached.fixed(ground)
+
+
+def _is_behind_outline(placed: PlacedMechanism, box: BoundingBox) -> bool:
+    """Return whether a box (m) is hidden by the outline of a body but for its slots and holes."""
+    left, right, bottom, top = box
+    corners = [(x, y) for x in (left, right) for y in (bottom, top)]
+    for one in placed.mechanism.outlines:
+        drawn = [(x + one.origin.x, y + one.origin.y) for x, y in outline_points(one.outline)]
+        hull = convex_hull(place_points(placed.pose(one.origin.body), drawn))
+        if convex_hull([*hull, *corners]) == hull:
+            return True
+    return False
 
 
 def _hub_shapes(positions: Sequence[Vec2], u: float) -> Iterator[DrawnShape]:
