@@ -13,6 +13,11 @@ from governor_mechanism.engines.multibody.engine import MultibodyEngine, Multibo
 from governor_mechanism.engines.multibody.implicit import RadauLimits
 from governor_mechanism.mechanics.curves.curve_kernels import evaluate_curve, evaluate_polar_curve
 from governor_mechanism.mechanics.curves.segments import make_curve_segments
+from governor_mechanism.mechanics.dynamics.equations.equations_of_motion import evaluate_state_derivative
+from governor_mechanism.mechanics.dynamics.forces.contact_modes import ContactMode
+from governor_mechanism.mechanics.dynamics.system.arrays import N_ENERGY_STATES, from_mass_centres, make_system_workspace
+from governor_mechanism.mechanics.dynamics.system.event_functions import evaluate_event_functions
+from governor_mechanism.mechanics.dynamics.system.lowering import make_system
 from governor_mechanism.mechanics.kinematics.time_functions import stack_local_cubics
 from governor_mechanism.mechanics.reduction.equation_of_motion import evaluate_state_rates
 from governor_mechanism.mechanics.reduction.motion_table import MotionTable
@@ -116,6 +121,17 @@ def accelerate_coordinate() -> None:
     evaluate_state_rates(motion.model.on_table(motion.table, cubics, np.array([0])), 0, -1.0, 0.0, 0.0, 0.0, 0.0, True)
 
 
+def accelerate_bodies() -> None:
+    """Evaluate the derivative of the state of all bodies and its event functions, as the tests of the equations of motion do."""
+    scene = gm.load("porter_dry_friction")
+    system, functions = make_system(scene, ContactMode((None,), (1,)))
+    motion = [part.ravel() for part in from_mass_centres(system, *initial_state(scene))]
+    state, workspace = np.concatenate([*motion, np.zeros(N_ENERGY_STATES)]), make_system_workspace(system)
+    cubics = stack_local_cubics(functions, np.array([0.0]))[0]
+    evaluate_state_derivative(system, workspace, cubics, 0.0, state, np.empty_like(state))
+    evaluate_event_functions(system, workspace, state, np.empty(len(system.event_functions)), 0)
+
+
 def follow_curve() -> None:
     """Locate a point on a curve, as the joint of a point on a curve does at every step."""
     (curve, *_) = (joint.curve for joint in gm.load("parabolic").mechanism.joints if isinstance(joint, CurveSlot))
@@ -139,5 +155,6 @@ USES: Mapping[str, Callable[[], object]] = {
     "equilibria": partial(gm.equilibria, "porter"),
     "equilibria with several coordinates": accelerate_coordinates,
     "equation of motion of one coordinate": accelerate_coordinate,
+    "equations of motion of all bodies": accelerate_bodies,
     "kinematics": partial(gm.kinematics, "porter", "arm_angle", [0.5, 0.6]),
 }

@@ -79,7 +79,7 @@ def event_values(scene: Scene, mode: ContactMode, angle: float, rate: float) -> 
     workspace = make_system_workspace(system)
     evaluate_state_derivative(system, workspace, stack_local_cubics(functions, np.zeros(1))[0], 0.0, state, np.empty_like(state))
     values = np.empty(len(system.event_functions))
-    evaluate_event_functions(system, workspace, state, values)
+    evaluate_event_functions(system, workspace, state, values, 0)
     return values.tolist()
 
 

@@ -29,7 +29,11 @@ ROOT = Path(__file__).parents[2]
 SOURCE = ROOT / "src" / "governor_mechanism"
 CALLERS = {"mechanics", "engines", "statics", "observables", "studies"}
 """Folders whose functions may call kernels; functions inside functions of `integrators` are kernels."""
-CALLED_BY_TESTS = {"governor_mechanism.mechanics.reduction.equation_of_motion:evaluate_state_rates"}
+CALLED_BY_TESTS = {
+    "governor_mechanism.mechanics.dynamics.equations.equations_of_motion:evaluate_state_derivative",
+    "governor_mechanism.mechanics.dynamics.system.event_functions:evaluate_event_functions",
+    "governor_mechanism.mechanics.reduction.equation_of_motion:evaluate_state_rates",
+}
 """Kernels that only tests call from Python."""
 SMALL_KERNELS = ["inertia_of_plane", "find_active_stop", "is_locked", "record_event"]
 
