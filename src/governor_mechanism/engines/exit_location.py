@@ -9,9 +9,13 @@ from typing import Generic, TypeVar
 
 import numpy as np
 
+from governor_mechanism.machines.custom import CUSTOM_MACHINE
+from governor_mechanism.mechanics.dynamics.forces.contact_modes import has_contacts
 from governor_mechanism.mechanics.kinematics.output_variables import evaluate_limited_readings
 from governor_mechanism.model.mechanism import Mechanism
+from governor_mechanism.model.output_variables import ControlledValue
 from governor_mechanism.model.results.outcome import Outcome
+from governor_mechanism.model.scene import Scene
 from governor_mechanism.observables.derived_readings import find_first_control_exit
 from governor_mechanism.observables.evaluation import ReadingEvaluator
 from governor_mechanism.observables.run_result import StateHistory
@@ -127,7 +131,8 @@ def find_first_exit(
     evaluator: ReadingEvaluator,
     states: StateHistory,  # states at the samples, from the start on; n times
     state_at: StateAt,
-    event_times: FloatArray,  # times of contact events, s; shape (events,)
+    # times of contact events, s; shape (events,); None where the steps themselves have watched the limits
+    event_times: FloatArray | None,
     # accuracy of the states relative to the scales: a motion that turns back within it of a limit has not
     # passed it
     accuracy: float,
@@ -138,7 +143,9 @@ def find_first_exit(
     """
     found = find_first_outside(evaluator, states)
     index = found[0] if found is not None else len(states.times)
-    excursion = find_first_excursion(evaluator.mechanism, states.at(slice(index)), event_times, accuracy)
+    excursion = None
+    if event_times is not None:
+        excursion = find_first_excursion(evaluator.mechanism, states.at(slice(index)), event_times, accuracy)
     if excursion is not None:
         outside, index, exit_ = excursion.time, excursion.index, Exit(excursion.time, Outcome.LEFT_RANGE, excursion.sentence)
     elif found is not None:
@@ -146,6 +153,16 @@ def find_first_exit(
     else:
         return None
     return exit_ if index == 0 else _locate_exit(evaluator, state_at, index - 1, (float(states.times[index - 1]), outside), exit_)
+
+
+def is_searched_between_samples(scene: Scene) -> bool:
+    """Return whether events, change points, controls or stalls of a motion are searched for between its samples.
+
+    With contacts alone nothing is: they are events of the steps, which watch the limits too.
+    """
+    mechanism, is_custom = scene.mechanism, any(part.machine == CUSTOM_MACHINE for part in scene.parts)
+    has_control = any(isinstance(reading, ControlledValue) for reading in mechanism.derived_readings)
+    return not has_contacts(scene) or is_custom or has_control or bool(scene.crossings or mechanism.stall_limits)
 
 
 def find_first_outside(evaluator: ReadingEvaluator, states: StateHistory) -> tuple[int, Outcome, str] | None:

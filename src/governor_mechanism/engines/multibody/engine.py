@@ -87,7 +87,7 @@ class MultibodyRunner(CertifiedRunner):
         outcome, detail = describe_end(self.scene, status, f"t = {integration.end_time:.9g} s", self.max_steps)
         if outcome is Outcome.STEP_LIMIT:
             detail += integrator.describe_stiffness(integration)
-        event_times = np.array([event.time for event in integration.events])
+        event_times = np.array([event.time for event in integration.events]) if integrator.is_searched else None
         state_at = partial(integrator.state_between, integration, tolerance)
         motion_exit = find_first_exit(self.evaluator, samples, state_at, event_times, self.request.accuracy)
         if motion_exit is not None:

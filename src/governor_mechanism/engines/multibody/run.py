@@ -7,7 +7,7 @@ from itertools import pairwise
 import numpy as np
 
 from governor_mechanism.engines.certificate import StepPlan, speed_jump_work
-from governor_mechanism.engines.exit_location import LastStep, find_first_excursion
+from governor_mechanism.engines.exit_location import LastStep, find_first_excursion, is_searched_between_samples
 from governor_mechanism.engines.initial_state import Motion
 from governor_mechanism.engines.multibody.implicit import ImplicitIntegrator
 from governor_mechanism.engines.multibody.integration import (
@@ -96,6 +96,7 @@ class ConstrainedIntegrator:
         self.no_limits = make_limit_rows(self.scene.mechanism, is_empty=True)
         self.system, self.input_functions = make_system(self.scene)
         self.model = self.system, make_system_workspace(self.system)
+        self._cubics_start, self._cubics = math.nan, np.zeros((0, 0))
         break_times = list(self.scene.system.breaking_gears.values())
         self._max_step_scale = max_step_scale(self.scene)
         breakpoints = sort_distinct(np.concatenate([break_times, *(function.breakpoints for function in self.input_functions)]))
@@ -118,7 +119,9 @@ class ConstrainedIntegrator:
         self.implicit_step_cost = settings.implicit_step_cost + settings.implicit_step_cost_per_state * self.error_scale.size
         self.stable_step, motion_time = self._find_stable_step(float(np.max(reported_times, initial=0.0)))
         self.error_scale = self._make_error_scale(motion_time)
-        max_interval = settings.monitor_interval_ratio * motion_time
+        self.is_searched = is_searched_between_samples(self.scene)
+        interval_ratio = settings.monitor_interval_ratio if self.is_searched else settings.max_step_ratio
+        max_interval = interval_ratio * max(motion_time, self._max_step_scale)  # a fast spindle alone does not make it shorter
         self.time_grid = make_time_grid(reported_times[reported_times <= max_interval * max_steps], breakpoints, np.inf, max_interval)
         inner_breakpoints = breakpoints[(breakpoints > 0) & (breakpoints < self.time_grid.monitor_times[-1])]
         self.breakpoints = np.concatenate([[0.0], inner_breakpoints, self.time_grid.monitor_times[-1:]])
@@ -307,8 +310,9 @@ class ConstrainedIntegrator:
 
     def input_cubics(self, start: float) -> FloatArray:
         """Return the local cubics (functions, columns) of spindle, drivers and force elements from a time (s) to the next breakpoint."""
-        cubics: FloatArray = stack_local_cubics(self.input_functions, np.array([start]))[0]
-        return cubics
+        if start != self._cubics_start:  # a contact event and the integration after it ask for the same
+            self._cubics_start, self._cubics = start, stack_local_cubics(self.input_functions, np.array([start]))[0]
+        return self._cubics
 
     def _make_error_scale(self, motion_time: float) -> FloatArray:
         """Return the scales to which errors of a state vector are relative, for a motion that changes within a time (s)."""
@@ -319,7 +323,7 @@ class ConstrainedIntegrator:
         return np.concatenate([pose_scale, pose_scale / motion_time, energy_scale, lag_scale])
 
 
-MIN_STANDING_STEPS = 32
+MIN_STANDING_STEPS = 8
 """Smallest number of steps of a mechanism that stands, from one breakpoint of its inputs to the next."""
 
 

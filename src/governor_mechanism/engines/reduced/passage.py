@@ -33,6 +33,13 @@ class Tail:
     states: tuple[FloatArray, FloatArray]
     derivatives: tuple[FloatArray, FloatArray]
 
+    @property
+    def acceleration_slope(self) -> float:
+        """Change of the acceleration of the coordinate by the coordinate, 1/s2; 0 if both states are one."""
+        travel = float(self.states[1][StateIndex.COORDINATE] - self.states[0][StateIndex.COORDINATE])
+        change = float(self.derivatives[1][StateIndex.RATE] - self.derivatives[0][StateIndex.RATE])
+        return change / travel if travel != 0.0 else 0.0
+
     def evaluate(self, times: FloatArray) -> FloatArray:
         """Return the states (n, components) at times (n,) s."""
         (first, last), (start, end) = self.times, self.states
@@ -120,7 +127,7 @@ def integrate_passage(
         if is_end:
             edge, acceleration, end_coordinate = motion_table.edge(side), float(derivative[1]), motion_table.end_coordinate(side)
             tail = Tail((approach[0], time), (approach[1], state.copy()), (approach[2], derivative.copy()))
-            stops_short, time_left = _find_motion_end(edge, end_coordinate, state[0], state[1], acceleration)
+            stops_short, time_left = _find_motion_end(edge, end_coordinate, state[0], state[1], acceleration, tail.acceleration_slope)
             if not stops_short and time_left > 0.0:
                 return PassageEnd(
                     IntegrationStatus.TABLE_ENDED, step, n_filled, tail.locate(end_coordinate, time + time_left), side, origin, tail=tail
@@ -153,15 +160,19 @@ def _approach_table_end(
     return step, is_end
 
 
-def _find_motion_end(edge: float, end_coordinate: float, coordinate: float, rate: float, acceleration: float) -> tuple[bool, float]:
+def _find_motion_end(
+    edge: float, end_coordinate: float, coordinate: float, rate: float, acceleration: float, acceleration_slope: float
+) -> tuple[bool, float]:
     """Return where and when a motion near the end of a table ends, at its present rate (SI/s) and a constant acceleration (SI/s2).
 
     The table has values up to its edge; the end coordinate, the bound if that is near, may lie a little behind that, so near that rounding
-    separates them. The first result is whether the motion turns back between them: it ends at the edge then. The second is the time (s)
-    to its end: at the rate alone if the acceleration stops it before, and 0 if it leads away.
+    separates them. The first result is whether the motion may turn back between them, at that acceleration or at one that changes along
+    the coordinate by a slope (1/s2): it ends at the edge then. The second is the time (s) to its end: at the rate alone if the
+    acceleration stops it before, and 0 if it leads away.
     """
     travel = end_coordinate - coordinate
-    stops_short = end_coordinate != edge and not (rate * travel > 0.0 and rate * rate + 2.0 * acceleration * travel > 0.0)
+    gain = 2.0 * acceleration * travel + min(acceleration_slope * travel * travel, 0.0)
+    stops_short = end_coordinate != edge and not (rate * travel > 0.0 and rate * rate + gain > 0.0)
     if stops_short:
         travel = edge - coordinate
     if rate == 0.0 or travel / rate <= 0.0:

@@ -97,7 +97,8 @@ def _solve_sliding_impact(dynamics: ContactDynamics, tangent: int) -> FloatArray
         if sticks:
             ratio = -coupling / by_tangent if by_tangent > 0.0 else 0.0
         normal_slope, slip_slope = by_normal + coupling * ratio, 0.0 if sticks else coupling + by_tangent * ratio
-        to_stop = -slip / slip_slope if slip * slip_slope < 0.0 else math.inf
+        is_slowing = slip_slope < 0.0 if slip > 0.0 else slip < 0.0 < slip_slope  # the product of both may be 0 by rounding
+        to_stop = -slip / slip_slope if is_slowing else math.inf
         if is_compressing:
             to_end = -approach / normal_slope if normal_slope > 0.0 else math.inf
         else:

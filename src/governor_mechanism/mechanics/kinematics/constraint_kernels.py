@@ -185,7 +185,7 @@ def _scale_point(point: PointMotion, weight: float) -> PointMotion:
 
 @jit_in_place
 def _distance_row(dx: float, dy: float, du: float, dv: float) -> RowGeometry:
-    length = math.hypot(dx, dy)
+    length = math.sqrt(dx * dx + dy * dy)  # half the time of hypot, which guards against overflow
     nx, ny = dx / length, dy / length
     radial_velocity = nx * du + ny * dv
     return RowGeometry(length, nx, ny, 0.0, 0.0, (du * du + dv * dv - radial_velocity * radial_velocity) / length)
