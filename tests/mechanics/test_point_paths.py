@@ -153,3 +153,12 @@ def test_the_figure_of_paths_shows_each_curve_once_and_no_point_that_rests(leg):
     moving = _different_curves(leg.paths)
     assert moving[:2] == ["knee", "foot"]
     assert not {"crank.start", "thigh.start", "ground.O", "ground.B"} & set(moving)
+
+
+def test_the_point_whose_coordinates_are_x_and_y_has_its_path_unless_others_are_named():
+    run = gm.run("pendulum_iftomm")
+    *_, paths = tails(run, run.scene.part, None)
+    (curve,) = paths.curves
+    np.testing.assert_allclose(np.hypot(*curve.T), 1.0, rtol=1e-6)
+    data = FrameData(run, run.scene.part, (0.0, 1.0), np.linspace(0.0, 1.0, 3))
+    assert not PointPaths(data, ()).curves

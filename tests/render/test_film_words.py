@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from matplotlib.text import Text
 
 from governor_mechanism.model.results.film_options import FilmOptions
-from governor_mechanism.render.film.frame_canvas import MIN_NAME_HEIGHT, FrameCanvas, PlotHeading
+from governor_mechanism.render.film.frame_canvas import NAME_HEIGHTS, FrameCanvas, HeadingRow, PlotHeading
 from governor_mechanism.render.film.frame_painter import ElevationOverlay, FramePainter
 from governor_mechanism.render.film.label_places import LABEL_PITCH, place_labels, separate_words
 from governor_mechanism.render.film.labels import Label, break_lines, find_labels, shares_within
@@ -20,7 +20,7 @@ from governor_mechanism.render.geometry.attached import shapes_of
 from governor_mechanism.render.geometry.primitives import SMALL_TEXT, Lines, TextShape, bounding_box, fit_view
 from stub_run import GOVERNOR_DIMENSIONS, fake_run
 
-COLUMN = 147.0
+COLUMN = 143.0
 """Width (pixels) of one of three plots side by side, the narrowest place of a heading."""
 SHIPPED_NAMES = ("valve displacement", "crank end steam", "head end exhaust", "crosshead distance", "crank end travel")
 """Longest names of readings above three plots side by side."""
@@ -31,10 +31,14 @@ def canvases():
     return {size: FrameCanvas(size, 0.0) for size in (320, 480, 1000)}
 
 
-def texts_of(heading, canvas, width, *, in_two_lines):
+def fitted_height(heading, canvas, width):
+    return HeadingRow.fit(canvas, [heading], width).height
+
+
+def texts_of(heading, canvas, width, height):
     """Write a heading, and return its words with their boxes (left, bottom, right, top; pixels of the frame)."""
     before = len(canvas.figure.artists)
-    heading.write(canvas, (10.0, 10.0 + width), 300.0, in_two_lines=in_two_lines)
+    heading.write(canvas, (10.0, 10.0 + width), 300.0, height)
     added = canvas.figure.artists[before:]
     found = [(text.get_text(), text.get_window_extent().extents, float(text.get_fontsize())) for text in added]
     for text in list(added):
@@ -52,7 +56,7 @@ def are_apart(first, second):
 def test_names_above_plots_are_whole_and_beside_nothing(canvases, size, name, number, unit):
     canvas = canvases[size]
     heading = PlotHeading(names=(name,), numbers=[number], unit=unit, colour="#000000")
-    words = texts_of(heading, canvas, COLUMN, in_two_lines=heading.needs_two_lines(canvas, COLUMN))
+    words = texts_of(heading, canvas, COLUMN, fitted_height(heading, canvas, COLUMN))
     assert " ".join(text for text, *_ in words[2:]) == name
     boxes = [box for _, box, _ in words]
     # A blank of a pixel: boxes of lines reach as far as ascenders and descenders, which no two lines have at one place.
@@ -61,25 +65,40 @@ def test_names_above_plots_are_whole_and_beside_nothing(canvases, size, name, nu
     scale = size / 480
     assert all(box[0] >= (10.0 - 1.0) * scale and box[2] <= (11.0 + COLUMN) * scale for box in boxes)
     points_per_pixel = scale * 72 / 64
-    assert all(height >= 0.99 * MIN_NAME_HEIGHT * points_per_pixel for *_, height in words[2:])
+    assert all(height >= 0.99 * NAME_HEIGHTS[-1] * points_per_pixel for *_, height in words[2:])
 
 
 def test_short_names_stay_beside_their_numbers(canvases):
     heading = PlotHeading(names=("arm angle",), numbers=["40.0"], unit="°", colour="#000000")
-    assert not heading.needs_two_lines(canvases[480], COLUMN)
+    assert fitted_height(heading, canvases[480], COLUMN) == NAME_HEIGHTS[0]
+
+
+@pytest.mark.parametrize("width", [300.0, 360.0, 400.0, 460.0, 700.0])
+def test_columns_are_as_wide_as_their_headings_need_and_else_equal(canvases, width):
+    canvas, names = canvases[480], ("crosshead distance", "crank angle", "rod angle")
+    headings = [PlotHeading(names=(name,), numbers=["1797"], unit="mm", colour="#000000") for name in names]
+    row = HeadingRow.fit(canvas, headings, width)
+    assert sum(row.widths) == pytest.approx(width)
+    needs = [one.width_in_one_line(canvas, row.height or NAME_HEIGHTS[-1]) for one in headings]
+    assert (row.height is None) == (sum(needs) > width)
+    if row.height is not None:
+        assert all(given >= need - 1e-9 for given, need in zip(row.widths, needs, strict=True))
+        # A column is wider than another only because its heading needs it.
+        least = min(row.widths)
+        assert all(given == pytest.approx(max(least, need)) for given, need in zip(row.widths, needs, strict=True))
 
 
 def test_a_name_too_long_for_a_line_goes_on_beside_the_number(canvases):
     name = "rate of displacement of the upper end of the lever"
     heading = PlotHeading(names=(name,), numbers=["1.0"], unit="m/s", colour="#000000")
-    words = [text for text, *_ in texts_of(heading, canvases[480], 170.0, in_two_lines=True)]
+    words = [text for text, *_ in texts_of(heading, canvases[480], 170.0, None)]
     assert len(words) == 4  # unit, number, and two lines
     assert f"{words[2]} {words[3]}" == name
 
 
 def test_several_names_have_their_colours(canvases):
     heading = PlotHeading(names=("torque", "load"), numbers=["150"], unit="N m", colour="#1371d5", name_colours=("#1371d5", "#b9500a"))
-    words = [text for text, *_ in texts_of(heading, canvases[480], 170.0, in_two_lines=False)]
+    words = [text for text, *_ in texts_of(heading, canvases[480], 170.0, NAME_HEIGHTS[0])]
     assert words[2:] == ["torque,", "load"]
 
 

@@ -5,6 +5,7 @@ import math
 import numpy as np
 import pytest
 
+import governor_mechanism as gm
 from governor_mechanism.effects.dry_friction import DryFriction
 from governor_mechanism.model.time_functions import InputFunction
 from governor_mechanism.render.geometry.attached import shapes_of
@@ -88,6 +89,20 @@ def test_only_a_governor_with_dry_friction_has_the_key_of_its_shoes():
         texts = {shape.text for shape in still if isinstance(shape, TextShape)}
         assert ({"holds", "slides"} <= texts) == bool(effects)
         assert {"shoe", "held shoe"} & {shape.role for shape in still} == ({"shoe", "held shoe"} if effects else set())
+
+
+@pytest.mark.parametrize("name", ["porter", "hartung_dubois", "hartnell", "parabolic"])
+def test_the_key_of_friction_shoes_is_clear_of_all_that_is_drawn(name):
+    run = gm.run(gm.load(name).replace({"effects.dry_friction.sleeve": "40 N", "run.duration": "0.1 s"}), certify=False)
+    drawing = drawing_of(run, run.scene.part)
+    still = list(drawing.background_shapes())
+    keys = [one for one in still if one.role in ("shoe", "held shoe") or (isinstance(one, TextShape) and one.text in ("holds", "slides"))]
+    assert len(keys) == 4
+    left, right, low, high = bounding_box(keys)
+    others = [one for one in (*still, *drawing.moving_shapes(run.poses[0], 0.0)) if one not in keys]
+    for shape in others:
+        x0, x1, y0, y1 = bounding_box([shape]) if not isinstance(shape, Lines) or shape.lines else (right, right, 0.0, 0.0)
+        assert x1 <= left or x0 >= right or y1 <= low or y0 >= high, shape.role
 
 
 def test_a_lift_too_small_to_be_seen_is_enlarged_as_stated():

@@ -265,7 +265,7 @@ def test_readings_are_those_of_the_run(data, porter):
 def test_a_constant_reading_is_stated_without_a_curve(porter):
     run = dataclasses.replace(porter, readings={**porter.readings, "spindle_speed": np.full(len(porter.times), 12.0)})
     data = collect_data(show_run(run, None, (0.0, 2.0), choose_sample_times(run, (0.0, 2.0), 1.0), 1.0), 1.0)
-    constant = {plot["name"]: plot for plot in data["plots"] if plot.get("isConstant")}
+    constant = {plot["name"]: plot for plot in data["plots"] if plot.get("isStated")}
     assert "spindle speed" in constant
     assert not {"arm angle", "sleeve lift"} & set(constant)
     assert all(isinstance(curve["values"], int) for plot in constant.values() for curve in plot["curves"])

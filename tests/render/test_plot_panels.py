@@ -81,11 +81,21 @@ def test_a_constant_reading_comes_last_and_is_marked_unless_all_are_constant(por
     without_arm = dataclasses.replace(porter, readings={**porter.readings, "arm_angle": still["arm_angle"]})
     panels = panels_of(without_arm)
     assert panels[-1].name == "arm angle"
-    assert [panel.is_constant for panel in panels] == [False, False, True]
+    assert [panel.is_stated for panel in panels] == [False, False, True]
     assert "arm angle" not in [panel.name for panel in panels_of(without_arm, in_row=True)]
     at_rest = panels_of(dataclasses.replace(porter, readings=still))
     assert len(at_rest) == 3
-    assert not any(panel.is_constant for panel in at_rest)
+    assert not any(panel.is_stated for panel in at_rest)
+
+
+def test_an_angle_that_turns_evenly_is_only_stated(porter):
+    def with_angle(turns):
+        run = dataclasses.replace(porter, readings={**porter.readings, "arm_angle": 2 * np.pi * turns(porter.times)})
+        return {panel.name: panel.is_stated for panel in panels_of(run)}["arm angle"]
+
+    assert with_angle(lambda times: 3.0 * times)
+    assert not with_angle(lambda times: 3.0 * times + 0.01 * np.sin(times))
+    assert not with_angle(lambda times: 0.1 * times)  # less than a turn, as a lever that is shifted
 
 
 def test_chosen_readings_are_plotted_in_their_order_and_the_speed_keeps_its_colour(porter):

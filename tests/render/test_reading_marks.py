@@ -153,6 +153,21 @@ def test_arcs_are_the_angles_of_the_readings_with_their_letters():
     assert order.index("force") < order.index("plate")  # the torque lies behind the bodies
 
 
+def test_letters_of_angles_are_clear_of_bars():
+    run, drawing = drawing_of_scene("andrews_squeezer")
+    mechanism = run.scene.mechanism
+    pins = {joint.name: point_path(mechanism, run.poses, joint.second) for joint in mechanism.joints}
+    bars = [("O", "F"), ("F", "E of BDE"), ("B", "E of BDE"), ("A of AG", "G"), ("G", "E of BDE"), ("A of AH", "H"), ("H", "E of BDE")]
+    for row in range(0, len(run.times), 10):
+        for letter in of_role(drawing.moving_shapes(run.poses[row], float(run.times[row])), "letter"):
+            x0, x1, y0, y1 = bounding_box([letter])
+            for first, second in bars:
+                away, along = np.array([0.5 * (x0 + x1), 0.5 * (y0 + y1)]) - pins[first][row], pins[second][row] - pins[first][row]
+                share = np.clip(away @ along / (along @ along), 0.0, 1.0)
+                # Half the height of a small letter, and half the width of a bar.
+                assert np.linalg.norm(away - share * along) > 0.033 * drawing.length_scale, (first, second, row)
+
+
 def test_the_point_with_the_coordinates_x_and_y_is_marked():
     run, drawing = drawing_of_scene("four_bar_chain", run__duration="1 s")
     for row in (0, -1):

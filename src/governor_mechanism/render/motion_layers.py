@@ -13,6 +13,7 @@ from governor_mechanism.model.joints import GROUND, Point
 from governor_mechanism.model.links import GROUND_LINK, Link, LinkGraph
 from governor_mechanism.model.mechanism import Mechanism
 from governor_mechanism.model.motion_readings import InstantaneousCentre
+from governor_mechanism.model.output_variables import PointCoordinate
 from governor_mechanism.model.part import Part
 from governor_mechanism.model.results.film_options import FilmLayer
 from governor_mechanism.model.scene import Scene
@@ -161,12 +162,20 @@ TRACE_DURATION: Final = 1.0
 def requested_points(
     scene: Scene,
     part: Part,
-    names: Sequence[str] | None,  # names of points; those of the scene (`run.paths`) if None
+    names: Sequence[str] | None,  # names of points; those of the scene (`run.paths`) if None, or else the point marked P (x, y)
 ) -> Mapping[str, Point]:
     """Return the points of a part whose paths are shown, by the names that they have in the part."""
     known = part.mechanism.path_points
     own_names = [name.removeprefix(f"{part.name}.") for name in (scene.run.paths if names is None else names)]
+    if names is None and not own_names:
+        return _marked_point(part.mechanism)
     return {name: known[name] for name in own_names if name in known}
+
+
+def _marked_point(mechanism: Mechanism) -> Mapping[str, Point]:
+    """Return the point whose coordinates are the readings x and y, if there is one."""
+    named = {one.name: one.point for one in mechanism.readings if isinstance(one, PointCoordinate)}
+    return {"P": named["x"]} if named.get("x") == named.get("y") and "x" in named else {}
 
 
 def curve_shape(curves: Sequence[FloatArray]) -> Lines:

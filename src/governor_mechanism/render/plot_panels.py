@@ -1,5 +1,6 @@
 """What is plotted over time beside a drawing, the same in films, in animated drawings and on pages: curves in display units."""
 
+import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import zip_longest
@@ -27,6 +28,8 @@ from governor_mechanism.types import FloatArray
 _BLUE, _VERMILLION, _GREEN, _PURPLE, _PALE_BLUE, _BROWN = range(len(CURVE_COLOURS))
 """Indices of the colours of curves."""
 SPINDLE_SPEED: Final = "spindle_speed"
+_MAX_UNEVENNESS = math.radians(1.0)
+"""Deviation (rad) of an angle from even rotation below which nobody sees it in the plot of a turn or more."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -59,7 +62,7 @@ class PlotPanel:
     part: str = ""  # name of the part, for a reading of one
     marks: Sequence[float] = ()  # times of upright lines, s
     may_have_bands: bool = False  # whether oscillations too narrow to be resolved are drawn as a band, if there is space to say so
-    is_constant: bool = False  # whether it may be only stated
+    is_stated: bool = False  # whether its number says all: it is constant, or an angle that turns evenly
 
     @property
     def decimals(self) -> int:
@@ -79,12 +82,12 @@ def choose_part_panels(
     with_speed: bool,  # whether the speed of the spindle is among them if there is one
     columns: Sequence[Sequence[FrameData]] = (),  # by part, its data in all runs that share the axes; this run alone if empty
     chosen: Sequence[str] = (),  # names of the readings to plot, if they are not the main ones
-    in_row: bool = False,  # whether other readings take the place of constant ones
+    in_row: bool = False,  # whether other readings take the place of those that are only stated
 ) -> list[PlotPanel]:
-    """Return the panels of parts: those of readings that change, then those of constant ones.
+    """Return the panels of parts: those of readings with a curve to see, then those that are only stated.
 
-    They are those chosen, all of which are plotted, or the first of each part, then the second, and so on. If all are constant, they are
-    plotted nevertheless.
+    They are those chosen, all of which are plotted, or the first of each part, then the second, and so on. If none has a curve to see,
+    they are plotted nevertheless.
     """
     columns = columns or [(data,) for data in parts]
     if chosen:
@@ -93,17 +96,17 @@ def choose_part_panels(
         return [one.to_panel(series) for series, one in enumerate(found[: len(SERIES_COLOURS)])]
     of_parts = [list(_main_readings(data, column, most, with_speed)) for data, column in zip(parts, columns, strict=True)]
     candidates = [one for row in zip_longest(*of_parts) for one in row if one is not None]
-    changing = [one for one in (candidates if in_row else candidates[:most]) if one.is_changing][:most]
-    if not changing:
+    plotted = [one for one in (candidates if in_row else candidates[:most]) if one.has_curve][:most]
+    if not plotted:
         return [one.to_panel(series) for series, one in enumerate(candidates[:most])]
-    constant = [] if in_row else [one for one in candidates[:most] if one not in changing]
-    return [one.to_panel(series, is_constant=one in constant) for series, one in enumerate([*changing, *constant])]
+    stated = [] if in_row else [one for one in candidates[:most] if one not in plotted]
+    return [one.to_panel(series, is_stated=one in stated) for series, one in enumerate([*plotted, *stated])]
 
 
 def all_part_panels(parts: ShownParts) -> list[PlotPanel]:
     """Return the panels of all readings of parts that have values."""
     found = [_PartReading(data=data, column=(data,), name=name) for data in parts for name in data.readings if _has_values(data, name)]
-    return [one.to_panel(k % len(SERIES_COLOURS), is_constant=not one.is_changing) for k, one in enumerate(found)]
+    return [one.to_panel(k % len(SERIES_COLOURS), is_stated=not one.has_curve) for k, one in enumerate(found)]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -120,12 +123,22 @@ class _PartReading:
         return [data for data in self.column if self.name in data.readings]
 
     @property
-    def is_changing(self) -> bool:
-        """Whether it changes beyond its noise in any of the runs, in the shown time."""
-        values = ((_sampled_values(data, self.name), data.readings[self.name].scale) for data in self._shown)
-        return any(float(np.ptp(sampled)) > READING_NOISE_RATIO * scale for sampled, scale in values)
+    def has_curve(self) -> bool:
+        """Whether it changes beyond its noise in any of the runs, in the shown time, and not as an angle that turns evenly."""
+        values = [(data, _sampled_values(data, self.name)) for data in self._shown]
+        return any(
+            float(np.ptp(sampled)) > READING_NOISE_RATIO * data.readings[self.name].scale and not self._turns_evenly(data, sampled)
+            for data, sampled in values
+        )
 
-    def to_panel(self, series: int, *, is_constant: bool = False) -> PlotPanel:
+    def _turns_evenly(self, data: FrameData, sampled: FloatArray) -> bool:
+        """Return whether an angle makes a turn or more at a constant rate: its plot would be a straight line, as of any motor."""
+        if data.readings[self.name].unit != "rad" or np.ptp(sampled) < math.tau:
+            return False
+        even = np.interp(data.sample_times, data.sample_times[[0, -1]], sampled[[0, -1]])
+        return bool(np.abs(sampled - even).max() < _MAX_UNEVENNESS)
+
+    def to_panel(self, series: int, *, is_stated: bool = False) -> PlotPanel:
         """Return its panel; the speed of a spindle always has the same colour."""
         unit, factor = display_unit_of(self.data.readings[self.name].unit)
         words = format_name(self.name)
@@ -139,7 +152,7 @@ class _PartReading:
             unit=unit,
             curves=(PanelCurve(name=words, times=self.data.sample_times, values=values, series=colour),),
             limits=axis_limits_for(of_runs * factor, noise),
-            is_constant=is_constant,
+            is_stated=is_stated,
         )
 
 

@@ -30,10 +30,12 @@ from governor_mechanism.render.shown_readings import format_closing_lines
 from governor_mechanism.render.style import INK, MUTED, RULE, SANS_FONT, SERIF_FONT, VERMILLION
 from governor_mechanism.types import BoolArray, FloatArray
 
-NAME_HEIGHT, MIN_NAME_HEIGHT, NUMBER_HEIGHT = 12.5, 11.0, 11.5
-"""Height (pixels) of a name, the smallest to which it shrinks for a place beside its number, and that of the number."""
+NAME_HEIGHTS, NUMBER_HEIGHT = (12.5, 12.0, 11.5, 11.0), 11.5
+"""Heights (pixels) of a name, the first with which it has a place beside its number, and that of the number."""
 LINE_PITCH = 15.0
 """Height (pixels) that a second line adds to a heading: its number is clear of the descenders above it."""
+SHORT_NAMES = {"valve displacement": "valve"}
+"""Names that would be too long for a heading beside others."""
 _FIRST_LINE = 7.0
 """Distance (pixels) of the middle of the first line from the top."""
 _NUMBER_GAP, _NAME_GAP, _SLACK = 6.0, 4.0, 1.0
@@ -73,36 +75,38 @@ class PlotHeading:
         name = f"{main.name} {panel.name}" if any(curve.has_own_mean for curve in others) else panel.name
         named = [curve for curve in others if not curve.has_own_mean]
         colours = [curve.colour for curve in (main, *named)] if named else [INK]
-        names = (name, *(curve.name for curve in named))
+        names = (SHORT_NAMES.get(name, name), *(curve.name for curve in named))
         return cls(names=names, numbers=panel.numbers_at(times), unit=panel.unit, colour=main.colour, name_colours=colours)
 
-    def needs_two_lines(self, canvas: TextCanvas, width: float) -> bool:
-        """Return whether the names have no place beside the number in one line of a width."""
+    def width_in_one_line(self, canvas: TextCanvas, height: float) -> float:
+        """Return the width that names of a height need beside the number."""
         number = canvas.measure_number(self.numbers, self.unit, NUMBER_HEIGHT, fontweight="bold")
-        return self._names_width(canvas, MIN_NAME_HEIGHT) > width - number - _NUMBER_GAP - _SLACK
+        return self._names_width(canvas, height) + number + _NUMBER_GAP + _SLACK
 
-    def write(self, canvas: TextCanvas, ends: Vec2, top: float, *, in_two_lines: bool) -> None:
-        """Write the heading between two ends from a top on: the number beside the names, or in the line below them."""
+    def write(self, canvas: TextCanvas, ends: Vec2, top: float, height: float | None) -> None:
+        """Write the heading between two ends from a top on: names of a height beside the number, or without one in the line above it."""
         left, right = ends
         y = top + _FIRST_LINE
-        number_y = y + (LINE_PITCH if in_two_lines else 0.0)
+        number_y = y + (LINE_PITCH if height is None else 0.0)
         style = {"color": self.colour, "fontweight": "bold"}
         number_left = canvas.add_number(self.numbers, self.unit, (right, number_y), NUMBER_HEIGHT, **style)
         beside_number = number_left - _NUMBER_GAP
-        if not in_two_lines:
-            self._write_names(canvas, self.names, (left, beside_number), y)
-        elif len(self.names) > 1 or self._names_width(canvas, MIN_NAME_HEIGHT) <= right - left:
-            self._write_names(canvas, self.names, ends, y)
+        if height is not None:
+            self._write_names(canvas, self.names, (left, beside_number), y, height)
+        elif len(self.names) > 1 or self._names_width(canvas, NAME_HEIGHTS[-1]) <= right - left:
+            self._write_names(canvas, self.names, ends, y, self._highest_in(canvas, right - left))
         else:
             first, second = _split_name(canvas, self.names[0], right - left)
-            self._write_names(canvas, (first,), ends, y)
-            self._write_names(canvas, (second,), (left, beside_number), number_y)
+            self._write_names(canvas, (first,), ends, y, NAME_HEIGHTS[-1])
+            self._write_names(canvas, (second,), (left, beside_number), number_y, NAME_HEIGHTS[-1])
 
-    def _write_names(self, canvas: TextCanvas, names: Sequence[str], ends: Vec2, y: float) -> None:
-        """Write names in one line between two ends, as high as they have a place."""
+    def _highest_in(self, canvas: TextCanvas, width: float) -> float:
+        """Return the largest height with which the names have a place in a width of their own, or the smallest."""
+        return next((one for one in NAME_HEIGHTS if self._names_width(canvas, one) <= width), NAME_HEIGHTS[-1])
+
+    def _write_names(self, canvas: TextCanvas, names: Sequence[str], ends: Vec2, y: float, height: float) -> None:
+        """Write names of a height in one line between two ends."""
         x, right = ends
-        natural = self._names_width(canvas, NAME_HEIGHT, names)
-        height = max(NAME_HEIGHT * min((right - x) / max(natural, 1.0), 1.0), MIN_NAME_HEIGHT)
         for name, colour in zip(_with_commas(names), self.name_colours, strict=False):
             canvas.add_text(name, (x, y), height, color=colour, fontfamily=SERIF_FONT, max_width=max(right - x, height))
             x += canvas.measure_text(name, height, fontfamily=SERIF_FONT) + _NAME_GAP
@@ -113,6 +117,37 @@ class PlotHeading:
         return sum(canvas.measure_text(name, height, fontfamily=SERIF_FONT) for name in words) + _NAME_GAP * (len(words) - 1)
 
 
+@dataclass(frozen=True, kw_only=True)
+class HeadingRow:
+    """The headings of plots side by side: the widths (pixels) of their columns, and the height of their names beside their numbers.
+
+    The height is None if names and numbers have no place in one line.
+    """
+
+    widths: Sequence[float]
+    height: float | None
+
+    @classmethod
+    def fit(cls, canvas: TextCanvas, headings: Sequence[PlotHeading], width: float) -> Self:
+        """Return the row in a width: all columns are equal, but for those whose headings need more."""
+        for height in NAME_HEIGHTS:
+            needs = [one.width_in_one_line(canvas, height) for one in headings]
+            if sum(needs) <= width:
+                return cls(widths=_share_width(needs, width), height=height)
+        return cls(widths=[width / len(headings)] * len(headings), height=None)
+
+
+def _share_width(needs: Sequence[float], width: float) -> list[float]:
+    """Return the shares of a width, as equal as they can be if none is below its need."""
+    wide: set[int] = set()
+    while True:
+        rest = (width - sum(needs[k] for k in wide)) / max(len(needs) - len(wide), 1)
+        wider = {k for k, need in enumerate(needs) if need > rest}
+        if wider <= wide:
+            return [need if k in wide else rest for k, need in enumerate(needs)]
+        wide |= wider
+
+
 def _with_commas(names: Sequence[str]) -> list[str]:
     return [*(f"{name}," for name in names[:-1]), names[-1]]
 
@@ -120,7 +155,9 @@ def _with_commas(names: Sequence[str]) -> list[str]:
 def _split_name(canvas: TextCanvas, name: str, width: float) -> tuple[str, str]:
     """Return the words of a name that have a place in a line of a width, at least one, and the other words."""
     words = name.split(" ")
-    fitting = [k for k in range(2, len(words)) if canvas.measure_text(" ".join(words[:k]), MIN_NAME_HEIGHT, fontfamily=SERIF_FONT) <= width]
+    fitting = [
+        k for k in range(2, len(words)) if canvas.measure_text(" ".join(words[:k]), NAME_HEIGHTS[-1], fontfamily=SERIF_FONT) <= width
+    ]
     count = max(fitting, default=1)
     return " ".join(words[:count]), " ".join(words[count:])
 

@@ -3,6 +3,7 @@
 import math
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from functools import partial
+from itertools import groupby
 from typing import Any
 
 import numpy as np
@@ -12,10 +13,10 @@ from governor_mechanism.model.part import TURNING_PLANE
 from governor_mechanism.model.results.film_options import DEFAULT_OPTIONS, FilmOptions, FilmView
 from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.render.film import layout
-from governor_mechanism.render.film.frame_canvas import LINE_PITCH, FrameCanvas, PlotHeading
+from governor_mechanism.render.film.frame_canvas import LINE_PITCH, FrameCanvas, HeadingRow, PlotHeading
 from governor_mechanism.render.film.label_places import LABEL_HEIGHT, LETTER_WIDTH, PlacedLabel, place_labels, separate_words
 from governor_mechanism.render.film.labels import AngleArc, find_labels
-from governor_mechanism.render.film.layout import frame_layout, shift_rect
+from governor_mechanism.render.film.layout import PLOT_GAP, frame_layout, shift_rect
 from governor_mechanism.render.film.moving_parts import Panel, plot_panel
 from governor_mechanism.render.film.outside_view import OutsideView, outside_box
 from governor_mechanism.render.frame_data import (
@@ -371,25 +372,25 @@ class FramePainter(FrameCanvas):
         return self._make_shape_panel(view, (Circle("ring", 0.0, 0.0, ring_radius),), plan_parts(frame_data, ring_radius))
 
     def _make_reading_plots(self) -> list[Panel]:
-        """Return the plots of the shown readings, and write their names and numbers; of a constant reading there are only these."""
+        """Return the plots of the shown readings, and write their names and numbers; of what is only stated there are only these."""
         panels = self._choose_panels() if self._places.readings is not None else []
-        plotted = [panel for panel in panels if not panel.is_constant]
+        plotted = [panel for panel in panels if not panel.is_stated]
         rects = self._places.reading_rects(len(plotted), self._has_dial, len(panels) - len(plotted))
+        headings = [PlotHeading.of(panel, self.frame_data.times) for panel in panels]
+        rects, heights = self._fit_columns(headings, rects)
         label_widths: dict[float, float] = {}
         for (left, *_), panel in zip(rects, plotted, strict=False):
             label_widths[left] = max(label_widths.get(left, 0.0), self._measure_labels(panel.limits))
-        headings = [PlotHeading.of(panel, self.frame_data.times) for panel in panels]
-        has_two_lines = self._choose_lines(headings, rects)
         plots: list[Panel] = []
         for panel, rect in zip(plotted, rects, strict=False):
             left, top, right, bottom = rect
-            plot_top = top + layout.HEADING_HEIGHT + (LINE_PITCH if has_two_lines[top] else 0.0)
+            plot_top = top + layout.HEADING_HEIGHT + (LINE_PITCH if heights[top] is None else 0.0)
             plot_rect = (left + label_widths[left], plot_top, right - 3.0, bottom - layout.PLOT_BOTTOM)
             axes = self._add_axes(shift_rect(plot_rect, self._shift))
             is_lowest = bottom > max(rect[3] for rect in rects[: len(plotted)]) - 1.0
             plots.append(plot_panel(axes, panel, self.frame_data, self._points_per_pixel, has_time_labels=is_lowest))
         for heading, (left, top, right, _) in zip(headings, rects, strict=True):
-            heading.write(self, (left, right), top, in_two_lines=has_two_lines[top])
+            heading.write(self, (left, right), top, heights[top])
         return plots
 
     def _choose_panels(self) -> list[PlotPanel]:
@@ -404,12 +405,21 @@ class FramePainter(FrameCanvas):
             in_row=is_row,
         )
 
-    def _choose_lines(self, headings: Sequence[PlotHeading], rects: Sequence[PixelRect]) -> dict[float, bool]:
-        """Return by the top of a row whether its headings have two lines: all of them if one of them needs them."""
-        rows: dict[float, bool] = {}
-        for heading, (left, top, right, _) in zip(headings, rects, strict=True):
-            rows[top] = rows.get(top, False) or heading.needs_two_lines(self, right - left)
-        return rows
+    def _fit_columns(
+        self, headings: Sequence[PlotHeading], rects: Sequence[PixelRect]
+    ) -> tuple[list[PixelRect], dict[float, float | None]]:
+        """Return rectangles as wide as their headings need, and by the top of a row the height of its names, None for two lines."""
+        fitted: list[PixelRect] = []
+        heights: dict[float, float | None] = {}
+        for top, group in groupby(zip(headings, rects, strict=True), key=lambda pair: pair[1][1]):
+            row = list(group)
+            (_, (x, _, _, bottom)), (_, (_, _, last_right, _)) = row[0], row[-1]
+            columns = HeadingRow.fit(self, [heading for heading, _ in row], last_right - x - PLOT_GAP * (len(row) - 1))
+            heights[top] = columns.height
+            for width in columns.widths:
+                fitted.append((x, top, x + width, bottom))
+                x += width + PLOT_GAP
+        return fitted, heights
 
     def _add_scale_bars(self, frame_data: FrameData, view: PixelView, shift: float, above: float, overlay: ElevationOverlay) -> None:
         """Add a scale bar of a round length in millimetres below the elevation of a part, one of its forces, and how it is seen."""

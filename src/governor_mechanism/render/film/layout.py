@@ -23,8 +23,8 @@ TICK_WIDTH, HEADING_HEIGHT, TIME_LABEL_HEIGHT = 7.0, 24.0, 16.0
 """Margins of the plot of a reading: left for the ticks beside their labels, above for the heading, below all plots for the times."""
 PLOT_BOTTOM = 6.0
 """Distance (pixels) of a plot from the heading of the next one."""
-CONSTANT_HEIGHT = 20.0
-"""Height (pixels) of the line that states a constant reading."""
+STATED_HEIGHT = 20.0
+"""Height (pixels) of the line of a reading that is only stated."""
 HEADER_RULE_Y, FOOTER_RULE_Y = 35.0, 459.0
 """Heights of the rules under the title and above the last line."""
 CLOSING_LINE_LAYOUT: dict[int, tuple[float, tuple[float, ...]]] = {1: (FOOTER_RULE_Y, (470.0,)), 2: (456.0, (463.0, 473.3))}
@@ -53,8 +53,8 @@ class FrameLayout:
     dial: PixelRect | None = DIAL_RECT
     plot_columns: int = 1
 
-    def reading_rects(self, count: int, has_dial: bool, n_constant: int = 0) -> list[PixelRect]:
-        """Return the rectangles of `count` plots, stacked or in rows below the machine, and of the lines of constant readings below them.
+    def reading_rects(self, count: int, has_dial: bool, n_stated: int = 0) -> list[PixelRect]:
+        """Return the rectangles of `count` plots, stacked or in rows below the machine, and below them those of readings only stated.
 
         The times stand below the lowest plots. All are above the dial if it is below the readings.
         """
@@ -63,9 +63,9 @@ class FrameLayout:
         left, top, right, bottom = self.readings
         if has_dial and self.dial is not None and self.dial[0] >= left:
             bottom = self.dial[1] - 8.0
-        bottom -= n_constant * CONSTANT_HEIGHT
+        bottom -= n_stated * STATED_HEIGHT
         times_top = bottom - TIME_LABEL_HEIGHT
-        lines = [(left, bottom + k * CONSTANT_HEIGHT, right, bottom + (k + 1) * CONSTANT_HEIGHT) for k in range(n_constant)]
+        lines = [(left, bottom + k * STATED_HEIGHT, right, bottom + (k + 1) * STATED_HEIGHT) for k in range(n_stated)]
         n_rows = max(math.ceil(count / self.plot_columns), 1)
         n_columns = max(math.ceil(count / n_rows), 1)
         height, pitch = (times_top - top) / n_rows, (right - left + PLOT_GAP) / n_columns
@@ -76,7 +76,7 @@ class FrameLayout:
 
 WIDE_WIDTH = REFERENCE_SIZE * 16 / 9
 """Width (pixels) of a frame in 16:9."""
-PLOT_GAP = 8.0
+PLOT_GAP = 14.0
 """Distance (pixels) of plots that are side by side."""
 MAX_PLOT_COLUMNS = 3
 """Largest number of plots in a row below a machine: a fourth would leave no place for the name of a reading beside its number."""

@@ -15,7 +15,7 @@ from governor_mechanism.model.results.film_options import DEFAULT_OPTIONS, FilmL
 from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.render.artists import themed_colour
 from governor_mechanism.render.film import layout
-from governor_mechanism.render.film.frame_canvas import LINE_PITCH, FrameCanvas, PlotHeading
+from governor_mechanism.render.film.frame_canvas import LINE_PITCH, FrameCanvas, HeadingRow, PlotHeading
 from governor_mechanism.render.film.frame_painter import FramePainter
 from governor_mechanism.render.film.gif_encoder import RgbaPixels
 from governor_mechanism.render.film.layout import HEADER_RULE_Y, REFERENCE_SIZE, shift_rect
@@ -157,16 +157,18 @@ class EngineRoomPainter(FrameCanvas):
         height = (bottom - layout.TIME_LABEL_HEIGHT - top) / len(plots)
         label_width = max(self._measure_labels(plot.limits) for plot in plots)
         headings = [PlotHeading.of(plot, self._data.times) for plot in plots]
-        in_two_lines = any(heading.needs_two_lines(self, right - left) for heading in headings)
+        heights = [HeadingRow.fit(self, [heading], right - left).height for heading in headings]
+        fitted = [height for height in heights if height is not None]
+        name_height = min(fitted) if len(fitted) == len(heights) else None
         panels = []
         for k, (plot, heading) in enumerate(zip(plots, headings, strict=True)):
             y = top + k * height
             is_last = k == len(plots) - 1
-            plot_top = y + layout.HEADING_HEIGHT - 2.0 + (LINE_PITCH if in_two_lines else 0.0)
+            plot_top = y + layout.HEADING_HEIGHT - 2.0 + (LINE_PITCH if name_height is None else 0.0)
             rect = (left + label_width, plot_top, right - 3.0, y + height - layout.PLOT_BOTTOM)
             axes = self._add_axes(shift_rect(rect, self._shift))
             panels.append(plot_panel(axes, plot, self._data, self._points_per_pixel, has_time_labels=is_last))
-            heading.write(self, (left, right), y, in_two_lines=in_two_lines)
+            heading.write(self, (left, right), y, name_height)
         return panels
 
 

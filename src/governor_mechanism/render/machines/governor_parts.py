@@ -139,11 +139,12 @@ class GovernorDrawing(MachineDrawing):
         """Yield what moves of the throttle gear."""
         return self.throttle_gear.moving_parts(lambda moment: self.sleeve_axes(moment)[1] - self.fork_depth)
 
-    def drive_parts(self, top: float, unit: float, key_corner: Vec2) -> Iterator[Attached]:
-        """Yield the drive of the spindle below a height, what is fixed of the throttle gear, and the key of friction shoes (m)."""
+    def drive_parts(self, top: float, unit: float) -> Iterator[Attached]:
+        """Yield the drive of the spindle below a height (m), what is fixed of the throttle gear, and the key of friction shoes."""
         yield fixed(spindle_drive_shapes(top, unit))
         yield fixed(self.throttle_gear.background_shapes())
-        yield fixed(shoe_key_shapes(self, key_corner, unit))
+        key_left = _KEY_LEFT_OF_AXIS if self.throttle_gear.side > 0.0 else _KEY_RIGHT_OF_PULLEY
+        yield fixed(_shoe_key_shapes(self, key_left * unit, top - _PITCH_RADIUS * unit, unit))
 
     @once_per_moment
     def sides_at(self, moment: Moment) -> list[Any]:
@@ -268,15 +269,14 @@ def _ball_shine(radius: float) -> Lines:
     return Lines("ball shine", tuple(arcs))
 
 
-def shoe_key_shapes(governor: GovernorDrawing, corner: Vec2, unit: float) -> Iterator[DrawnShape]:
-    """Yield what the colours of friction shoes mean, to the right of a corner and below it (m); nothing without dry friction."""
+def _shoe_key_shapes(governor: GovernorDrawing, left: float, middle: float, unit: float) -> Iterator[DrawnShape]:
+    """Yield what the colours of friction shoes mean, from a left edge on, about a height (m); nothing without dry friction."""
     if not governor.find_effect(DryFriction):
         return
-    x, side = corner[0], 0.055 * unit
-    for row, (role, text) in enumerate((("held shoe", "holds"), ("shoe", "slides"))):
-        y = corner[1] - row * 0.105 * unit
-        yield make_rectangle(role, x, x + side, y - side, y)
-        yield TextShape("scale", x + 1.5 * side, y - 0.5 * side, text, 0.25 * unit)
+    half = 0.0275 * unit
+    for role, text, y in (("held shoe", "holds", middle + _KEY_ROW * unit), ("shoe", "slides", middle - _KEY_ROW * unit)):
+        yield make_rectangle(role, left, left + 2.0 * half, y - half, y + half)
+        yield TextShape("scale", left + 3.0 * half, y, text, 0.3 * unit)
 
 
 def _cylinder_box(governor: GovernorDrawing) -> BoundingBox:
@@ -330,6 +330,7 @@ def _piston_shapes(governor: GovernorDrawing, height: float, rod_depth: float) -
 _PITCH_RADIUS, _FACE_WIDTH, _SHAFT_HALF_WIDTH = 0.105, 0.05, 0.018
 _SHAFT_END, _BEARING_LEFT, _BEARING_RIGHT, _BEARING_HEIGHT = 0.60, 0.22, 0.31, 0.05
 _PULLEY_LEFT, _PULLEY_RIGHT, _PULLEY_RADIUS = 0.42, 0.56, 0.13
+_KEY_RIGHT_OF_PULLEY, _KEY_LEFT_OF_AXIS, _KEY_ROW = 0.63, -0.70, 0.075
 _TEETH = (-0.8, -0.55, -0.25, 0.05, 0.35, 0.6, 0.82)
 """Places of the drawn teeth across a wheel, as fractions of its pitch radius."""
 

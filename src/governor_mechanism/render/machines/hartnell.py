@@ -172,7 +172,7 @@ class HartnellDrawing(HartnellProportions):
         yield fixed(_stop_shapes(self), turns=True)
         yield fixed(parts.cylinder_shapes(self))
         yield fixed(() if self.is_magnified else _lift_scale_shapes(self))
-        yield from self.drive_parts(foot - 0.32 * u, _GEAR_UNIT * u, (0.48 * u, foot + 0.05 * u))
+        yield from self.drive_parts(foot - 0.32 * u, _GEAR_UNIT * u)
 
     def _spindle_shapes(self, foot: float) -> Iterator[DrawnShape]:
         """Yield the spindle in its bearings."""

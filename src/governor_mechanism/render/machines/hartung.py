@@ -190,7 +190,7 @@ class HartungDrawing(HartungProportions):
         if not self.is_magnified:
             ticks = parts.lift_ticks(self.reading_range(parts.LIFT_READING), self.zero_lift_height, 0.1 * u, 0.3 * u)
             yield fixed(parts.lift_scale_shapes(self.sleeve_size[0] + 0.38 * u, ticks, (0.14 * u, 0.08 * u, 0.18 * u, 0.9 * u)))
-        yield from self.drive_parts(collar_height - 0.34 * u, _GEAR_UNIT * u, (-2.3 * u, collar_height))
+        yield from self.drive_parts(collar_height - 0.34 * u, _GEAR_UNIT * u)
 
     def _spindle_shapes(self, collar_height: float) -> Iterator[DrawnShape]:
         """Yield the spindle in its bearings."""

@@ -154,7 +154,7 @@ class ParabolicDrawing(ParabolicProportions):
         yield fixed(_frame_shapes(self), turns=True)
         yield from _fixed_effect_parts(self)
         yield fixed(() if self.is_magnified else _lift_scale_shapes(self))
-        yield from self.drive_parts(foot - 0.25 * u, u, (0.26 * u, foot - 0.03 * u))
+        yield from self.drive_parts(foot - 0.25 * u, u)
 
     def _spindle_shapes(self, foot: float) -> Iterator[DrawnShape]:
         """Yield the spindle in its bearings."""

@@ -31,7 +31,7 @@ _WIDTH, _HEIGHT, _TOP, _MIN_RIGHT = 0.90, 0.64, 0.40, 0.34
 _CAPTION_DISTANCE, _CAPTION_WIDTH = 0.075, 0.85
 _MAX_DRAWN_CLEARANCE, _SLOT_CENTRE_HEIGHT, _EYE_RADIUS, _LUG_HALF_WIDTH, _LINK_HALF_WIDTH = 0.24, 0.25, 0.062, 0.15, 0.036
 _LUG_X, _RULER_X, _TICK, _TEXT_DISTANCE, _TEXT_WIDTH = 0.19, 0.39, 0.03, 0.05, 0.44
-_MAX_DRAWN_LIFT, _POINTER_X, _POINTER_LENGTH = 0.38, 0.375, 0.16
+_MAX_DRAWN_LIFT, _LIFT_RULER_X, _POINTER_GAP, _POINTER_LENGTH = 0.38, 0.24, 0.015, 0.16
 _SMALL_LIFT, _LEAST_LIFT = 0.025, 1e-6
 """Range of the lift (as a fraction of the arm) below which a detail shows it, and below which it counts as rest."""
 
@@ -67,14 +67,16 @@ def lens_frame(governor: PendulumProportions) -> Iterator[DrawnShape]:
     if governor.clearance:
         middle = bottom + _SLOT_CENTRE_HEIGHT * u
         half = 0.5 * magnification * governor.clearance
-        yield from _ruler(governor, left, [(middle - half, "0"), (middle + half, f"{governor.clearance * 1e3:.4g} mm")])
+        yield from _ruler(governor, left + _RULER_X * u, [(middle - half, "0"), (middle + half, f"{governor.clearance * 1e3:.4g} mm")])
     else:
         low, high = governor.reading_range(LIFT_READING)
         step = round_step(high - low, 5)
         lifts = [k * step for k in range(math.floor(low / step + 1e-9), math.ceil(high / step - 1e-9) + 1)]
         # Numbers at the ends alone stay apart.
         texts = [f"{lifts[0] * 1e3:.6g}", *[""] * (len(lifts) - 2), f"{lifts[-1] * 1e3:.6g} mm"]
-        yield from _ruler(governor, left, [(_lift_height(governor, lift), text) for lift, text in zip(lifts, texts, strict=True)])
+        yield from _ruler(
+            governor, left + _LIFT_RULER_X * u, [(_lift_height(governor, lift), text) for lift, text in zip(lifts, texts, strict=True)]
+        )
 
 
 def lens_parts(governor: PendulumProportions) -> Iterator[DrawnPart]:
@@ -82,7 +84,7 @@ def lens_parts(governor: PendulumProportions) -> Iterator[DrawnPart]:
     if governor.clearance:
         yield from _clearance_parts(governor)
     elif lift_magnification(governor):
-        u, tip = governor.arm, _corner(governor)[0] + _POINTER_X * governor.arm
+        u, tip = governor.arm, _corner(governor)[0] + (_LIFT_RULER_X - _POINTER_GAP) * governor.arm
         back, half = -_POINTER_LENGTH * u, 0.05 * u
         frame = axes_shifted(lambda moment: (tip, _lift_height(governor, governor.sleeve_axes(moment)[1] - governor.zero_lift_height)))
         yield Attached(frame=frame, shapes=(Polygon("pointer", ((0.0, 0.0), (back, half), (back, -half))),), section_only=True)
@@ -104,9 +106,9 @@ def _lift_height(governor: PendulumProportions, lift: float) -> float:
     return middle + lift_magnification(governor) * (lift - 0.5 * (low + high))
 
 
-def _ruler(governor: PendulumProportions, left: float, ticks: list[tuple[float, str]]) -> Iterator[DrawnShape]:
-    """Yield a ruler in a detail with its left edge at `left` (m), with ticks at heights (m) and their texts."""
-    u, x = governor.arm, left + _RULER_X * governor.arm
+def _ruler(governor: PendulumProportions, x: float, ticks: list[tuple[float, str]]) -> Iterator[DrawnShape]:
+    """Yield a ruler at x (m), with ticks at heights (m) and their texts."""
+    u = governor.arm
     lines = [((x, y), (x + _TICK * u, y)) for y, _ in ticks]
     yield Lines("scale", (((x, ticks[0][0]), (x, ticks[-1][0])), *lines))
     yield from (TextShape("scale", x + _TEXT_DISTANCE * u, y, text, _TEXT_WIDTH * u) for y, text in ticks if text)
@@ -232,7 +234,7 @@ class PendulumDrawing(PendulumProportions):
         yield fixed([make_rectangle("frame", -0.062 * u, 0.062 * u, -0.062 * u, 0.085 * u), cross_piece], turns=True)
         yield fixed(() if self.is_magnified else _lift_scale_shapes(self))
         yield fixed(lens_frame(self), section_only=True)
-        yield from self.drive_parts(spindle_foot - 0.19 * u, u, (0.24 * u, spindle_foot + 0.05 * u))
+        yield from self.drive_parts(spindle_foot - 0.19 * u, u)
 
     def _spindle_shapes(self, spindle_foot: float) -> Iterator[DrawnShape]:
         """Yield the spindle in its bearings."""

@@ -22,6 +22,8 @@ _LARGEST_LENGTH = 2.4
 """Length of the arrow of the largest force, as a multiple of the crank."""
 _HEAD_SIZE, _LETTER_WIDTH, _LINE_HEIGHT = 0.05, 0.0225, 0.07
 """Length of the head of an arrow, width of a letter and height of a line, as fractions of the length scale."""
+_KEY_DISTANCE = 0.11
+"""Distance of the key from the crank circle, as a fraction of the length scale."""
 _MAX_KEY_STEPS = 3
 """The key shows a round force; the largest force is at most this multiple of it."""
 
@@ -95,7 +97,7 @@ class SliderCrankDrawing(GenericDrawing):
         if not self._largest_force > 0.0:
             return
         u, force = self.length_scale, round_step(self._largest_force, _MAX_KEY_STEPS)
-        lowest = float(self.poses[:, :, 1].min()) - self.crank - 0.16 * u
+        lowest = -self.crank - _KEY_DISTANCE * u
         left, length = -self.crank, force * self._metres_per_newton
         number = f"{force / 1e3:g} kN" if force >= 1e3 else f"{force:g} N"
         yield from make_arrow("reaction", ((left, lowest), (left + length, lowest)), _HEAD_SIZE * u)

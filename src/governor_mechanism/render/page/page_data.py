@@ -280,7 +280,7 @@ def _collect_plot(panel: PlotPanel, times: FloatArray, has_parts: bool) -> dict[
     """Return the data of a plot with curves at sample times (n,) s; where there are several parts, it has the name of its own too."""
     low, high = panel.limits
     quantum = max(RELATIVE_QUANTUM * (high - low), DIGIT_QUANTUM * 10.0**-panel.decimals)
-    state = {"isConstant": True} if panel.is_constant else {}
+    state = {"isStated": True} if panel.is_stated else {}
     return state | {
         "name": f"{panel.part} {panel.name}".strip() if has_parts else panel.name,
         "unit": panel.unit,

@@ -5,7 +5,10 @@ from collections import defaultdict
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
+from itertools import combinations, product
 from typing import NamedTuple
+
+import numpy as np
 
 from governor_mechanism.model.force_elements import Torque
 from governor_mechanism.model.joints import GROUND, Glyph, Joint, Point
@@ -87,6 +90,15 @@ def make_letters(names: Sequence[str], middle: Vec2, height: float) -> Lines:
 
 _ARC_RADIUS, _RADIUS_STEP, _RAY_EXTENSION, _LETTER_DISTANCE, _LETTER_HEIGHT = 0.085, 0.075, 0.03, 0.042, 0.055
 """Radius of the first arc at a hinge and its increase to the next, lengths beyond it, and height of a letter, as fractions of the scale."""
+_LETTER_TURNS, _LETTER_RISES = tuple(math.radians(5.0 * k) for k in range(-18, 19)), (0.0, 0.02, 0.04)
+"""Places that a letter may take: directions against the middle of its arc, and further distances from it, as fractions of the scale."""
+_LETTER_CLEARANCE, _N_LETTER_MOMENTS = 0.048, 24
+"""Distance of the middle of a letter from the middle of a bar, as a fraction of the scale, below which they overlap, and the number of
+moments at which this is tried."""
+_ARC_CLEARANCE = 0.03
+"""The same from an arc."""
+_OVERLAP_COST = 10.0
+"""Cost of a letter whose middle always lies on a bar or an arc, where a letter turned by 1 rad costs 1."""
 _LETTERS_ASIDE, _LETTERS_ABOVE = 0.15, 0.10
 """Distance of the middle of the letters of coordinates from their point, beside it and above it, as fractions of the length scale."""
 _NEAR = 0.12
@@ -142,10 +154,50 @@ def _angle_shapes(number: int, placed: PlacedMechanism) -> list[DrawnShape]:
 
 
 def _letter_axes(extents: MechanismExtents, number: int, moment: Moment) -> PoseTuple:
-    """Return the axes of the letter of an angle, beside the middle of its arc."""
-    hinge, radius, start, end = _marked_arcs(extents.placed_at(moment))[number]
-    heading = start + 0.5 * math.remainder(end - start, 2 * math.pi)
-    return *axes_to_plane((*hinge, heading), radius + _LETTER_DISTANCE * extents.length_scale, 0.0), 0.0
+    """Return the axes of the letter of an angle, beside its arc."""
+    return *_letter_place(extents.placed_at(moment), number, *_letter_choices(extents)[number]), 0.0
+
+
+def _letter_place(placed: PlacedMechanism, number: int, turn: float, rise: float) -> Vec2:
+    """Return the middle of a letter in a direction against the middle of its arc (rad), at a further distance from it."""
+    hinge, radius, start, end = _marked_arcs(placed)[number]
+    heading = start + 0.5 * math.remainder(end - start, 2 * math.pi) + turn
+    return axes_to_plane((*hinge, heading), radius + (_LETTER_DISTANCE + rise) * placed.unit, 0.0)
+
+
+@once_per_object
+def _letter_choices(extents: MechanismExtents) -> Sequence[tuple[float, float]]:
+    """Return the direction and distance of each letter with which it lies least on bars, arcs and letters before it over the run."""
+    rows = np.unique(np.linspace(0, len(extents.poses) - 1, _N_LETTER_MOMENTS).astype(int))
+    moments = [extents.placed_at(Moment(extents.poses[row], 0.0)) for row in rows]
+    # By moments and bars, or letters.
+    starts, ends = np.moveaxis(np.array([_bar_lines(placed) for placed in moments]), 2, 0)
+    arcs = np.array([[(*arc.hinge, arc.radius) for arc in _marked_arcs(placed)] for placed in moments])
+    candidates, choices = list(product(_LETTER_TURNS, _LETTER_RISES)), list[tuple[float, float]]()
+    for number in range(arcs.shape[1]):
+        places = np.array([[_letter_place(placed, number, *choice) for placed in moments] for choice in candidates])[:, :, None]
+        from_bars = _distances(places, starts, ends).min(axis=2) / _LETTER_CLEARANCE
+        from_arcs = np.abs(np.linalg.norm(places - arcs[..., :2], axis=-1) - arcs[..., 2]).min(axis=2) / _ARC_CLEARANCE
+        overlaps = np.maximum(1.0 - np.minimum(from_bars, from_arcs) / extents.length_scale, 0.0).mean(axis=1)
+        best = int(np.argmin(_OVERLAP_COST * overlaps + np.abs(candidates).sum(axis=1)))
+        choices.append(candidates[best])
+        starts, ends = (np.concatenate([one, places[best]], axis=1) for one in (starts, ends))
+    return choices
+
+
+def _bar_lines(placed: PlacedMechanism) -> list[tuple[Vec2, Vec2]]:
+    """Return the lines between the joints of each body that moves."""
+    points = {point for joint in placed.mechanism.joints for point in (joint.first, joint.second) if point.body != GROUND}
+    ordered = sorted(points, key=lambda point: (point.body, point.x, point.y))
+    return [(placed.position(one), placed.position(other)) for one, other in combinations(ordered, 2) if one.body == other.body]
+
+
+def _distances(points: FloatArray, starts: FloatArray, ends: FloatArray) -> FloatArray:
+    """Return the distances of points (..., 2) from the lines between starts and ends (..., 2), m."""
+    steps, lengths = ends - starts, np.maximum(np.sum((ends - starts) ** 2, axis=-1), 1e-300)
+    shares = np.clip(np.sum((points - starts) * steps, axis=-1) / lengths, 0.0, 1.0)
+    distances: FloatArray = np.linalg.norm(points - starts - shares[..., None] * steps, axis=-1)
+    return distances
 
 
 def _coordinate_parts(extents: MechanismExtents) -> Iterator[Attached]:

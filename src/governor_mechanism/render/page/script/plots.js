@@ -62,7 +62,7 @@ function makeHeading(plot) {
   return { heading, value };
 }
 
-/** A plot: its node, and `update(place)`, `peek(place or null)`; of a constant reading, its name and value alone. */
+/** A plot: its node, and `update(place)`, `peek(place or null)`; of a reading that is only stated, its name and value. */
 function makePlot(plot, data, onSeek) {
   const node = makeNode("figure", `plot series-${plot.curves[0].series}`);
   const { heading, value } = makeHeading(plot);
@@ -74,7 +74,7 @@ function makePlot(plot, data, onSeek) {
     value.textContent = `${formatNumber(number, plot.decimals)}${plot.unit === "°" ? "°" : ` ${plot.unit}`}`;
     return number;
   };
-  if (plot.isConstant) {
+  if (plot.isStated) {
     node.append(heading);
     return { node, update: write, peek: (place) => place && write(place) };
   }
