@@ -5,6 +5,7 @@ Everything that depends on how a scene is lowered to arrays is in this file.
 
 from collections.abc import Mapping
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -51,21 +52,21 @@ MIN_PARTITION_RATIO = 1e-2
 """Smallest ratio of singular values of the dependent coordinates' Jacobian; below it, other independent coordinates are chosen."""
 
 
-IndependentModel = tuple[System, SystemWorkspace, FloatArray, FloatArray, IntArray, float, float]
-"""Equations in independent coordinates: a system that a projection does not move along them, its workspace, the local cubics of the
-inputs, poses (3 bodies,) near which dependent coordinates are solved, indices of the independent ones, and the largest residuals (m)
-of a joint that is closed, and of one that could be."""
+class IndependentModel(NamedTuple):
+    """Equations in independent coordinates."""
+
+    projected: System  # a system that a projection does not move along them
+    workspace: SystemWorkspace  # its workspace
+    inputs: FloatArray  # local cubics of the inputs; shape (inputs, columns)
+    reference: FloatArray  # poses near which dependent coordinates are solved; shape (3 bodies,)
+    independent: IntArray  # indices of the independent coordinates
+    closure_tolerance: float  # largest residual of a joint that is closed, m
+    largest_gap: float  # largest residual of a joint that could be closed, m
 
 
 @jit_in_place
 def _place_at(
-    projected: System,
-    workspace: SystemWorkspace,
-    inputs: FloatArray,
-    reference: FloatArray,
-    independent: IntArray,
-    tolerance: float,
-    largest_gap: float,
+    model: IndependentModel,
     z: FloatArray,  # independent coordinates; shape (n,)
     rates: FloatArray,  # their rates; shape (n,)
     state: FloatArray,  # state vector, to be filled
@@ -74,6 +75,7 @@ def _place_at(
 
     Result: whether the mechanism can be assembled there.
     """
+    reference, independent = model.reference, model.independent
     n, n_free = reference.size, independent.size
     poses, velocities = state[:n].reshape(-1, 3), state[n : 2 * n].reshape(-1, 3)
     copy_array(state[:n], reference)
@@ -81,7 +83,8 @@ def _place_at(
     for k in range(n_free):
         state[independent[k]], state[n + independent[k]] = z[k], rates[k]
     copy_array(state[state.size - (rates.size - n_free) :], rates[n_free:])
-    return bool(project_state(projected, workspace, inputs, 0.0, poses, velocities, tolerance) < largest_gap)
+    gap = project_state(model.projected, model.workspace, model.inputs, 0.0, poses, velocities, model.closure_tolerance)
+    return bool(gap < model.largest_gap)
 
 
 @jit_in_place
@@ -95,13 +98,13 @@ def _evaluate_accelerations(
     accelerations: FloatArray,  # result; shape (k, n)
 ) -> None:
     """Fill the accelerations of the independent coordinates, and the rates of the lags; NaN where the mechanism cannot be assembled."""
-    projected, workspace, inputs, reference, independent, tolerance, largest_gap = model
+    reference, independent = model.reference, model.independent
     n_lags = z.shape[1] - independent.size
     for k in range(len(z)):
-        if not _place_at(projected, workspace, inputs, reference, independent, tolerance, largest_gap, z[k], rates[k], state):
+        if not _place_at(model, z[k], rates[k], state):
             accelerations[k] = np.nan
             continue
-        evaluate_state_derivative(system, workspace, inputs, 0.0, state, derivative)
+        evaluate_state_derivative(system, model.workspace, model.inputs, 0.0, state, derivative)
         for i in range(independent.size):
             accelerations[k, i] = derivative[reference.size + independent[i]]
         copy_array(accelerations[k, independent.size :], derivative[state.size - n_lags :])
@@ -254,7 +257,7 @@ class SceneDynamics:
     def motion(self, z: FloatArray, rates: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return poses and velocities (bodies, 3) of the body origins; NaN if the mechanism cannot be assembled there."""
         state, n_coordinates = self._make_state(), self._reference.size
-        if not _place_at(*self._make_model(self._inputs), z, rates, state):
+        if not _place_at(self._make_model(self._inputs), z, rates, state):
             state[:n_coordinates] = np.nan
         poses, velocities = state[: 2 * n_coordinates].reshape(2, *self._reference.shape)
         return poses, velocities
@@ -266,7 +269,9 @@ class SceneDynamics:
     def _make_model(self, inputs: FloatArray) -> IndependentModel:
         """Return the arrays of the equations with local cubics of the inputs."""
         tolerance, largest_gap = (ratio * self._mechanism.length_scale for ratio in (CLOSURE_TOLERANCE, MAX_GAP_RATIO))
-        return self._projected, self._workspace, inputs, self._reference.ravel(), self._independent, tolerance, largest_gap
+        return IndependentModel(
+            self._projected, self._workspace, inputs, self._reference.ravel(), self._independent, tolerance, largest_gap
+        )
 
     def move_reference(self, z: FloatArray) -> None:
         """Solve dependent coordinates from the poses at these coordinates from now on."""
