@@ -5,6 +5,7 @@ import math
 import os
 import textwrap
 from collections.abc import Mapping, Sequence
+from itertools import pairwise
 from pathlib import Path
 from typing import Any, Literal
 
@@ -21,6 +22,7 @@ from matplotlib.patches import Patch, Rectangle
 from matplotlib.patheffects import withStroke
 from matplotlib.text import Annotation, Text
 from matplotlib.ticker import FuncFormatter, NullFormatter, ScalarFormatter
+from matplotlib.transforms import Bbox
 from numpy.typing import ArrayLike
 
 from governor_mechanism.errors import MechanismError
@@ -225,6 +227,81 @@ class Plate(Page):
         panel = self.add_panel(rect, x_label, y_label, label_size=10.5, tick_size=9.0, grid=None)
         panel.axison = bool(x_label)
         return panel
+
+
+LABEL_DIRECTIONS = ((1, 0), (1, 1), (-1, 0), (-1, 1), (0, 1), (1, -1), (-1, -1), (0, -1))
+"""Directions of a label from its point: signs of right and up, the preferred one first."""
+
+_LETTER_WIDTH_RATIO = 0.56
+"""Width of a letter, or a little less, as a fraction of the font size."""
+
+_LABEL_DISTANCE_PIXELS, _SETTING_DISTANCE_PIXELS, _RING_RADIUS_PIXELS = 10.0, 6.0, 9.0
+"""Distance of a label and of a setting from its point, and half width of a ring around a point, pixels."""
+
+_DISTANCE_FACTORS = (1.0, 2.2, 3.6)
+"""Distances of a label that must be written, relative to the first: it moves away from its point rather than over a line."""
+
+_SAMPLE_PIXELS = 3.0
+"""Distance of the points of a line that count where a label covers it, pixels."""
+
+_MAX_COVERED_POINTS = 3.0
+"""Number of points of lines above which the label of a setting is left out."""
+
+_OVERLAP_COST = 1000.0
+"""Cost of a place where a label would cover another one, in points of a line that it covers."""
+
+_HALO = withStroke(linewidth=2.5, foreground=PAPER)
+"""Ground of a label, so that no line runs through it."""
+
+
+class LabelPlacer:
+    """Places labels next to points of the axes, away from lines and earlier labels."""
+
+    def __init__(self, panel: Panel, lines: Sequence[FloatArray]) -> None:
+        self._panel = panel
+        self._occupied_boxes: list[Bbox] = []
+        self._curve_points = np.concatenate([np.empty((0, 2)), *(self._sample_curve(line) for line in lines)])
+
+    def place_label(
+        self, words: str, x: float, y: float, colour: str, size: float, directions: Sequence[tuple[int, int]], *, must: bool = True
+    ) -> None:
+        """Write a label next to a point (data) where it covers least; `directions` are signs of right and up.
+
+        Unless it `must` stand there, a label that would cover another one is left out.
+        """
+        pixels_per_point = self._panel.figure.dpi / 72
+        width, height = _LETTER_WIDTH_RATIO * size * pixels_per_point * len(words), 1.3 * size * pixels_per_point
+        at_x, at_y = self._panel.transData.transform((x, y))
+        boxes = []
+        for factor in _DISTANCE_FACTORS if must else _DISTANCE_FACTORS[:1]:
+            distance = factor * (_LABEL_DISTANCE_PIXELS if must else _SETTING_DISTANCE_PIXELS)
+            for right, up in directions:
+                low = at_x + right * distance + (right - 1) / 2 * width
+                boxes.append(Bbox.from_bounds(low, at_y + up * (distance + height / 2) - height / 2, width, height))
+        box = min(boxes, key=self._overlap_cost)
+        if not must and self._overlap_cost(box) > _MAX_COVERED_POINTS:
+            return
+        self._occupied_boxes.append(box)
+        left, middle = self._panel.transData.inverted().transform((box.x0, (box.y0 + box.y1) / 2))
+        note = self._panel.write_note(words, (left, middle), color=colour, fontsize=size, va="center", zorder=5, annotation_clip=False)
+        note.set_path_effects([_HALO])
+
+    def reserve(self, x: float, y: float) -> None:
+        """Keep a ring around a point (data) free of labels."""
+        middle = self._panel.transData.transform((x, y))
+        self._occupied_boxes.append(Bbox([middle - _RING_RADIUS_PIXELS, middle + _RING_RADIUS_PIXELS]))
+
+    def _sample_curve(self, line: FloatArray) -> FloatArray:
+        """Return points (m, 2), pixels, on a line through points (n, 2)."""
+        ends = self._panel.transData.transform(line)
+        counts = [max(round(float(np.hypot(*(b - a))) / _SAMPLE_PIXELS), 2) for a, b in pairwise(ends)]
+        return np.concatenate([ends, *(np.linspace(a, b, n) for n, (a, b) in zip(counts, pairwise(ends), strict=True))])
+
+    def _overlap_cost(self, box: Bbox) -> float:
+        covered_points = np.all((self._curve_points > np.asarray(box.min) - 3) & (self._curve_points < np.asarray(box.max) + 3), axis=1)
+        n_overlaps = sum(box.overlaps(other) for other in self._occupied_boxes)
+        outside = not (self._panel.bbox.contains(*box.min) and self._panel.bbox.contains(*box.max))
+        return float(covered_points.sum()) + _OVERLAP_COST * n_overlaps + 10.0 * _OVERLAP_COST * outside
 
 
 def polar_points(angles: ArrayLike, lengths: ArrayLike, centre: AxesPoint = (0.0, 0.0)) -> AxesPoint:

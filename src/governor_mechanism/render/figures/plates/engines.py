@@ -18,10 +18,12 @@ from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.render.figures.page import (
     CHAIN_DOTTED,
     DASHED,
+    LABEL_DIRECTIONS,
     PLATE_HEIGHT,
     PLATE_WIDTH,
     SERIES_LINE_STYLES,
     SERIES_MARKERS,
+    LabelPlacer,
     Panel,
     Plate,
     add_legend,
@@ -282,7 +284,8 @@ def _draw_force_loci(panel: Panel, run: Trajectory, exact: BearingLoads, first_t
     panel.axhline(0, color=MUTED, linewidth=0.7, zorder=1)
     panel.axvline(0, color=MUTED, linewidth=0.7, zorder=1)
     curves = {name: (force * _KILO_PER_UNIT, colour) for name, force, colour in _bearing_forces(exact) if name in run.reactions}
-    middle = _show_forces(panel, np.concatenate([force for force, _ in curves.values()]))
+    _show_forces(panel, np.concatenate([force for force, _ in curves.values()]))
+    placer = LabelPlacer(panel, [force for force, _ in curves.values()])
     handles = []
     for (name, (force, colour)), line_style, marker in zip(curves.items(), SERIES_LINE_STYLES, SERIES_MARKERS, strict=False):
         panel.plot(*force.T, color=colour, linewidth=1.8, linestyle=line_style, zorder=3)
@@ -292,32 +295,21 @@ def _draw_force_loci(panel: Panel, run: Trajectory, exact: BearingLoads, first_t
             point = force[2 * degree]
             panel.plot(*point, marker, color=colour, markeredgecolor=PAPER, markersize=6, zorder=5)
             if name == "shaft" or degree == 0:
-                offset = 11 * (point - middle) / max(float(np.hypot(*(point - middle))), 1e-12)
-                panel.annotate_point(
-                    tuple(point),
-                    f"{degree}°",
-                    tuple(offset),
-                    ha="center",
-                    va="center",
-                    fontsize=8.5,
-                    color=MUTED if name == "shaft" else colour,
-                )
+                placer.place_label(f"{degree}°", *point, MUTED if name == "shaft" else colour, 8.5, LABEL_DIRECTIONS)
         handles.append(Line2D([], [], color=colour, linewidth=1.8, linestyle=line_style, marker=marker, markersize=5, label=name))
     position: dict[str, Any] = {"loc": "lower right", "bbox_to_anchor": (1.0, 0.99), "ncols": len(handles), "borderaxespad": 0.0}
     add_legend(panel, {"fontfamily": SERIF_FONT, "fontsize": 10.5, "color": INK}, handles=handles, handlelength=3.4, **position)
 
 
-def _show_forces(panel: Panel, forces: FloatArray) -> FloatArray:
-    """Set limits around forces (n, 2) (kN), to one scale on both axes, and return their middle (2,)."""
+def _show_forces(panel: Panel, forces: FloatArray) -> None:
+    """Set limits around forces (n, 2) (kN), to one scale on both axes."""
     margin = 0.12 * max(*np.ptp(forces, axis=0), _MIN_FORCE_SCALE_KN)
     low, high = forces.min(axis=0) - margin, forces.max(axis=0) + margin
     # Leave room for numbers of many digits between the label and the frame.
     label_space = _DIGIT_WIDTH * max(len(f"{1.25 * float(np.abs(forces[:, 1]).max()):.0f}") - _N_DIGITS_WITHOUT_SHIFT, 0)
     left, bottom, width, height = panel.get_position().bounds
     panel.set_position((left + label_space, bottom, width - label_space, height))
-    middle: FloatArray = (low + high) / 2
-    panel.show_region(tuple(middle), max((high[0] - low[0]) / 2, panel.aspect_ratio * (high[1] - low[1]) / 2))
-    return middle
+    panel.show_region(tuple((low + high) / 2), max((high[0] - low[0]) / 2, panel.aspect_ratio * (high[1] - low[1]) / 2))
 
 
 def _draw_engine(panel: Panel, crank_train: CrankTrain, exact: BearingLoads) -> None:
