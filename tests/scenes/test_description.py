@@ -49,6 +49,19 @@ def test_dimensions_have_customary_units_and_their_meaning():
     assert [effect.name for effect in part.effects] == ["gravity", "centrifugal"]
 
 
+@pytest.mark.parametrize("name", ["hartnell", "porter_cyclic_damped", "air_engine_heavy_pistons", "watt_improved", "governed_engine"])
+def test_what_is_told_of_effects_can_be_set_by_the_keys_that_are_told(name):
+    scene = gm.load(name)
+    text = str(describe_scene(scene))
+    effects = [effect for part in describe_scene(scene).parts for effect in part.effects]
+    assert all(f"\n  {effect.key}" in text for effect in effects)
+    own = {value.key: value.text for effect in effects for value in effect.values if value.key}
+    assert own
+    assert all(f"\n  {key} " in text for key in own)
+    again = str(describe_scene(scene.replace(own)))
+    assert again.splitlines()[1:] == text.splitlines()[1:]  # the copy has no file of which the first line tells
+
+
 def test_couplings_loads_and_events_are_told_in_words():
     text = str(describe_scene(gm.load("governed_engine")))
     assert "governor.spindle_angle turns 1 times as fast as engine.crank_angle" in text

@@ -37,6 +37,12 @@ class DescribedValue(Recorded):
     value: float | str | None  # number in SI, word, text of a function, or None for a value that is left out
     unit: str = ""  # SI unit; empty for a number without one
     meaning: str = ""  # what it is; may be empty
+    key: str = ""  # dotted key by which it is changed and varied; empty where the scene file does not give it by itself
+
+    @property
+    def is_absent(self) -> bool:
+        """Whether it is left out, zero or switched off, and says nothing of an effect."""
+        return self.value in (None, 0.0, "false")
 
     @property
     def text(self) -> str:
@@ -46,8 +52,8 @@ class DescribedValue(Recorded):
         return self.value if isinstance(self.value, str) else format_number(self.value, self.unit)
 
     def as_json(self) -> dict[str, Any]:
-        """Return the fields by name, without an empty meaning."""
-        return {name: value for name, value in super().as_json().items() if name != "meaning" or value}
+        """Return the fields by name, without an empty meaning or key."""
+        return {name: value for name, value in super().as_json().items() if name not in ("meaning", "key") or value}
 
 
 def format_number(
@@ -127,10 +133,11 @@ class DescribedItem(Recorded):
     kind: str  # what it is, as "gear"
     text: str  # the rest in words
     values: tuple[DescribedValue, ...] = ()  # its numbers, if it has any
+    key: str = ""  # dotted key of its value or table in the scene file; empty if it is not told
 
     def as_json(self) -> dict[str, Any]:
-        """Return the fields by name, without values if there are none."""
-        return {name: value for name, value in super().as_json().items() if name != "values" or value}
+        """Return the fields by name, without values and key if there are none."""
+        return {name: value for name, value in super().as_json().items() if name not in ("values", "key") or value}
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -148,6 +155,7 @@ class DescribedPart(Recorded):
     joints: tuple[str, ...]
     coordinate: str  # name of the leading coordinate
     law: str = ""  # the law that it proves, in words; empty without one
+    key: str = ""  # start of the dotted keys of its tables, as "part.engine."; empty in a scene of one part
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -249,10 +257,22 @@ def _part_lines(part: DescribedPart, *, has_name: bool) -> list[str]:
         "",
         f"{name}{'machine' if name else 'Machine'} {part.machine}, {part.spindle or 'in a fixed plane'}; coordinate {part.coordinate}",
     ]
-    lines += _section("Dimensions", [(one.name, one.text, one.meaning) for one in part.dimensions])
-    lines += _section("Effects", [(one.name, one.text) for one in part.effects]) or ["", "Effects: none"]
+    lines += _section(
+        f"Dimensions, with the keys {part.key}dimensions.NAME", [(one.name, one.text, one.meaning) for one in part.dimensions]
+    )
+    lines += _section("Effects, with their keys", _effect_rows(part.effects)) or ["", "Effects: none"]
     lines += ["", f"Law: {part.law}"] if part.law else []
     return [*lines, "", f"Bodies: {'; '.join(part.bodies)}", f"Joints: {'; '.join(part.joints) or 'none'}"]
+
+
+def _effect_rows(effects: Sequence[DescribedItem]) -> list[tuple[str, str]]:
+    """Return what can be changed by a key of its own in a row of its own, and every other effect in words."""
+    rows = []
+    for effect in effects:
+        own = [(value.key, value.text) for value in effect.values if value.key]
+        others = ", ".join(f"{value.name} {value.text}" for value in effect.values if not value.key and not value.is_absent)
+        rows += [*own, *([(effect.key, others)] if others else [])] if own else [(effect.key or effect.name, effect.text)]
+    return rows
 
 
 def _section(heading: str, rows: Sequence[Sequence[str]]) -> list[str]:

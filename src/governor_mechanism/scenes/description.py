@@ -1,7 +1,9 @@
 """Description of a scene: what its parts are, what acts on them, what couples them, and which engines can run it."""
 
 from collections.abc import Iterator, Mapping
+from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -31,6 +33,7 @@ from governor_mechanism.scenes.described_scene import (
     describe_value,
     format_number,
 )
+from governor_mechanism.scenes.effect_tables import SLEEVE_ALIAS, resolve_reading_name
 from governor_mechanism.units.fields import class_words, fields_of
 from governor_mechanism.units.quantities import parse_quantity
 
@@ -89,8 +92,9 @@ def _describe_part(scene: Scene, part: Part) -> DescribedPart:
         plane=part.plane,
         spindle=_describe_spindle(scene, part),
         dimensions=tuple(_describe_dimensions(scene, part)),
-        effects=tuple(_describe_effect(part, effect) for effect in part.effects),
+        effects=tuple(_describe_effect(scene, part, effect) for effect in part.effects),
         law=part.law.statement if part.law else "",
+        key=_key_of(scene, part),
         bodies=tuple(body.name for body in mechanism.bodies),
         joints=tuple(joint.name for joint in mechanism.joints),
         coordinate=mechanism.coordinate,
@@ -139,16 +143,36 @@ def _free_spindle_clause(spindle: FreeSpindle) -> str:
     return f" of {format_number(spindle.inertia, 'kg m^2')}{start}{torque}"
 
 
-def _describe_effect(part: Part, effect: Effect) -> DescribedItem:
+def _describe_effect(scene: Scene, part: Part, effect: Effect) -> DescribedItem:
     reading = effect.reading if isinstance(effect, OutputEffect) else ""
     quantity = part.mechanism.reading(reading).quantity if reading else ""
+    key, given = _find_effect(scene, part, effect.key, reading)
+    own_keys = {name: f"{key}.{name}" for name in given} if isinstance(given, Mapping) else dict.fromkeys(effect.value_fields[:1], key)
     values = []
     for name, declared in fields_of(effect).items():
-        values.append(describe_value(name, getattr(effect, name), declared.along(quantity).unit))
-    shown = [value for value in values if value.value not in (None, 0.0, "false")]
+        value = describe_value(name, getattr(effect, name), declared.along(quantity).unit)
+        is_alone = isinstance(given, Mapping) or len(effect.value_fields) == 1
+        values.append(replace(value, key=own_keys.get(name, "") if is_alone else ""))
+    shown = [value for value in values if not value.is_absent]
     text = ", ".join(value.text if len(values) == 1 else f"{value.name} {value.text}" for value in shown)
     name = f"{effect.key}.{reading}" if reading else effect.key
-    return DescribedItem(name=name, kind=effect.key, text=text, values=tuple(values))
+    return DescribedItem(name=name, kind=effect.key, text=text, values=tuple(values), key=key)
+
+
+def _key_of(scene: Scene, part: Part) -> str:
+    """Return the start of the dotted keys of the tables of a part."""
+    return f"part.{part.name}." if "part" in scene.document else ""
+
+
+def _find_effect(scene: Scene, part: Part, name: str, reading: str) -> tuple[str, Any]:
+    """Return the dotted key of an effect as the document of a scene writes it, and its value there; nothing if it is composed."""
+    table = document_of_part(scene, part).get("effects", {})
+    key, given = f"{_key_of(scene, part)}effects.{name}", table.get(name)
+    if not reading or given is None:
+        return (key, given) if given is not None else ("", None)
+    quantities = {one.name: one.quantity for one in part.mechanism.readings}
+    written = next(one for one in given if one in quantities or one == SLEEVE_ALIAS if resolve_reading_name(one, quantities) == reading)
+    return f"{key}.{written}", given[written]
 
 
 def _describe_force_elements(scene: Scene) -> Iterator[DescribedItem]:
