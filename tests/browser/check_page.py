@@ -171,6 +171,37 @@ def test_keys(tab, pages):
     assert tab.evaluate("document.getElementById('forces').checked") is True
 
 
+def is_playing(tab):
+    return tab.evaluate("document.getElementById('play').classList.contains('is-playing')")
+
+
+def is_dark(tab):
+    return tab.evaluate("document.getElementById('theme').getAttribute('aria-pressed')") == "true"
+
+
+def test_the_space_bar_presses_a_button_reached_by_keys_and_else_plays(tab, pages):
+    tab.open(pages["porter"], reduced_motion=True)
+    tab.press("Tab")
+    assert tab.evaluate("document.activeElement.id") == "theme"
+    tab.press(" ", " ")
+    assert (is_dark(tab), is_playing(tab)) == (True, False)
+    x, y = middle_of(tab, "#theme")
+    for kind in ("mousePressed", "mouseReleased"):
+        tab.point(kind, x, y)
+    assert (is_dark(tab), is_playing(tab)) == (False, False)
+    tab.press(" ", " ")  # the pointer has pressed that button: the space bar is for the film
+    assert (is_dark(tab), is_playing(tab)) == (False, True)
+    tab.press(" ", " ")
+    assert (is_dark(tab), is_playing(tab)) == (False, False)
+    tab.evaluate("document.getElementById('play').focus()")
+    tab.press("Tab")
+    tab.evaluate("document.getElementById('forces').focus()")
+    was_checked = tab.evaluate("document.getElementById('forces').checked")
+    tab.press(" ", " ")
+    assert tab.evaluate("document.getElementById('forces').checked") is not was_checked
+    assert not is_playing(tab)
+
+
 def test_a_click_in_a_plot_goes_there_and_a_pointer_reads_it(tab, pages, runs):
     tab.open(pages["porter"], reduced_motion=True)
     x, y = middle_of(tab, ".plot .frame")

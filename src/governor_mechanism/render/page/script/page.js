@@ -202,12 +202,21 @@ function connectControls(page) {
     "-": () => player.setSpeed(player.speedIndex - 1),
     f: () => find("forces").click(),
   };
+  // Who goes from button to button by keys presses them by the space bar; after a press of the pointer, it plays.
+  let isFocusedByPointer = false;
+  document.addEventListener("pointerdown", () => (isFocusedByPointer = true), true);
+  document.addEventListener("focusin", (event) => (isFocusedByPointer &&= !event.target.matches(":focus-visible")));
+  const isOwnKey = ({ key, target }) =>
+    target.closest("input:not(#scrub, [type=checkbox]), select") ||
+    (key === " " && !isFocusedByPointer && target.closest("button, summary, input[type=checkbox]"));
+  const isForClock = (event) => !event.ctrlKey && !event.metaKey && !event.altKey && !isOwnKey(event) && Boolean(actions[event.key]);
   document.addEventListener("keydown", (event) => {
-    const isOwnKey = event.target.closest("input:not(#scrub, [type=checkbox]), select") || (event.key === " " && event.target.closest("button, summary, input[type=checkbox]"));
-    if (event.ctrlKey || event.metaKey || event.altKey || isOwnKey || !actions[event.key]) return;
+    if (!isForClock(event)) return;
     event.preventDefault();
     actions[event.key](event);
   });
+  // Some browsers press a button when the space bar is let go.
+  document.addEventListener("keyup", (event) => event.key === " " && isForClock(event) && event.preventDefault());
 }
 
 /** Show what the clock says, in pictures, plots and controls. */
