@@ -295,7 +295,8 @@ def _draw_force_loci(panel: Panel, run: Trajectory, exact: BearingLoads, first_t
             point = force[2 * degree]
             panel.plot(*point, marker, color=colour, markeredgecolor=PAPER, markersize=6, zorder=5)
             if name == "shaft" or degree == 0:
-                placer.place_label(f"{degree}°", *point, MUTED if name == "shaft" else colour, 8.5, LABEL_DIRECTIONS)
+                x, y = point
+                placer.place_label(f"{degree}°", x, y, MUTED if name == "shaft" else colour, 8.5, LABEL_DIRECTIONS)
         handles.append(Line2D([], [], color=colour, linewidth=1.8, linestyle=line_style, marker=marker, markersize=5, label=name))
     position: dict[str, Any] = {"loc": "lower right", "bbox_to_anchor": (1.0, 0.99), "ncols": len(handles), "borderaxespad": 0.0}
     add_legend(panel, {"fontfamily": SERIF_FONT, "fontsize": 10.5, "color": INK}, handles=handles, handlelength=3.4, **position)
