@@ -10,11 +10,15 @@ from hypothesis import strategies as st
 
 import governor_mechanism as gm
 from decoding import decode_film
+from governor_mechanism.render.artists import artist_paths, group_shapes
+from governor_mechanism.render.film.moving_parts import PartPaths
 from governor_mechanism.render.film.outside_view import area_of
 from governor_mechanism.render.film.painters import make_painter
 from governor_mechanism.render.film.writer import schedule_frames
+from governor_mechanism.render.frame_data import FrameData
+from governor_mechanism.render.geometry.attached import shapes_of
 from governor_mechanism.render.geometry.outlines import shrink_convex
-from governor_mechanism.render.geometry.primitives import Circle, Polygon
+from governor_mechanism.render.geometry.primitives import Circle, Polygon, TextShape
 from governor_mechanism.render.machines.generic.bodies import body_outline_shapes
 from governor_mechanism.render.machines.registry import drawing_of
 from governor_mechanism.render.part_run import motion_at_rest
@@ -101,3 +105,28 @@ def test_a_gif_shows_webs_without_traces_of_earlier_ones(tmp_path):
             is_flat = np.abs(painted - colour).max(axis=2) <= 1
             assert is_flat.sum() > 1000
             assert np.abs(shown[is_flat] - colour).max() <= 1
+
+
+@pytest.mark.parametrize("name", ["porter_clearance", "andrews_squeezer", "anchor_escapement", "ratchet"])
+def test_paths_that_are_moved_are_those_of_the_shapes_that_are_drawn_anew(name):
+    run = gm.run(gm.load(name).replace({"run.duration": "10 ms" if name == "andrews_squeezer" else "0.4 s"}), certify=False)
+    first, last = run.times[[0, -1]]
+    data = FrameData(run, run.scene.part, (first, last), np.linspace(first, last, 7))
+    parts = data.moving_parts()
+    paths_at = PartPaths(parts)
+    for k in (0, 3, 6, 2):
+        shapes = list(shapes_of(parts, k))
+        for group, moved, drawn in zip(group_shapes(shapes), paths_at(k), artist_paths(shapes), strict=True):
+            if isinstance(group[0], TextShape) or (isinstance(group[0], Circle) and any(one.radius == 0.0 for one in group)):
+                continue  # words stay, and a circle that is not there has no points
+            if not any(len(getattr(one, "points", getattr(one, "lines", "one"))) for one in group):
+                assert not np.isfinite(moved.vertices).any()  # it is not there
+                continue
+            points, expected = (np.asarray(path.vertices).reshape(-1, 2) for path in (moved, drawn))
+            assert points.shape == expected.shape
+            if isinstance(group[0], Circle):  # it turns with its part
+                points, expected = (
+                    np.hypot(*(one.reshape(len(group), -1, 2) - [[(c.x, c.y)] for c in group]).T) for one in (points, expected)
+                )
+            scale = data.part.mechanism.length_scale
+            np.testing.assert_allclose(points, expected, atol=1e-12 * scale)

@@ -6,10 +6,13 @@ import numpy as np
 import pytest
 from numpy.testing import assert_array_equal
 
+import governor_mechanism as gm
 from decoding import decode_film
 from governor_mechanism.model.results.pictures import Theme
+from governor_mechanism.render.film import writer as film_writer
 from governor_mechanism.render.film.gif_encoder import GifWriter, Palette
-from governor_mechanism.render.film.writer import FRAME_RATES, FilmFrames, choose_gif_settings
+from governor_mechanism.render.film.writer import FRAME_RATES, MAX_GIF_SIZE, FilmFrames, choose_gif_rate
+from stub_run import GOVERNOR_DIMENSIONS, fake_run
 
 
 def make_frame(colour):
@@ -104,8 +107,25 @@ class StripesPainter:
 
 @pytest.mark.long
 @pytest.mark.parametrize(
-    ("n_rows", "lowest_rate", "rate"), [(0, 0.0, FRAME_RATES[0]), (480, 0.0, FRAME_RATES[-1]), (480, 18.0, 20.0), (480, 40.0, 25.0)]
+    ("n_rows", "lowest_rate", "rate"), [(0, 0.0, 25.0), (480, 0.0, FRAME_RATES[-1]), (480, 18.0, 20.0), (480, 40.0, 25.0)]
 )
 def test_a_film_that_changes_much_gets_fewer_frames_but_as_many_as_its_turns_need(n_rows, lowest_rate, rate):
-    film = FilmFrames(painter=StripesPainter(n_rows), n_frames=200, frame_rate=25.0, duration=8.0, theme=Theme.LIGHT)
-    assert choose_gif_settings(film, lowest_rate) == (rate, n_rows > 0)
+    painter = StripesPainter(n_rows)
+    film = FilmFrames(painter=painter, n_frames=200, frame_rate=25.0, duration=8.0, theme=Theme.LIGHT, few_colours=True)
+    assert choose_gif_rate(film, MAX_GIF_SIZE, lowest_rate) == rate
+
+
+def test_a_film_over_the_largest_size_is_written_again_and_one_within_it_as_it_is(tmp_path, monkeypatch):
+    run = fake_run(GOVERNOR_DIMENSIONS["porter"], duration=1.2)
+    natural = gm.film(run, tmp_path / "natural.gif", size=320)
+    _, durations = decode_film(natural)
+    size = natural.stat().st_size
+    monkeypatch.setattr(film_writer, "MAX_GIF_SIZE", 1.5 * size)  # for a height of 480
+    assert gm.film(run, tmp_path / "within.gif", size=320).read_bytes() == natural.read_bytes()
+    for share in (0.9, 0.2):  # noticed at the end, and early
+        monkeypatch.setattr(film_writer, "MAX_GIF_SIZE", share * 1.5 * size)
+        smaller = gm.film(run, tmp_path / "smaller.gif", size=320)
+        assert smaller.stat().st_size < size
+        _, longer = decode_film(smaller)
+        assert sum(longer) == pytest.approx(sum(durations), abs=100.0)
+        assert len(longer) <= len(durations)

@@ -21,7 +21,15 @@ from governor_mechanism.render.artists import Brush, artist_paths, group_shapes,
 from governor_mechanism.render.figures.page import Page
 from governor_mechanism.render.film import layout
 from governor_mechanism.render.film.gif_encoder import RgbaPixels
-from governor_mechanism.render.film.moving_parts import CachedNumber, MovingArtist, Panel, ShapePanel, SortedPanel, set_value_ticks
+from governor_mechanism.render.film.moving_parts import (
+    CachedNumber,
+    MovingArtist,
+    Panel,
+    PartPaths,
+    ShapePanel,
+    SortedPanel,
+    choose_value_ticks,
+)
 from governor_mechanism.render.frame_data import FrameData
 from governor_mechanism.render.geometry.attached import DrawnPart, Flexible, shapes_of
 from governor_mechanism.render.geometry.primitives import SMALL_TEXT, DrawnShape, PixelRect, PixelView, Vec2
@@ -236,7 +244,7 @@ class FrameCanvas:
         brush = self._paint_still(view, static_shapes)
         first = list(shapes_of(parts, 0))
         artists, groups = [MovingArtist(artist) for artist in brush.paint(first)], group_shapes(first)
-        return ShapePanel(artists, lambda k: artist_paths(list(shapes_of(parts, k))), parts, groups)
+        return ShapePanel(artists, PartPaths(parts), parts, groups)
 
     def _make_sorted_panel(
         self,
@@ -298,9 +306,7 @@ class FrameCanvas:
 
     def _measure_labels(self, limits: Vec2) -> float:
         """Return the width (pixels of 480) of the tick labels of an upright axis with limits, and of its ticks."""
-        axes = self._add_axes((0.0, 0.0, 100.0, 100.0))
-        labels = set_value_ticks(axes, limits)
-        axes.remove()
+        _, labels = choose_value_ticks(limits)
         return max((self.measure_text(label, SMALL_TEXT) for label in labels), default=0.0) + layout.TICK_WIDTH
 
     def _add_line(self, start: Vec2, end: Vec2, colour: str) -> None:

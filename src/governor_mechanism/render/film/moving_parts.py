@@ -3,7 +3,7 @@
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from itertools import pairwise
+from itertools import accumulate, pairwise
 from typing import Any
 
 import numpy as np
@@ -17,11 +17,12 @@ from matplotlib.text import Text
 from matplotlib.ticker import MaxNLocator
 
 from governor_mechanism.model.results.trajectory import Trajectory
-from governor_mechanism.render.figures.page import format_plain_ticks
+from governor_mechanism.render.artists import artist_paths, group_shapes
+from governor_mechanism.render.figures.page import plain_labels
 from governor_mechanism.render.film.gif_encoder import RgbaPixels
 from governor_mechanism.render.frame_data import FrameData
-from governor_mechanism.render.geometry.attached import DrawnPart
-from governor_mechanism.render.geometry.primitives import SMALL_TEXT, DrawnShape, Vec2
+from governor_mechanism.render.geometry.attached import Attached, DrawnPart, Flexible, Frame, own_shapes, shapes_of
+from governor_mechanism.render.geometry.primitives import SMALL_TEXT, DrawnShape, PoseTuple, Vec2
 from governor_mechanism.render.plot_panels import PanelCurve, PlotPanel
 from governor_mechanism.render.range_bands import PlotSize, RangeBand, count_turns, find_range_band
 from governor_mechanism.render.style import MUTED, PAPER, RULE, parse_rgb
@@ -104,6 +105,68 @@ class Panel:
             artist.draw(renderer, path)
 
 
+class PartPaths:
+    """Paths (m) of the artists of parts of a drawing at frame k, one for each group of shapes.
+
+    Most shapes keep their form: their points are moved all at once, in place, and their paths are good until the next call.
+    """
+
+    def __init__(self, parts: Sequence[DrawnPart]) -> None:
+        self._parts = parts
+        owned = [(number, shape) for number, part in enumerate(parts) for shape in own_shapes(part, 0)]
+        numbers = iter([number for number, _ in owned])
+        self._paths: list[Path | None] = []
+        points, owners, group_numbers = [np.empty((0, 2))], [np.empty(0, dtype=np.intp)], list[int]()
+        rigid: list[int] = []
+        for group in group_shapes([shape for _, shape in owned]):
+            own = [next(numbers) for _ in group]
+            (path,) = artist_paths(group)
+            keeps_form = path is not None and all(isinstance(parts[number], Attached) for number in own)
+            group_numbers += [-1 if keeps_form else len(self._paths)] * len(group)
+            if keeps_form and path is not None:
+                rigid.append(len(self._paths))
+                points.append(np.asarray(path.vertices))
+                counts = [len(np.asarray(one.vertices)) for shape in group for one in artist_paths([shape]) if one is not None]
+                owners.append(np.repeat(own, counts))
+            self._paths.append(path)
+        self._points, self._owners = np.concatenate(points), np.concatenate(owners)  # in the axes of the parts, and the numbers of these
+        self._placed = self._points.copy()
+        for position, (start, end) in zip(rigid, pairwise(accumulate(map(len, points))), strict=True):
+            former = self._paths[position]
+            self._paths[position] = Path(self._placed[start:end], None if former is None else former.codes)
+        # What changes its form, and shares an artist with it.
+        changing = {number for (number, _), group in zip(owned, group_numbers, strict=True) if group >= 0}
+        self._changing_parts = [parts[number] for number in sorted(changing)]
+        self._changing_groups = [group for (number, _), group in zip(owned, group_numbers, strict=True) if number in changing]
+
+    def __call__(self, k: int) -> Sequence[Path | None]:
+        """Return the paths at frame k."""
+        x0, y0, angle = self._axes_at(k).T
+        (cosines, sines), (x, y), owners = (np.cos(angle), np.sin(angle)), self._points.T, self._owners
+        self._placed[:, 0] = x0[owners] + cosines[owners] * x - sines[owners] * y
+        self._placed[:, 1] = y0[owners] + sines[owners] * x + cosines[owners] * y
+        changed: dict[int, list[DrawnShape]] = {}
+        for group, shape in zip(self._changing_groups, shapes_of(self._changing_parts, k), strict=True):
+            changed.setdefault(group, []).append(shape)
+        for group, shapes in changed.items():
+            if group >= 0:
+                (self._paths[group],) = artist_paths(shapes)
+        return self._paths
+
+    def _axes_at(self, k: int) -> FloatArray:
+        """Return the axes (n, 3) of the parts at frame k; of one that is not shown they are nowhere."""
+        poses: dict[Frame, PoseTuple] = {}
+        rows = []
+        for part in self._parts:
+            if part.frame not in poses:
+                poses[part.frame] = part.frame(k)
+            rows.append(poses[part.frame] if isinstance(part, Flexible) or part.is_shown(k) else _NOWHERE)
+        return np.array(rows, dtype=float).reshape(-1, 3)
+
+
+_NOWHERE: PoseTuple = (math.nan, math.nan, math.nan)
+
+
 @dataclass(frozen=True)
 class ShapePanel(Panel):
     """A panel of a drawing with some parts, whose moments are the numbers of the frames; `groups` are the shapes of its artists."""
@@ -136,14 +199,11 @@ class CurvePanel(Panel):
     bands: Sequence[RangeBand]
 
 
-def set_value_ticks(axes: Axes, limits: Vec2) -> list[str]:
-    """Give the upright axis limits and few ticks, and return their labels."""
+def choose_value_ticks(limits: Vec2) -> tuple[list[float], list[str]]:
+    """Return a few ticks of an upright axis with limits, and their labels."""
     low, high = limits
-    axes.set_ylim(low, high)
     ticks = [tick for tick in MaxNLocator(3, min_n_ticks=2).tick_values(low, high) if low <= tick <= high]
-    axes.set_yticks(ticks)
-    format_plain_ticks(axes.yaxis, (low, high))
-    return list(axes.yaxis.get_major_formatter().format_ticks(ticks))
+    return ticks, plain_labels(ticks, limits)
 
 
 def _style_axes(axes: Axes, time_span: Vec2, points_per_pixel: float) -> None:
@@ -168,7 +228,9 @@ def plot_panel(axes: Axes, panel: PlotPanel, frame_data: FrameData, points_per_p
     """
     start, end = frame_data.time_span
     axes.set_xlim(start, max(end, start + 1e-9))
-    set_value_ticks(axes, panel.limits)
+    axes.set_ylim(*panel.limits)
+    ticks, labels = choose_value_ticks(panel.limits)
+    axes.set_yticks(ticks, labels=labels)
     _style_axes(axes, frame_data.time_span, points_per_pixel)
     if not has_time_labels:
         axes.set_xticklabels([])

@@ -4,6 +4,7 @@ A second of film is a second of the run, except for very short or long runs; the
 """
 
 import io
+import math
 import os
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import AbstractContextManager, contextmanager
@@ -174,44 +175,34 @@ MAX_GIF_SIZE = 700e3
 FRAME_RATES = (25.0, 20.0, 50 / 3, 100 / 7, 12.5, 100 / 9, 10.0)
 """Frame rates (1/s) to choose from: frames last 4 to 10 hundredths of a second."""
 _N_PROBES = 12
-"""Number of frames whose changes are measured where the size of a film is near or above the limit."""
-_N_QUICK_PROBES, _QUICK_MARGIN = 5, 0.85
-"""Number of frames whose changes are measured first, and the share of the largest size below which these suffice."""
+"""Number of frames whose changes are measured where a film is too large."""
+_CLEARLY_TOO_LARGE, _MIN_JUDGED = 2.0, 24
+"""Size, in largest sizes, that a film would have if it went on as it began, from which on it is given up, and the number of frames after
+which this is judged."""
 _SAFETY = 1.04
 """Factor of the estimated size: with 12 frames it is within 4 % of that of the films of the shipped scenes."""
 
 
-def choose_gif_settings(
-    film: FilmFrames,
+def choose_gif_rate(
+    film: FilmFrames,  # a film of few colours
+    largest: float,  # largest size, bytes
     lowest_rate: float = 0.0,  # lowest frame rate (1/s) with which its motion is still understood
-) -> tuple[float, bool]:
+) -> float:
     """Return the highest rate (1/s) up to that of the film with which its file is small enough, or the lowest that is allowed."""
-    if film.n_frames < 2 * _N_PROBES:
-        return film.frame_rate, False
-    limit: float = MAX_GIF_SIZE * film.painter.paint(0).shape[0] / REFERENCE_SIZE
-
-    def is_small(n_probes: int, share: float) -> bool:
-        return _estimate_size(film, _measure_changes(film, n_probes, 1), film.frame_rate) <= share * limit
-
-    if is_small(_N_QUICK_PROBES, _QUICK_MARGIN) or is_small(_N_PROBES, 1.0):
-        return film.frame_rate, False
-    changes = _measure_changes(replace(film, few_colours=True), _N_PROBES, 2)
-    rates = [
-        film.frame_rate,
-        *(rate for rate in FRAME_RATES if 0.999 * lowest_rate <= rate < film.frame_rate),
-    ]  # 10 frames a turn at 1 turn/s
-    return next((rate for rate in rates if _estimate_size(film, changes, rate) <= limit), rates[-1]), True
+    changes = _measure_changes(film)
+    # 10 frames a turn at 1 turn/s
+    rates = [film.frame_rate, *(rate for rate in FRAME_RATES if 0.999 * lowest_rate <= rate < film.frame_rate)]
+    return next((rate for rate in rates if _estimate_size(film, changes, rate) <= largest), rates[-1])
 
 
 def _estimate_size(film: FilmFrames, changes: Sequence[float], rate: float) -> float:
     """Return the bytes of a film at a frame rate (1/s), from the bytes of its first frame and of its changes over one and two frames."""
-    (first, single, *double), ratio = changes, film.frame_rate / rate
-    growth = (double[0] - single) * (ratio - 1.0) if double else 0.0
-    return _SAFETY * (first + film.n_frames / ratio * (single + growth))
+    (first, single, double), ratio = changes, film.frame_rate / rate
+    return _SAFETY * (first + film.n_frames / ratio * (single + (double - single) * (ratio - 1.0)))
 
 
-def _measure_changes(film: FilmFrames, n_probes: int, longest: int) -> list[float]:
-    """Return the bytes of the first frame, and the mean bytes of a frame after the one before, up to the one `longest` before that.
+def _measure_changes(film: FilmFrames) -> list[float]:
+    """Return the bytes of the first frame, and the mean bytes of a frame after the one before, and after the one before that.
 
     One GIF has all probes, one after the other.
     """
@@ -227,9 +218,9 @@ def _measure_changes(film: FilmFrames, n_probes: int, longest: int) -> list[floa
 
     first = add(0)
     changes = []
-    for k in np.linspace(0, film.n_frames - 1 - longest, n_probes).astype(int).tolist():
+    for k in np.linspace(0, film.n_frames - 3, _N_PROBES).astype(int).tolist():
         sizes = []
-        for step in range(1, longest + 1):
+        for step in (1, 2):
             add(k)
             sizes.append(add(k + step))
         changes.append(sizes)
@@ -284,7 +275,7 @@ def write_film(
         return _write_page(request)
     timing = _choose_timing(request)
     with atomic_write(request.target) as temporary:
-        _encode(_make_frames(request, timing), temporary, request)
+        _write_frames(request, timing, temporary)
     return request.target
 
 
@@ -371,16 +362,17 @@ def _choose_timing(request: _Request) -> Timing:
     return select_timing(runs, options.part, *timing, DEFAULT_FRAME_RATE, shows_rotation=shows_rotation)
 
 
-def _make_frames(request: _Request, timing: Timing) -> FilmFrames:
-    """Return the frames of the film; those of a GIF at the rate that keeps its file small if none is requested."""
+def _write_frames(request: _Request, timing: Timing, path: Path) -> None:
+    """Write the film; a GIF for which no rate is requested again with fewer frames and colours if it is too large."""
     requested = request.options.frames_per_second
     film = _frames_at(request, timing, _choose_frame_rate(request, timing) if requested is None else requested)
-    if request.suffix != ".gif" or requested is not None:
-        return film
-    rate, few_colours = choose_gif_settings(film, timing.lowest_frame_rate if request.options.slow_down is None else 0.0)
-    if rate == film.frame_rate and not few_colours:
-        return film  # with its palette
-    return replace(film if rate == film.frame_rate else _frames_at(request, timing, rate), few_colours=few_colours)
+    may_be_smaller = request.suffix == ".gif" and requested is None and film.n_frames >= 2 * _N_PROBES
+    largest = MAX_GIF_SIZE * request.options.size / REFERENCE_SIZE if may_be_smaller else math.inf
+    if _encode(film, path, request, largest):
+        return
+    small = replace(film, few_colours=True)
+    rate = choose_gif_rate(small, largest, timing.lowest_frame_rate if request.options.slow_down is None else 0.0)
+    _encode(small if rate == film.frame_rate else replace(_frames_at(request, timing, rate), few_colours=True), path, request)
 
 
 def _frames_at(request: _Request, timing: Timing, frame_rate: float) -> FilmFrames:
@@ -394,14 +386,21 @@ def _frames_at(request: _Request, timing: Timing, frame_rate: float) -> FilmFram
     return FilmFrames(painter=painter, n_frames=len(times), frame_rate=rate, duration=duration, theme=request.options.theme)
 
 
-def _encode(film: FilmFrames, path: Path, request: _Request) -> None:
-    """Write frames into a file, and report progress."""
+def _encode(film: FilmFrames, path: Path, request: _Request, largest: float = math.inf) -> bool:
+    """Write frames into a file, and report progress; return whether it has at most the largest size (bytes), or else give up."""
     _, open_encoder = FILM_FORMATS[request.suffix]
+
+    def exceeds(size: float) -> bool:
+        return math.isfinite(largest) and path.stat().st_size > size
+
     with open_encoder(path, film) as add_frame:
         for k in range(film.n_frames):
             add_frame(k)
+            if exceeds(largest * min(_CLEARLY_TOO_LARGE * max(k + 1, _MIN_JUDGED) / film.n_frames, 1.0)):
+                return False
             if request.progress is not None:
                 request.progress(k + 1, film.n_frames)
+    return not exceeds(largest)
 
 
 def _choose_frame_rate(request: _Request, timing: Timing) -> float:

@@ -176,6 +176,11 @@ def hide_shape(shape: DrawnShape) -> DrawnShape:
             return TextShape(role, x, y, "", 0.0)
 
 
+def own_shapes(part: DrawnPart, moment: Any) -> Iterable[DrawnShape]:
+    """Return the shapes of a part in its axes at a moment."""
+    return part.shapes_at(moment) if isinstance(part, Flexible) else part.shapes
+
+
 def shapes_of(parts: Iterable[DrawnPart], moment: Any) -> Iterator[DrawnShape]:
     """Yield the shapes of parts where they stand at a moment, back to front."""
     poses: dict[Hashable, PoseTuple] = {}
@@ -184,7 +189,7 @@ def shapes_of(parts: Iterable[DrawnPart], moment: Any) -> Iterator[DrawnShape]:
         if axes is None:
             axes = poses[part.frame] = part.frame(moment)
         is_shown = isinstance(part, Flexible) or part.is_shown(moment)
-        for shape in part.shapes_at(moment) if isinstance(part, Flexible) else part.shapes:
+        for shape in own_shapes(part, moment):
             placed = shape if axes == (0.0, 0.0, 0.0) else place_shape(axes, shape)
             yield placed if is_shown else hide_shape(placed)
 
