@@ -14,12 +14,12 @@ import governor_mechanism as gm
 from governor_mechanism.closed_form.flywheel_engine import net_work
 from governor_mechanism.closed_form.flywheel_equilibrium import energy_fluctuation
 from governor_mechanism.papers.errata.drawings import draw_erratum
-from governor_mechanism.papers.errata.erratum import PAPER_REFERENCES, Erratum, Paper
+from governor_mechanism.papers.errata.erratum import CAUSE_MEANINGS, CAUSE_NOUNS, PAPER_REFERENCES, Erratum, Paper
 from governor_mechanism.studies.design.flywheel import closed_cycle
 from governor_mechanism.studies.design.flywheel_paper import PAPER_ENGINE, compare_with_paper
 from governor_mechanism.studies.design.hartung import PAPER_GOVERNOR, PAPER_INPUTS
 from governor_mechanism.studies.design.hartung import compare_with_paper as compare_with_dubois
-from governor_mechanism.studies.design.skeleton import CAUSE_MEANINGS, CAUSE_NOUNS, Cause
+from governor_mechanism.studies.design.skeleton import Cause
 from governor_mechanism.units.constants import KILOGRAM_FORCE_1853
 
 FOLDER = Path(__file__).parent

@@ -1,5 +1,6 @@
 """What all designs share: units and places in texts, declared inputs, scenes from templates, and one description for all outputs."""
 
+import inspect
 import json
 import math
 import re
@@ -8,8 +9,9 @@ from dataclasses import dataclass, fields
 import pytest
 
 from governor_mechanism.errors import MechanismError
+from governor_mechanism.studies.design import engine_governor
 from governor_mechanism.studies.design.simulated import PROCEDURES
-from governor_mechanism.studies.design.skeleton import Bounds, fill_rows, read_file, require_valid, scene_comment
+from governor_mechanism.studies.design.skeleton import Bounds, fill_rows, read_file, read_tables, require_valid, scene_comment
 from governor_mechanism.units import constants, text_table
 from governor_mechanism.units.fields import fields_of, quantity
 from governor_mechanism.units.quantities import QUANTITY_KINDS, parse_quantity
@@ -70,6 +72,13 @@ def test_every_input_is_declared_once_with_kind_and_meaning(name):
     for key, declared in declarations.items():
         assert declared.meaning
         assert declared.kind in QUANTITY_KINDS if declared.kinds else declared.words, key
+
+
+@pytest.mark.parametrize("name", PROCEDURES)
+def test_every_sentence_of_a_table_is_said_somewhere(name):
+    module = inspect.getmodule(PROCEDURES[name].design)
+    source = inspect.getsource(module) + (inspect.getsource(engine_governor) if name == "governed-engine" else "")
+    assert [one for one in read_tables(name.replace("-", "_"))["sentences"] if f'"{one}"' not in source] == []
 
 
 @pytest.mark.parametrize("name", DESIGNS)

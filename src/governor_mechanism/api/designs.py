@@ -102,10 +102,10 @@ def design_pendulum(**inputs: float | str) -> gm.PendulumDesign:
     >>> round(1e3 * design.sleeve_lift, 3)
     36.128
     """
-    from governor_mechanism.studies.design import pendulum, pendulum_inputs
+    from governor_mechanism.studies.design import pendulum
     from governor_mechanism.studies.design.skeleton import change_inputs
 
-    return pendulum.design_pendulum(change_inputs(pendulum_inputs.DEFAULT_INPUTS, inputs))
+    return pendulum.design_pendulum(change_inputs(pendulum.DEFAULT_INPUTS, inputs))
 
 
 def design_hartnell(**inputs: float | str) -> gm.HartnellDesign:

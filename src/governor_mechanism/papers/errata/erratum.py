@@ -40,6 +40,27 @@ PAPER_REFERENCES = {
 """Author, title and place of each paper."""
 
 
+CAUSE_MEANINGS = {
+    Cause.ERROR: "a wrong argument or calculation of the author that leads to another machine or to a false conclusion",
+    Cause.CONSEQUENCE: "a number computed from an error, or a statement by the same wrong argument",
+    Cause.MISPRINT: "a wrong digit or sign in the text as it was read; the lines around it show the right one",
+    Cause.SLIP: "a small mistake of the author that changes no conclusion",
+    Cause.ROUNDING: "a number that was cut off, or computed from rounded steps",
+    Cause.UNDECIDED: "a typeface, index, exponent, factor or bracket that may be lost in the copy only",
+}
+"""What each cause is."""
+
+CAUSE_NOUNS = {
+    Cause.ERROR: "error",
+    Cause.CONSEQUENCE: "consequence",
+    Cause.MISPRINT: "misprint",
+    Cause.SLIP: "small slip",
+    Cause.ROUNDING: "rounding",
+    Cause.UNDECIDED: "undecided place",
+}
+"""What an erratum of each cause is called; several have an s."""
+
+
 @dataclass(frozen=True, kw_only=True)
 class Erratum:
     """An erratum.

@@ -10,7 +10,15 @@ import numpy as np
 
 from governor_mechanism.model.results.result import Column, Result, format_columns
 from governor_mechanism.papers.errata.dubois import list_dubois_errata
-from governor_mechanism.papers.errata.erratum import PAPER_REFERENCES, Erratum, Paper, check_cause, check_paper, list_marks_errata
+from governor_mechanism.papers.errata.erratum import (
+    CAUSE_NOUNS,
+    PAPER_REFERENCES,
+    Erratum,
+    Paper,
+    check_cause,
+    check_paper,
+    list_marks_errata,
+)
 from governor_mechanism.papers.errata.redtenbacher import list_redtenbacher_errata
 from governor_mechanism.papers.errata.zehnder import LONGER, PROBE_ANGLE_DEG, SHORTER, list_zehnder_errata
 from governor_mechanism.scenes.library import load_scene
@@ -22,7 +30,7 @@ from governor_mechanism.studies.design.flywheel_paper import compare_with_paper
 from governor_mechanism.studies.design.hartung import PAPER_INPUTS
 from governor_mechanism.studies.design.pendulum import PendulumDesign, design_pendulum
 from governor_mechanism.studies.design.simulated import simulate_wheels
-from governor_mechanism.studies.design.skeleton import CAUSE_NOUNS, Cause
+from governor_mechanism.studies.design.skeleton import Cause
 from governor_mechanism.studies.valve_gears import tabulate_valve_timing
 from governor_mechanism.types import FloatArray
 from governor_mechanism.units.constants import RPM

@@ -12,7 +12,7 @@ L. Zehnder, Dinglers Polytechnisches Journal 225 (1877), pp. 1-14: procedure I t
 """
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -23,13 +23,11 @@ from governor_mechanism.closed_form import pendulum, pendulum_sizing
 from governor_mechanism.closed_form.flywheel_engine import AirEngine
 from governor_mechanism.closed_form.governed_engine import CharacteristicCoefficients, pendulum_coefficients, vyshnegradskii_parameters
 from governor_mechanism.closed_form.pendulum import LinkagePosition, PendulumGovernor
-from governor_mechanism.errors import MechanismError
 from governor_mechanism.model.results.result import Recorded
 from governor_mechanism.numerics.roots import find_root
-from governor_mechanism.studies.design.skeleton import GOVERNED, Bounds, relative_range, require_valid
+from governor_mechanism.studies.design.skeleton import GOVERNED, Bounds, refuse, relative_range, require_valid, sentences
 from governor_mechanism.units.constants import HORSEPOWER_1901, RPM
 from governor_mechanism.units.fields import optional, quantity
-from governor_mechanism.units.text_table import fill_places
 
 DEFAULT_MASS_RATIO = 4.0
 """Mass of the sleeve over that of one ball if neither it nor the gear ratio is given; Zehnder's rule allows 1 to 9 at 120 rpm."""
@@ -140,27 +138,24 @@ DEFAULT_INPUTS = GovernedEngineInputs()
 """20 PS at 120 rpm with a droop of 4 %."""
 
 
-def validate_inputs(
-    # the inputs; pressures, cut-off and clearances are also validated by `AirEngine`
-    inputs: GovernedEngineInputs,
-) -> None:
-    """Raise MechanismError, with a sentence per mistake, for inputs that are not valid."""
+def validate_inputs(inputs: GovernedEngineInputs) -> None:
+    """Raise MechanismError, with a sentence per mistake; pressures, cut-off and clearances are also validated by `AirEngine`."""
     require_valid(inputs, _offset_problems, alternatives=_alternative_problems)
 
 
-def _alternative_problems(inputs: GovernedEngineInputs) -> Iterator[str]:
-    """Yield a sentence for each pair of inputs of which one gives the other."""
-    for first, second in (("offset", "sleeve_travel"), ("mass_ratio", "gear_ratio"), ("ball_mass", "insensitivity")):
-        if getattr(inputs, first) is not None and getattr(inputs, second) is not None:
-            yield f"{first} and {second} are given, but each follows from the other; give only one of them"
+def _alternative_problems(inputs: GovernedEngineInputs) -> list[str]:
+    """Return a sentence for each pair of inputs of which one gives the other."""
+    pairs = (("offset", "sleeve_travel"), ("mass_ratio", "gear_ratio"), ("ball_mass", "insensitivity"))
+    return sentences(
+        "governed_engine", inputs, {first: None not in (getattr(inputs, first), getattr(inputs, second)) for first, second in pairs}
+    )
 
 
-def _offset_problems(inputs: GovernedEngineInputs) -> Iterator[str]:
-    """Yield a sentence about crossed arms whose balls would be on the axis."""
+def _offset_problems(inputs: GovernedEngineInputs) -> list[str]:
+    """Return a sentence about crossed arms whose balls would be on the axis."""
     least = -inputs.arm * math.sin(inputs.arm_angle)
-    if inputs.offset is not None and inputs.offset <= least:
-        text = "offset must be above {least:.6g mm}, where the balls are on the axis at full load; got {offset:.6g mm}"
-        yield fill_places(text, inputs, least=least)
+    cases = {"balls_on_axis": inputs.offset is not None and inputs.offset <= least}
+    return sentences("governed_engine", inputs, cases, least=least)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -250,17 +245,11 @@ def _geometry(inputs: GovernedEngineInputs) -> tuple[float, float]:
         return _geometry_for_travel(inputs, inputs.sleeve_travel, ratio)
     offset = DEFAULT_OFFSET_RATIO * inputs.arm if inputs.offset is None else inputs.offset
     at_full_load = float(pendulum_sizing.smallest_stable_offset(arm=inputs.arm, arm_angle=inputs.arm_angle))
-    _require_stable(offset, at_full_load, "at full load is unstable")
+    refuse("governed_engine", inputs, {"unstable_loaded": offset <= at_full_load}, offset=offset, smallest=at_full_load)
     outer = _angle_for_ratio(inputs, offset, ratio)
-    _require_stable(offset, _smallest_offset(inputs, _lift(inputs, outer) - _lift(inputs)), "is unstable where the throttle is open")
+    smallest = _smallest_offset(inputs, _lift(inputs, outer) - _lift(inputs))
+    refuse("governed_engine", inputs, {"unstable_open": offset <= smallest}, offset=offset, smallest=smallest)
     return offset, outer
-
-
-def _require_stable(offset: float, smallest: float, problem: str) -> None:
-    """Raise MechanismError unless an offset (m) is above the smallest with which the equilibrium is stable."""
-    if offset <= smallest:
-        text = "offset must be above {smallest:.6g mm}, or the equilibrium {problem}; got {offset:.6g mm}; increase it or arm_angle"
-        raise MechanismError(fill_places(text, None, offset=offset, smallest=smallest, problem=problem))
 
 
 def _lift(inputs: GovernedEngineInputs, arm_angle: float | None = None) -> float:
@@ -272,12 +261,7 @@ def _smallest_offset(inputs: GovernedEngineInputs, travel: float) -> float:
     """Return the offset (m) above which all equilibria are stable, down to the sleeve's place with an open throttle."""
     full_load_lift = _lift(inputs)
     fall = inputs.torque_reserve * travel
-    if full_load_lift <= fall:
-        text = (
-            "the sleeve cannot fall by {fall:.6g mm}, the torque_reserve, below its place at full load: at {lift:.6g mm} below it the arms "
-            "are vertical; reduce torque_reserve or the travel of the sleeve, or increase arm_angle"
-        )
-        raise MechanismError(fill_places(text, inputs, fall=fall, lift=full_load_lift))
+    refuse("governed_engine", inputs, {"fall": full_load_lift <= fall}, fall=fall, lift=full_load_lift)
     lowest_angle = float(pendulum_sizing.angle_of_lift(arm=inputs.arm, lift=full_load_lift - fall))
     return float(pendulum_sizing.smallest_stable_offset(arm=inputs.arm, arm_angle=lowest_angle))
 
@@ -285,24 +269,14 @@ def _smallest_offset(inputs: GovernedEngineInputs, travel: float) -> float:
 def _geometry_for_travel(inputs: GovernedEngineInputs, travel: float, ratio: float) -> tuple[float, float]:
     """Return the offset (m) with which a given travel of the sleeve has a ratio of the speeds, and the arm angle without load (rad)."""
     largest_travel = _lift(inputs, MAX_ARM_ANGLE) - _lift(inputs)
-    if travel > largest_travel:
-        text = (
-            "sleeve_travel must be at most {largest:.6g mm}, with which the arms are at {angle:.6g deg} without load; got {travel:.6g mm}; "
-            "reduce it or arm_angle, or lengthen the arm"
-        )
-        raise MechanismError(fill_places(text, inputs, largest=largest_travel, angle=MAX_ARM_ANGLE, travel=travel))
+    limits = {"largest": largest_travel, "angle": MAX_ARM_ANGLE}
+    refuse("governed_engine", inputs, {"travel": travel > largest_travel}, **limits, travel=travel)
     outer = float(pendulum_sizing.angle_of_lift(arm=inputs.arm, lift=_lift(inputs) + travel))
     angles = {"arm": inputs.arm, "inner_angle": inputs.arm_angle, "outer_angle": outer}
-    limits = _smallest_offset(inputs, travel), MAX_OFFSET_RATIO * inputs.arm
-    smallest, largest = (relative_range((1.0, float(pendulum_sizing.speed_ratio(**angles, offset=offset)))) for offset in limits)
-    if not smallest < inputs.droop <= largest:
-        cure = "reduce sleeve_travel or increase arm_angle" if inputs.droop <= smallest else "increase sleeve_travel or reduce arm_angle"
-        text = (
-            "a droop of {droop:.4%} cannot be had with a sleeve_travel of {sleeve_travel:.6g mm}, arms of {arm:.6g mm} and arm_angle "
-            "{arm_angle:.6g deg}: it is above {smallest:.4%}, where crossed arms become unstable, and at most {largest:.4%}, with an "
-            "offset as long as the arms; {cure}"
-        )
-        raise MechanismError(fill_places(text, inputs, smallest=smallest, largest=largest, cure=cure))
+    offsets = (_smallest_offset(inputs, travel), MAX_OFFSET_RATIO * inputs.arm)
+    smallest, largest = (relative_range((1.0, float(pendulum_sizing.speed_ratio(**angles, offset=offset)))) for offset in offsets)
+    cases = {"small_droop": inputs.droop <= smallest, "large_droop": inputs.droop > largest}
+    refuse("governed_engine", inputs, cases, smallest=smallest, largest=largest)
     return float(pendulum_sizing.offset_for_speed_ratio(**angles, ratio=ratio)), outer
 
 
@@ -313,13 +287,9 @@ def _angle_for_ratio(inputs: GovernedEngineInputs, offset: float, ratio: float) 
         found = pendulum_sizing.speed_ratio(arm=inputs.arm, offset=offset, inner_angle=inputs.arm_angle, outer_angle=angle)
         return float(found) - ratio
 
-    if excess(MAX_ARM_ANGLE) < 0:
-        text = (
-            "a droop of {droop:.4%} cannot be had with an offset of {offset:.6g mm} and arm_angle {arm_angle:.6g deg}: it is at most "
-            "{largest:.4%}, with the arms at {angle:.6g deg} without load; increase offset or reduce arm_angle"
-        )
-        largest = relative_range((1.0, excess(MAX_ARM_ANGLE) + ratio))
-        raise MechanismError(fill_places(text, inputs, offset=offset, largest=largest, angle=MAX_ARM_ANGLE))
+    most = excess(MAX_ARM_ANGLE)
+    limits = {"largest": relative_range((1.0, most + ratio)), "angle": MAX_ARM_ANGLE}
+    refuse("governed_engine", inputs, {"droop": most < 0}, offset=offset, **limits)
     return find_root(excess, inputs.arm_angle, MAX_ARM_ANGLE)
 
 
@@ -331,11 +301,7 @@ def _gear_and_mass_ratio(inputs: GovernedEngineInputs, offset: float) -> tuple[f
     if inputs.gear_ratio is None:
         mass_ratio = DEFAULT_MASS_RATIO if inputs.mass_ratio is None else inputs.mass_ratio
         return slowest * math.sqrt(1 + mass_ratio), mass_ratio
-    if inputs.gear_ratio < slowest:
-        raise MechanismError(
-            f"gear_ratio must be at least {slowest:.6g}, with which the governor holds the speed without any mass of the sleeve; got "
-            f"{inputs.gear_ratio:.6g}; increase it, or lengthen the arm"
-        )
+    refuse("governed_engine", inputs, {"speed_ratio": inputs.gear_ratio < slowest}, slowest=slowest)
     return inputs.gear_ratio, (inputs.gear_ratio / slowest) ** 2 - 1
 
 

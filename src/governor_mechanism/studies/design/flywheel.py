@@ -14,7 +14,7 @@ F. Redtenbacher, Die Luftexpansions-Maschine (Mannheim 1853), theory of the flyw
 """
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, fields, replace
 
 import numpy as np
@@ -31,10 +31,9 @@ from governor_mechanism.closed_form.flywheel_engine import (
 )
 from governor_mechanism.closed_form.flywheel_equilibrium import Equilibrium, Fluctuation, energy_fluctuation, find_equilibria
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.studies.design.skeleton import Bounds, Design, require_valid
+from governor_mechanism.studies.design.skeleton import Bounds, Design, require_valid, sentences
 from governor_mechanism.units.constants import HORSEPOWER_1853, KILOGRAM_FORCE_1853
 from governor_mechanism.units.fields import optional, quantity
-from governor_mechanism.units.text_table import fill_places
 
 DEFAULT_ENERGY_RATIO = 20.0
 """Ratio mu if the inputs state no requirement; the paper leaves it open."""
@@ -118,15 +117,11 @@ def closed_cycle(engine: AirEngine) -> AirEngine:
     return replace(engine, load_pressure=closing_load_pressure(engine))
 
 
-def _contradictions(inputs: FlywheelInputs) -> Iterator[str]:
-    """Yield sentences about wheels that cannot be."""
+def _contradictions(inputs: FlywheelInputs) -> list[str]:
+    """Return sentences about wheels that cannot be."""
     given = [name for name in _REQUIREMENTS if getattr(inputs, name) is not None]
-    if len(given) > 1:
-        yield f"{' and '.join(given)} are given; give only one of {', '.join(_REQUIREMENTS)}"
-    if inputs.arms != round(inputs.arms):
-        yield f"arms must be a whole number; got {inputs.arms:g}"
-    if inputs.hub_radius >= inputs.rim_radius:
-        yield fill_places("hub_radius ({hub_radius:.6g mm}) must be below rim_radius ({rim_radius:.6g mm})", inputs)
+    cases = {"requirements": len(given) > 1, "arms": inputs.arms != round(inputs.arms), "hub": inputs.hub_radius >= inputs.rim_radius}
+    return sentences("flywheel", inputs, cases, given=" and ".join(given), possible=", ".join(_REQUIREMENTS))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -238,9 +233,7 @@ class FlywheelDesign(Design):
 
 
 @np.errstate(all="ignore")  # results that are not finite are refused in a sentence
-def design_flywheel(
-    inputs: FlywheelInputs = PAPER_INPUTS,  # the inputs; by default the paper's
-) -> FlywheelDesign:
+def design_flywheel(inputs: FlywheelInputs = PAPER_INPUTS) -> FlywheelDesign:
     """Design a flywheel by the procedure of the paper, or find the fluctuation of a given one."""
     require_valid(inputs, alternatives=_contradictions)  # AirEngine validates the inputs of the engine
     engine = inputs.engine()
@@ -320,19 +313,15 @@ def _wheel(inputs: FlywheelInputs, engine: AirEngine, inertia: float) -> Wheel:
     )
 
 
-def _warnings(inputs: FlywheelInputs, engine: AirEngine, closed: AirEngine, wheel: Wheel, closed_coefficient: float) -> Iterator[str]:
+def _warnings(inputs: FlywheelInputs, engine: AirEngine, closed: AirEngine, wheel: Wheel, closed_coefficient: float) -> list[str]:
+    """Return sentences about a cycle that does not close, and a rim that does not hold."""
     gained = net_work(engine) / engine.full_pressure_work
-    if abs(gained) > CLOSED_CYCLE_TOLERANCE:
-        yield (
-            f"the cycle does not close: in each stroke the shaft {'gains' if gained > 0 else 'loses'} {abs(gained):.4g} of A p L; it "
-            f"closes with load_pressure={closed.load_pressure / 1e5:.8g} bar, where this flywheel has a coefficient of "
-            f"{closed_coefficient:.5g}"
-        )
-    if wheel.rim_stress > inputs.rim_stress:
-        slowest = math.sqrt(inputs.rim_stress / inputs.density)
-        yield (
-            f"the rim is overstressed: {wheel.rim_stress / 1e6:.3g} MPa, and the limit is {inputs.rim_stress / 1e6:.3g} MPa, at "
-            f"{slowest:.3g} m/s; reduce rim_radius to {slowest / inputs.speed:.3g} m"
-        )
-    if wheel.rim_thickness >= 2 * (inputs.rim_radius - inputs.hub_radius):
-        yield "the rim reaches the hub; increase rim_radius"
+    slowest = math.sqrt(inputs.rim_stress / inputs.density)
+    cases = {
+        "open_cycle": abs(gained) > CLOSED_CYCLE_TOLERANCE,
+        "rim_stress": wheel.rim_stress > inputs.rim_stress,
+        "rim_thickness": wheel.rim_thickness >= 2 * (inputs.rim_radius - inputs.hub_radius),
+    }
+    cycle = {"change": "gains" if gained > 0 else "loses", "work": abs(gained), "closed": closed, "closed_coefficient": closed_coefficient}
+    rim = {"wheel": wheel, "rim_speed": slowest, "possible_radius": slowest / inputs.speed}
+    return sentences("flywheel", inputs, cases, **cycle, **rim)

@@ -12,16 +12,13 @@ F. Redtenbacher, Die Luftexpansions-Maschine (Mannheim 1853), for engine and fly
 import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from types import SimpleNamespace
 
 import numpy as np
 
 from governor_mechanism.closed_form import flywheel as wheel
 from governor_mechanism.closed_form import governed_engine as throttling
 from governor_mechanism.closed_form.flywheel_engine import AirEngine, gas_work
-from governor_mechanism.errors import MechanismError
 from governor_mechanism.machines.flywheel_engine import MEAN
-from governor_mechanism.model.results.result import Column, format_columns
 from governor_mechanism.studies.design.engine_governor import (
     DEFAULT_INPUTS,
     DashpotDesign,
@@ -31,7 +28,16 @@ from governor_mechanism.studies.design.engine_governor import (
     design_governor,
     validate_inputs,
 )
-from governor_mechanism.studies.design.skeleton import Check, CheckedDesign, fill_rows, gravity_value, mass_ratio_limits, relative_range
+from governor_mechanism.studies.design.skeleton import (
+    Check,
+    CheckedDesign,
+    fill_rows,
+    format_rows,
+    gravity_value,
+    mass_ratio_limits,
+    refuse,
+    relative_range,
+)
 from governor_mechanism.units.constants import HORSEPOWER_1901
 
 THROTTLE_FRACTIONS = (1.0, 0.75, 0.5, 0.25, 0.0)
@@ -78,14 +84,6 @@ class ThrottleSetting:
     lift: float
     opening: float
     speed: float
-
-
-THROTTLE_COLUMNS = (
-    Column("load_fraction", "load", lambda one: "open" if one.load_fraction is None else f"{one.load_fraction:.0%}"),
-    Column("lift", "sleeve lift, mm", ".3f/mm"),
-    Column("opening", "throttle", ".5f"),
-    Column("speed", "speed, rpm", ".6g/rpm"),
-)
 
 
 @dataclass(frozen=True, kw_only=True, repr=False)
@@ -156,9 +154,7 @@ class GovernedEngineDesign(CheckedDesign):
     @property
     def throttle_rod(self) -> str:
         """The table of the throttle rod as text."""
-        lift, opening = self.throttle_points[0]
-        is_open = SimpleNamespace(load_fraction=None, lift=lift, opening=opening, speed=None)
-        return format_columns(THROTTLE_COLUMNS, (is_open, *self.throttle))
+        return format_rows(fill_rows(self.machine, "throttle", self), "lr")
 
     def scene_values(self, *, mean_torque: bool = False, with_resistance: bool = False) -> Mapping[str, object]:
         """Return what the scene adds: its load falls to the half.
@@ -250,11 +246,7 @@ def _size_cylinders(inputs: GovernedEngineInputs) -> tuple[AirEngine, float]:
     """Return the engine that gives the rated torque and its reserve with an open throttle, and its bore (m)."""
     unit = inputs.engine(area=1.0, stroke=1.0)
     work = gas_work(unit)
-    if not work > 0:
-        raise MechanismError(
-            f"these pressures give no work: in a stroke the air does {work / 1e3:.6g} kJ on the shaft for each m3 of the cylinder; "
-            "increase supply_pressure or cut_off, or reduce back_pressure or pump_area_ratio"
-        )
+    refuse("governed_engine", inputs, {"work": not work > 0}, work=work)
     volume = inputs.rated_torque * (1 + inputs.torque_reserve) / throttling.full_throttle_torque(unit)
     bore = math.cbrt(4 * volume / (math.pi * inputs.stroke_ratio))
     return inputs.engine(area=math.pi * bore**2 / 4, stroke=inputs.stroke_ratio * bore), bore

@@ -9,7 +9,7 @@ R. S. Khurmi and J. K. Gupta, Theory of Machines, chapter 18, "Hartnell governor
 """
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 from governor_mechanism.closed_form import hartnell as closed
@@ -22,14 +22,15 @@ from governor_mechanism.studies.design.skeleton import (
     format_rows,
     gravity_value,
     limit,
+    refuse,
     relative_range,
     require_valid,
     run_up_steps,
+    sentences,
     sleeve_damping,
 )
 from governor_mechanism.units.constants import RPM
 from governor_mechanism.units.fields import optional, quantity
-from governor_mechanism.units.text_table import fill_places
 
 DEFAULT_LIFT = 0.015
 """Lift of the sleeve without lift and outer_radius, m: as in the textbook's example."""
@@ -141,7 +142,7 @@ class HartnellDesign(Design):
         weight = self.inputs.sleeve_mass * self.inputs.gravity
         textbook, exact = ([force + weight for force in spring.forces] for spring in (self.textbook, self.exact))
         values = {"textbook_loads": textbook, "exact_loads": exact, "textbook_power": self.textbook_effort * self.travel.lift}
-        return format_rows(fill_rows(self.machine, "springs", self, **values))
+        return format_rows(fill_rows(self.machine, "springs", self, **values), "llr")
 
     def scene_values(self) -> Mapping[str, object]:
         """Return what the scene adds: the speed rises from the lowest to the highest in two steps, with stops and a dashpot."""
@@ -170,10 +171,8 @@ class HartnellDesign(Design):
         return math.sqrt(abs(float(closed.squared_natural_frequency(self.governor, arm_angle=angle, **load))))
 
 
-def build_governor(
-    inputs: HartnellInputs,  # inputs without None
-) -> closed.HartnellGovernor:
-    """Return the governor of the closed forms."""
+def build_governor(inputs: HartnellInputs) -> closed.HartnellGovernor:
+    """Return the governor of the closed forms, from inputs without None."""
     names = ("ball_arm", "sleeve_arm", "pivot_radius", "ball_mass", "sleeve_mass", "gravity")
     return closed.HartnellGovernor(angle=inputs.bell_crank_angle, **{name: getattr(inputs, name) for name in names})
 
@@ -196,6 +195,7 @@ def design_hartnell(inputs: HartnellInputs = DEFAULT_INPUTS) -> HartnellDesign:
     _require_spring(exact_forces, resolved)
     exact = _make_spring(governor, travel, exact_forces, travel.lift)
     textbook = _make_spring(governor, travel, textbook_forces, textbook_lift)
+    is_stable = textbook.speeds[1] > textbook.speeds[0]
     return HartnellDesign(
         inputs=resolved,
         travel=travel,
@@ -203,57 +203,38 @@ def design_hartnell(inputs: HartnellInputs = DEFAULT_INPUTS) -> HartnellDesign:
         exact=exact,
         textbook_effort=SPEED_CHANGE * (0.5 * sum(textbook_forces) + weight),
         effort=_exact_effort(governor, travel.middle_angle, 0.5 * sum(exact_forces)),
-        warnings=() if textbook.speeds[1] > textbook.speeds[0] else (fill_places(_UNSTABLE, textbook, inputs=resolved),),
+        warnings=tuple(sentences("hartnell", textbook, {"unstable_spring": not is_stable}, wanted=resolved.highest_speed)),
     )
-
-
-_UNSTABLE = (
-    "with the textbook spring the governor is unstable: it stands still at {speeds[0]:.6g rpm} in the lowest and at {speeds[1]:.6g rpm} "
-    "in the highest position, though {inputs.highest_speed:.6g rpm} are wanted there; take the exact spring"
-)
 
 
 def resolve_inputs(inputs: HartnellInputs) -> tuple[HartnellInputs, Travel]:
     """Return the inputs with pivots and outer radius or lift filled in, and the travel; raise MechanismError with all mistakes."""
     require_valid(inputs, _contradictions)
     placed = replace(inputs, pivot_radius=inputs.inner_radius if inputs.pivot_radius is None else inputs.pivot_radius)
-    if problems := [*_place_problems(placed)]:
-        raise MechanismError(*problems)
+    _require_places(placed)
     travel = _find_travel(placed)
-    if problem := _speed_problem(placed, travel):
-        raise MechanismError(problem)
+    _require_rising_speeds(placed, travel)
     return replace(placed, outer_radius=travel.radii[1], lift=travel.lift), travel
 
 
-def _contradictions(inputs: HartnellInputs) -> Iterator[str]:
-    """Yield sentences about two descriptions of the travel, radii in the wrong order, and an impossible bell crank."""
-    if inputs.lift is not None and inputs.outer_radius is not None:
-        yield "lift and outer_radius are both given, and each determines the other; leave one of them out"
-    if inputs.outer_radius is not None and inputs.outer_radius <= inputs.inner_radius:
-        rule = "outer_radius ({outer_radius:.6g mm}) must exceed inner_radius ({inner_radius:.6g mm})"
-        yield fill_places(f"{rule}: the balls move outward as the sleeve rises; exchange them", inputs)
-    if inputs.bell_crank_angle >= math.pi:
-        rule = "bell_crank_angle ({bell_crank_angle:.6g deg}) must be less than 180 deg"
-        yield fill_places(f"{rule}; bell cranks of a Hartnell governor have about 90 deg", inputs)
+def _contradictions(inputs: HartnellInputs) -> list[str]:
+    """Return sentences about two descriptions of the travel, radii in the wrong order, and an impossible bell crank."""
+    outer = inputs.outer_radius
+    cases = {
+        "lift_and_radius": inputs.lift is not None and outer is not None,
+        "radii": outer is not None and outer <= inputs.inner_radius,
+        "bell_crank": inputs.bell_crank_angle >= math.pi,
+    }
+    return sentences("hartnell", inputs, cases)
 
 
-def _place_problems(inputs: HartnellInputs) -> Iterator[str]:
-    """Yield sentences about pivots too near to the axis, and radii that the balls do not reach."""
+def _require_places(inputs: HartnellInputs) -> None:
+    """Raise MechanismError for pivots too near to the axis, and radii that the balls do not reach."""
     pivot = inputs.pivot_radius or 0.0
-    if inputs.sleeve_arm >= pivot:
-        rule = "sleeve_arm ({sleeve_arm:.6g mm}) must be shorter than pivot_radius ({pivot_radius:.6g mm})"
-        yield fill_places(f"{rule}, or the rollers would meet on the spindle axis", inputs)
-    for name, radius in (("inner_radius", inputs.inner_radius), ("outer_radius", inputs.outer_radius)):
-        if radius is not None and abs(radius - pivot) >= inputs.ball_arm:
-            yield fill_places(
-                "{name} ({radius:.6g mm}) is out of reach of the balls: their arms of {ball_arm:.6g mm} about pivots at "
-                "{pivot_radius:.6g mm} reach from {least:.6g mm} to {most:.6g mm}; change it or pivot_radius",
-                inputs,
-                name=name,
-                radius=radius,
-                least=max(pivot - inputs.ball_arm, 0.0),
-                most=pivot + inputs.ball_arm,
-            )
+    radii = {"inner_reach": inputs.inner_radius, "outer_reach": inputs.outer_radius}
+    cases = {name: radius is not None and abs(radius - pivot) >= inputs.ball_arm for name, radius in radii.items()}
+    reach = {"least": max(pivot - inputs.ball_arm, 0.0), "most": pivot + inputs.ball_arm}
+    refuse("hartnell", inputs, {"rollers": inputs.sleeve_arm >= pivot, **cases}, **reach)
 
 
 def _find_travel(inputs: HartnellInputs) -> Travel:
@@ -263,71 +244,39 @@ def _find_travel(inputs: HartnellInputs) -> Travel:
     arm = inputs.sleeve_arm
     low = math.asin((inputs.inner_radius - pivot) / inputs.ball_arm)
     lowest = math.cos(angle - low)
-    if not 0 < angle - low < math.pi:
-        lean = "does not fit inner_radius, where the balls' arms lean by {low:.6g deg}: the rollers would be above or below their pivots"
-        raise MechanismError(fill_places(f"bell_crank_angle ({{bell_crank_angle:.6g deg}}) {lean}; change one of them", inputs, low=low))
+    refuse("hartnell", inputs, {"lean": not 0 < angle - low < math.pi}, low=low)
     end = min(angle, math.pi / 2)
     if inputs.outer_radius is None:
         lift = DEFAULT_LIFT if inputs.lift is None else inputs.lift
         highest = arm * (math.cos(angle - end) - lowest)
-        if lift >= highest:
-            text = (
-                "lift ({lift:.6g mm}) is more than the arms give: sleeve arms of {sleeve_arm:.6g mm} raise the sleeve by less than "
-                "{highest:.6g mm} from the lowest position; reduce lift, or lengthen sleeve_arm"
-            )
-            raise MechanismError(fill_places(text, inputs, lift=lift, highest=highest))
+        refuse("hartnell", inputs, {"lift": lift >= highest}, lift=lift, highest=highest)
         high = angle - math.acos(lowest + lift / arm)
         outer = pivot + inputs.ball_arm * math.sin(high)
     else:
         outer = inputs.outer_radius
         high = math.asin((outer - pivot) / inputs.ball_arm)
-        if high >= end:
-            text = "outer_radius ({outer_radius:.6g mm}) is beyond the dead centre of the rollers, {end:.6g mm}; reduce it"
-            raise MechanismError(fill_places(text, inputs, end=pivot + inputs.ball_arm * math.sin(end)))
+        refuse("hartnell", inputs, {"dead_centre": high >= end}, end=pivot + inputs.ball_arm * math.sin(end))
         lift = arm * (math.cos(angle - high) - lowest)
     middle = angle - math.acos(lowest + 0.5 * lift / arm)
     return Travel(arm_angles=(low, high), middle_angle=middle, radii=(inputs.inner_radius, outer), lift=lift)
 
 
-def _speed_problem(inputs: HartnellInputs, travel: Travel) -> str:
-    """Return a sentence about speeds that do not rise with the sleeve; empty if they do."""
+def _require_rising_speeds(inputs: HartnellInputs, travel: Travel) -> None:
+    """Raise MechanismError for speeds that do not rise with the sleeve."""
     ratio = inputs.highest_speed / inputs.lowest_speed
     least = math.sqrt(travel.radii[0] / travel.radii[1])
     is_isochronous = math.isclose(ratio, 1, rel_tol=1e-9)  # the same text in rpm may differ by rounding
-    if ratio > 1 and not is_isochronous:
-        return ""
-    speeds = "highest_speed ({highest_speed:.6g rpm}) over lowest_speed ({lowest_speed:.6g rpm}) is {ratio:.6g}: "
-    if is_isochronous:
-        reason = "the governor would be isochronous, and stand still anywhere; a stable one needs a ratio above 1"
-    elif ratio <= least:
-        reason = (
-            "a spring would need a ratio above {least:.6g}, the root of inner_radius over outer_radius, and a stable governor one above 1; "
-            "raise highest_speed"
-        )
-    else:
-        reason = (
-            "the governor would be unstable, as its speed falls while the balls move outward; a stable one needs a ratio above 1; "
-            "raise highest_speed"
-        )
-    return fill_places(speeds + reason, inputs, ratio=ratio, least=least)
+    falls = ratio <= 1 and not is_isochronous
+    cases = {"isochronous": is_isochronous, "no_spring": falls and ratio <= least, "unstable": falls and ratio > least}
+    refuse("hartnell", inputs, cases, ratio=ratio, least=least)
 
 
 def _require_spring(forces: list[float], inputs: HartnellInputs) -> None:
     """Raise MechanismError unless a spring that presses the sleeve down, harder in the highest position, gives the exact forces (N)."""
     lowest, highest = forces
-    if lowest <= 0:
-        raise MechanismError(
-            f"at {inputs.lowest_speed / RPM:.6g} rpm the weights alone hold down the sleeve: the spring would have to lift it by "
-            f"{-lowest:.6g} N in the lowest position; raise lowest_speed, take heavier balls, or reduce sleeve_mass"
-        )
-    if highest <= lowest:
-        text = (
-            "the speeds {lowest_speed:.6g/rpm} and {highest_speed:.6g rpm} need a spring force of {lowest:.6g} N in the lowest and "
-            "{highest:.6g} N in the highest position, a rate that is not positive; with these weights a ratio of the speeds above "
-            "{ratio:.6g} is needed: raise highest_speed"
-        )
-        ratio = inputs.highest_speed / inputs.lowest_speed
-        raise MechanismError(fill_places(text, inputs, lowest=lowest, highest=highest, ratio=ratio))
+    cases = {"lifting_spring": lowest <= 0, "falling_force": lowest > 0 and highest <= lowest}
+    ratio = inputs.highest_speed / inputs.lowest_speed
+    refuse("hartnell", inputs, cases, lowest=lowest, highest=highest, pull=-lowest, ratio=ratio)
 
 
 def _make_spring(governor: closed.HartnellGovernor, travel: Travel, forces: list[float], lift: float) -> SleeveSpring:
@@ -344,10 +293,7 @@ def _find_speed(governor: closed.HartnellGovernor, arm_angle: float, force: floa
     try:
         return float(closed.equilibrium_speed(governor, arm_angle=arm_angle, spring_force=force))
     except MechanismError as error:
-        raise MechanismError(
-            f"at these speeds the textbooks may not neglect the weight of the balls: under their spring, {force:.6g} N at "
-            f"{math.degrees(arm_angle):.4g} deg, it drives the balls outward at any speed; raise lowest_speed and highest_speed"
-        ) from error
+        raise MechanismError(*sentences("hartnell", governor, {"heavy_balls": True}, force=force, at=arm_angle)) from error
 
 
 def _exact_effort(governor: closed.HartnellGovernor, arm_angle: float, force: float) -> float:

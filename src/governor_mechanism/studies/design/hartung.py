@@ -14,7 +14,7 @@ Fr. Dubois, Dinglers Polytechnisches Journal 327 (1912), pp. 618-620.
 """
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -23,7 +23,6 @@ from scipy.optimize import minimize_scalar
 
 from governor_mechanism.closed_form import hartung as closed
 from governor_mechanism.closed_form import hartung_design as formulas
-from governor_mechanism.errors import MechanismError
 from governor_mechanism.model.results.result import format_columns
 from governor_mechanism.studies.design.skeleton import (
     PRINTED_COLUMNS,
@@ -32,16 +31,18 @@ from governor_mechanism.studies.design.skeleton import (
     PrintedNumber,
     PrintedNumbers,
     printed_numbers,
-    read_table,
+    read_tables,
+    refuse,
     require_valid,
     run_up_steps,
     select_deviations,
+    sentences,
     sleeve_damping,
 )
 from governor_mechanism.types import FloatArray
 from governor_mechanism.units.constants import KILOGRAM_FORCE_1853, RPM, TECHNICAL_ATMOSPHERE
 from governor_mechanism.units.fields import optional, quantity
-from governor_mechanism.units.text_table import fill_places, in_unit
+from governor_mechanism.units.text_table import in_unit
 
 HALF_STROKE_TOLERANCE_RATIO = 0.05
 """Tolerance of half_stroke relative to the geometric value; the paper's rounding is 0.008."""
@@ -174,9 +175,7 @@ class HartungDesign(Design):
         }
 
 
-def design_hartung(
-    inputs: HartungInputs = PAPER_INPUTS,  # the inputs; by default the paper's
-) -> HartungDesign:
+def design_hartung(inputs: HartungInputs = PAPER_INPUTS) -> HartungDesign:
     """Design a Hartung governor by the procedure of the paper; raise MechanismError if no governor can be built from the inputs."""
     _max_bell_crank_angle(inputs)  # raises for a swing that is too large
     require_valid(inputs, _contradictions)
@@ -197,6 +196,7 @@ def design_hartung(
     spring = {"wire": inputs.wire, "coil": inputs.coil, "modulus": inputs.modulus, "rate": layout.spring_rate}
     stress = float(formulas.coil_stress(wire=inputs.wire, coil=inputs.coil, force=layout.spring_forces[-1]))
     turns = float(formulas.coil_turns(**spring))
+    unsound = {"stress": stress > inputs.stress_limit, "turns": turns < MIN_COIL_TURNS}
     return HartungDesign(
         inputs=inputs,
         layout=layout,
@@ -215,27 +215,20 @@ def design_hartung(
         stress=stress,
         regulating_forces=tuple(regulating_forces.tolist()),
         speed_limits=tuple(zip(*(np.asarray(limits).tolist() for limits in speed_limits), strict=True)),
-        warnings=tuple(_warnings(inputs, stress, turns)),
+        warnings=tuple(sentences("hartung", inputs, unsound, stress=stress, turns=turns, least=MIN_COIL_TURNS)),
     )
 
 
-def _contradictions(inputs: HartungInputs) -> Iterator[str]:
-    """Yield sentences about inputs that are not consistent."""
-    if inputs.slow_speed >= inputs.fast_speed:
-        text = "slow_speed ({slow_speed:.6g rpm}), at the inner end of the stroke, must be below fast_speed ({fast_speed:.6g rpm})"
-        yield fill_places(f"{text}, at the outer end", inputs)
-    if inputs.insensitivity >= 1:
-        text = "insensitivity ({insensitivity:g}) must be below 1: it is a fraction of the static sleeve force; the paper's value is 0.04"
-        yield fill_places(text, inputs)
+def _contradictions(inputs: HartungInputs) -> list[str]:
+    """Return sentences about inputs that are not consistent."""
     travel = inputs.weight_arm * math.sin(inputs.swing)
-    if abs(inputs.half_stroke - travel) > HALF_STROKE_TOLERANCE_RATIO * travel:
-        text = (
-            "half_stroke ({half_stroke:.6g mm}) is not consistent with weight_arm ({weight_arm:.6g mm}) and swing ({swing:.6g deg}), which "
-            "move a weight by {travel:.4g mm} to each side; give half_stroke={travel:.4g mm}, or change the others"
-        )
-        yield fill_places(text, inputs, travel=travel)
-    if inputs.coil <= inputs.wire:
-        yield fill_places("coil ({coil:.6g mm}) must exceed wire ({wire:.6g mm})", inputs)
+    cases = {
+        "speeds": inputs.slow_speed >= inputs.fast_speed,
+        "insensitivity": inputs.insensitivity >= 1,
+        "half_stroke": abs(inputs.half_stroke - travel) > HALF_STROKE_TOLERANCE_RATIO * travel,
+        "coil": inputs.coil <= inputs.wire,
+    }
+    return sentences("hartung", inputs, cases, travel=travel)
 
 
 def build_hartung_layout(
@@ -256,11 +249,7 @@ def build_hartung_layout(
     )
     inner = float(slow_forces[0])
     outer = float(fast_forces[-1])
-    if not 0 < inner < outer:
-        raise MechanismError(
-            f"a weight needs a spring force of {inner:.4g} N at slow_speed and the inner end, and of {outer:.4g} N at fast_speed and the "
-            "outer end; it must be positive and rise outward; increase rest_radius, weight_mass or the speeds, or reduce swing"
-        )
+    refuse("hartung", inputs, {"spring_force": not 0 < inner < outer}, inner=inner, outer=outer)
     spring_rate = float(formulas.effective_spring_rate(inner_force=inner, outer_force=outer, stroke=float(radii[-1] - radii[0])))
     spring_forces = inner + spring_rate * (radii - radii[0])
     return HartungLayout(
@@ -293,24 +282,8 @@ def find_best_angle(inputs: HartungInputs) -> tuple[float, float]:
 def _max_bell_crank_angle(inputs: HartungInputs) -> float:
     """Return the largest angle (rad) of the bell crank at which the lever does not reach its change point."""
     max_angle = math.pi - inputs.swing - ANGLE_SEARCH_STEP
-    if max_angle <= math.pi / 2:
-        raise MechanismError(
-            f"with a swing of {math.degrees(inputs.swing):g} deg to each side the lever reaches its change point at "
-            "every angle of the bell crank from 90 deg up; the swing must be less than 89 deg"
-        )
+    refuse("hartung", inputs, {"swing": max_angle <= math.pi / 2})
     return max_angle
-
-
-def _warnings(inputs: HartungInputs, stress: float, turns: float) -> Iterator[str]:
-    if stress > inputs.stress_limit:
-        text = (
-            "the springs are overstressed: {stress:.4g kgf/cm^2} at the outer end of the stroke, the limit is {stress_limit:.4g kgf/cm^2}; "
-            "use a thicker wire or a smaller coil"
-        )
-        yield fill_places(text, inputs, stress=stress)
-    if turns < MIN_COIL_TURNS:
-        least = f"fewer than the {MIN_COIL_TURNS:g} of a useful coil"
-        yield f"the springs have {turns:.3g} turns, {least}; use a thicker wire or a smaller coil"
 
 
 PAPER_SPEEDS = (21.363, 22.201)
@@ -322,7 +295,7 @@ SLIDE_RULE_TOLERANCE = 1.0
 PAPER_GOVERNOR = PAPER_INPUTS.governor(angle=math.radians(132), sleeve_arm=0.170)
 """The governor of the paper's calculations, with bell cranks of 132 deg."""
 
-PRINTED_SPRING_FORCES = read_table("hartung", "spring_forces")
+PRINTED_SPRING_FORCES: Sequence[Sequence[float]] = read_tables("hartung")["spring_forces"]
 """Table 2 of the paper: radius (mm), and the astatic spring force (kgf) at each of the two speeds."""
 
 COUNTER_EXAMPLE_FORCES = (189.0, 262.0, 335.0)

@@ -13,29 +13,35 @@ L. Zehnder, Dinglers Polytechnisches Journal 225 (1877), pp. 1-14.
 
 import math
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from enum import StrEnum
+from typing import Any
 
 import numpy as np
 
 from governor_mechanism.closed_form import parabolic, pendulum, pendulum_sizing
 from governor_mechanism.closed_form.pendulum import PendulumGovernor
-from governor_mechanism.errors import MechanismError
 from governor_mechanism.model.results.result import Column, format_columns
 from governor_mechanism.numerics.roots import find_root
-from governor_mechanism.studies.design.pendulum_inputs import DEFAULT_INPUTS, GovernorKind, PendulumInputs, Requirement, resolve_inputs
 from governor_mechanism.studies.design.skeleton import (
+    GOVERNED,
     SPEED_CHANGE,
+    Bounds,
     Check,
     CheckedDesign,
     fill_rows,
     gravity_value,
     limit,
     mass_ratio_limits,
+    refuse,
     relative_range,
+    require_valid,
+    sentences,
     sleeve_damping,
     speed_steps,
 )
-from governor_mechanism.units.constants import RPM
+from governor_mechanism.units.constants import KILOGRAM_FORCE_1853, RPM
+from governor_mechanism.units.fields import entry, optional, quantity
 from governor_mechanism.units.text_table import fill_places, in_unit
 
 START_RADIUS_CONSTANTS = (1000.0, 1.0)
@@ -67,6 +73,70 @@ DURATION_LIMITS = (0.5, 60.0)
 
 POINTS_PER_PERIOD = 200
 """Reported times in a period."""
+
+
+_SPEEDS = Bounds(
+    lowest=1 * RPM, highest=10_000 * RPM, rule="{lowest:.6g rpm} to {highest:.6g rpm}", found="{value:.6g rpm}"
+)  # a speed outside has a wrong unit
+
+
+class GovernorKind(StrEnum):
+    """Zehnder's kinds of pendulum governors, which are cases of one calculation."""
+
+    WATT = "watt"
+    IMPROVED_WATT = "improved-watt"
+    PORTER = "porter"
+
+
+@dataclass(frozen=True, kw_only=True)
+class PendulumInputs:
+    """Inputs of a design in SI; None stands for what follows from the kind or from the other inputs.
+
+    Without arm and offset, Watt's governor hangs on the axis, and the arms of the others are as long as the radius of curvature.
+    """
+
+    kind: str = entry(
+        "choice",
+        default="porter",
+        words=tuple(map(str, GovernorKind)),
+        meaning="watt: no load on the sleeve, arms shorter than the radius of curvature; improved-watt: the same with arms as long as this "
+        "radius, which cross; porter: with a load on the sleeve",
+    )
+    lowest_speed: float | None = optional("angular_speed", meaning="speed of rest n1 in the lowest position", bounds=_SPEEDS)
+    highest_speed: float | None = optional("angular_speed", meaning="speed of rest n2 in the highest position", bounds=_SPEEDS)
+    mass_ratio: float | None = optional("ratio", meaning="mass m of the sleeve over the mass of a ball at the joint", sign="not negative")
+    insensitivity: float = quantity(
+        "ratio", default=0.04, meaning="range of speed in which the resistance holds the sleeve", bounds=GOVERNED
+    )
+    speed_fluctuation: float = quantity(
+        "ratio", default=0.025, meaning="coefficient of speed fluctuation that the flywheel leaves", sign="not negative", bounds=GOVERNED
+    )
+    resistance: float | None = optional("force", meaning="resistance W at the sleeve; 6 kgf, or 1 kgf for Watt's governors")
+    arm: float | None = optional("length", meaning="length l of the arms up to the balls; it gives the offset, or the offset gives it")
+    offset: float | None = optional("length", meaning="distance of the suspension from the axis; negative for crossed arms", sign="any")
+    joint_ratio: float = quantity(
+        "ratio",
+        default=1.0,
+        meaning="distance of the joint of arm and link from the suspension over the arm; 1 for links at the balls",
+        bounds=Bounds(highest=1.0, rule="at most 1: the joint of arm and link is not beyond the ball", found="{value:g}"),
+    )
+    start_radius: float | None = optional("length", meaning="distance x1 of the balls from the axis in the lowest position")
+    gravity: float = quantity("acceleration", default=9.81, meaning="gravitational acceleration")
+
+
+DEFAULT_INPUTS = PendulumInputs()
+"""A Porter governor for 120 to 126 rpm against 6 kgf."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Requirement:
+    """What the procedure starts from, with nothing left open but the geometry: speeds rad/s, resistance N."""
+
+    kind: GovernorKind
+    lowest_speed: float
+    highest_speed: float
+    mass_ratio: float
+    resistance: float
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -285,12 +355,9 @@ class PendulumDesign(CheckedDesign):
 
 
 @np.errstate(all="ignore")  # results that are not finite are refused in a sentence
-def design_pendulum(
-    # the inputs; by default a Porter governor with arms as long as the radius of curvature
-    inputs: PendulumInputs = DEFAULT_INPUTS,
-) -> PendulumDesign:
-    """Design a pendulum governor by Zehnder's procedure."""
-    resolved, requirement = resolve_inputs(inputs)
+def design_pendulum(inputs: PendulumInputs = DEFAULT_INPUTS) -> PendulumDesign:
+    """Design a pendulum governor by Zehnder's procedure; by default a Porter governor with arms as long as the radius of curvature."""
+    resolved, requirement = _resolve_inputs(inputs)
     start = _place_start(resolved, requirement)
     arm, offset = _choose_arm(resolved, requirement, start)
     governor = _build_governor(resolved, requirement, arm, offset)
@@ -312,6 +379,31 @@ def design_pendulum(
     )
 
 
+def _resolve_inputs(inputs: PendulumInputs) -> tuple[PendulumInputs, Requirement]:
+    """Return the inputs with the values of their kind, and the requirement from which the procedure starts."""
+    kind = GovernorKind(inputs.kind)
+    porter = {"lowest_speed": 120 * RPM, "highest_speed": 126 * RPM, "mass_ratio": 4.0, "resistance": 6 * KILOGRAM_FORCE_1853}
+    watt = {"lowest_speed": 60 * RPM, "highest_speed": 63 * RPM, "mass_ratio": 0.0, "resistance": KILOGRAM_FORCE_1853}
+    defaults = porter if kind is GovernorKind.PORTER else watt
+    given = {name: getattr(inputs, name) for name in defaults if getattr(inputs, name) is not None}
+    values: dict[str, Any] = defaults | given
+    resolved = replace(inputs, **values)
+    require_valid(resolved, _contradictions)
+    return resolved, Requirement(kind=kind, **values)
+
+
+def _contradictions(inputs: PendulumInputs) -> list[str]:
+    """Return a sentence for each input at odds with another; a load on the sleeve belongs to a Porter governor."""
+    is_porter = inputs.kind == GovernorKind.PORTER
+    cases = {
+        "speeds": inputs.lowest_speed >= inputs.highest_speed,  # type: ignore[operator]  # resolved
+        "porter_without_load": is_porter and inputs.mass_ratio == 0,
+        "watt_with_load": not is_porter and inputs.mass_ratio != 0,
+        "arm_and_offset": inputs.arm is not None and inputs.offset is not None,
+    }
+    return sentences("pendulum", inputs, cases)
+
+
 def _place_start(inputs: PendulumInputs, requirement: Requirement) -> ParabolaStart:
     """Return the lowest position on the parabola of the lowest speed: steps III, IV and V."""
     speed = requirement.lowest_speed
@@ -320,18 +412,10 @@ def _place_start(inputs: PendulumInputs, requirement: Requirement) -> ParabolaSt
     factor, subtracted = START_RADIUS_CONSTANTS
     empirical = 0.01 * (factor * math.sqrt(1 + ratio) / (speed / RPM) - subtracted)
     abscissa = empirical if inputs.start_radius is None else inputs.start_radius
-    if abscissa <= 0:
-        raise MechanismError(
-            f"the empirical start radius, 1000 sqrt(1 + m) / n - 1 in cm, is {100 * abscissa:.4g} cm at {speed / RPM:.6g} rpm and "
-            f"m = {ratio:g}; it must be positive: increase mass_ratio, or give start_radius"
-        )
+    refuse("pendulum", requirement, {"start_radius": abscissa <= 0}, empirical=abscissa)
     angle = math.atan(2 * abscissa / parameter)
-    if not angle < MAX_ARM_ANGLE:
-        text = (
-            "the arms hang at {angle:.4g deg} from the vertical in the lowest position; at most {most:g deg} are possible: reduce "
-            "start_radius ({abscissa:.6g mm}) or lowest_speed"
-        )
-        raise MechanismError(fill_places(text, inputs, angle=angle, most=MAX_ARM_ANGLE, abscissa=abscissa))
+    too_steep = {"start_angle": not angle < MAX_ARM_ANGLE}
+    refuse("pendulum", requirement, too_steep, angle=angle, most=MAX_ARM_ANGLE, abscissa=abscissa)
     return ParabolaStart(
         double_parameter=parameter,
         empirical_abscissa=empirical,
@@ -351,12 +435,7 @@ def _choose_arm(inputs: PendulumInputs, requirement: Requirement, start: Parabol
     if offset is None:
         arm = start.radius_of_curvature if inputs.arm is None else inputs.arm
         return arm, start.abscissa - arm * sine
-    if offset >= start.abscissa:
-        text = (
-            "offset ({offset:.6g mm}) must be below the start radius ({abscissa:.6g mm}), or the arms would hang inward; reduce offset, or "
-            "give a larger start_radius"
-        )
-        raise MechanismError(fill_places(text, start, offset=offset))
+    refuse("pendulum", start, {"offset": offset >= start.abscissa}, offset=offset)
     return (start.abscissa - offset) / sine, offset
 
 
@@ -383,12 +462,8 @@ def _find_high_angle(governor: PendulumGovernor, requirement: Requirement, start
     low = start.arm_angle
     if governor.offset < 0:  # crossed arms longer than the radius of curvature are slowest above the start
         low = max(low, math.asin(math.cbrt(-governor.offset / governor.arm)))
-    if not low < MAX_ARM_ANGLE or excess(MAX_ARM_ANGLE) < 0:
-        text = (
-            "with arms of {arm:.6g mm} the highest speed of {speed:.6g rpm} is not reached up to {most:g deg}; reduce highest_speed, "
-            "shorten arm, or increase offset"
-        )
-        raise MechanismError(fill_places(text, governor, speed=requirement.highest_speed, most=MAX_ARM_ANGLE))
+    is_too_fast = not low < MAX_ARM_ANGLE or excess(MAX_ARM_ANGLE) < 0
+    refuse("pendulum", governor, {"highest_speed": is_too_fast}, speed=requirement.highest_speed, most=MAX_ARM_ANGLE)
     return find_root(excess, low, MAX_ARM_ANGLE)
 
 

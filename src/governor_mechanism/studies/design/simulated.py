@@ -20,20 +20,20 @@ from governor_mechanism.statics.controlling_force import ControllingForce, compu
 from governor_mechanism.statics.equilibria import find_equilibria
 from governor_mechanism.statics.equilibrium_speed import WorkingRange
 from governor_mechanism.statics.speed_curve import compute_insensitivity_band, equilibrium_speed_at
-from governor_mechanism.studies.design import flywheel, governed_engine, hartnell, hartung, pendulum, pendulum_inputs
+from governor_mechanism.studies.design import flywheel, governed_engine, hartnell, hartung, pendulum
 from governor_mechanism.studies.design.engine_governor import DEFAULT_INPUTS as ENGINE_INPUTS
 from governor_mechanism.studies.design.flywheel import FlywheelDesign
 from governor_mechanism.studies.design.flywheel_paper import PaperComparison, compare_with_paper
 from governor_mechanism.studies.design.governed_engine import LOAD_CHANGE, GovernedEngineDesign, change_times
 from governor_mechanism.studies.design.hartnell import HartnellDesign
 from governor_mechanism.studies.design.pendulum import START_FRACTION, TARGET_FRACTION, PendulumDesign
-from governor_mechanism.studies.design.skeleton import SPEED_CHANGE, Design, fill_rows, relative_range
+from governor_mechanism.studies.design.skeleton import SPEED_CHANGE, Design, fill_rows, format_rows, relative_range
 from governor_mechanism.studies.plain_runs import run_uncertified
 from governor_mechanism.studies.regulation.governed_engine import GovernedEngine
 from governor_mechanism.studies.regulation.load_change import LoadChangeStudy, study_load_change
 from governor_mechanism.types import FloatArray
 from governor_mechanism.units.constants import RPM
-from governor_mechanism.units.text_table import format_table, in_unit
+from governor_mechanism.units.text_table import in_unit
 
 STATICS_TOLERANCE = 1e-8
 """Largest relative difference of a wanted number and the statics of the machine: statics are exact to about 1e-12, and the numbers of the
@@ -262,9 +262,9 @@ class SimulatedEngine(Recorded):
         """Return a table of the wanted and the simulated numbers."""
         full, half, _ = self.wanted_speeds
         settling_times = [f"{study.settling_time:.4g}" if study.ok else "none" for study in self.studies]
-        heading, *rows = fill_rows("governed_engine", "simulated", self, settling_times=settling_times, change=half / full - 1)
-        lines = [f"{name}: {study.conclusion}" for name, study in zip(heading[2:], self.studies, strict=True) if not study.ok]
-        return "\n".join([format_table(heading, rows, "lr"), *lines])
+        rows = fill_rows("governed_engine", "simulated", self, settling_times=settling_times, change=half / full - 1)
+        lines = [f"{name}: {study.conclusion}" for name, study in zip(rows[0][2:], self.studies, strict=True) if not study.ok]
+        return "\n".join([format_rows(rows, "lr"), *lines])
 
 
 def _sleeve_motion(study: LoadChangeStudy) -> float:
@@ -420,7 +420,7 @@ PROCEDURES: Mapping[str, Procedure] = {
     "hartung": Procedure(hartung.PAPER_INPUTS, hartung.design_hartung, compare=hartung.compare_with_paper),
     "flywheel": Procedure(flywheel.PAPER_INPUTS, flywheel.design_flywheel, simulate_wheels, compare_with_paper),
     "governed-engine": Procedure(ENGINE_INPUTS, governed_engine.design_governed_engine, lambda design, _: simulate_governed_engine(design)),
-    "pendulum": Procedure(pendulum_inputs.DEFAULT_INPUTS, pendulum.design_pendulum, lambda design, _: simulate_pendulum(design)),
+    "pendulum": Procedure(pendulum.DEFAULT_INPUTS, pendulum.design_pendulum, lambda design, _: simulate_pendulum(design)),
     "hartnell": Procedure(hartnell.DEFAULT_INPUTS, hartnell.design_hartnell, lambda design, _: simulate_hartnell(design)),
 }
 """The procedures by the names of the command line."""

@@ -186,10 +186,27 @@ _LONE_PLACE = re.compile(r"\{([^{}:]+)\}")
 """A cell that is a place without a format: its row has the value itself."""
 
 
-def read_table(machine: str, table: str) -> list[Any]:
-    """Return the rows of a table of a machine as its file has them; none if it has no such table."""
-    rows: list[Any] = tomllib.loads(read_file(f"tables/{machine}.toml")).get(table, [])
-    return rows
+@cache
+def read_tables(machine: str) -> Mapping[str, Any]:
+    """Return the tables of a machine as its file has them."""
+    return tomllib.loads(read_file(f"tables/{machine}.toml"))
+
+
+def sentences(
+    machine: str,
+    record: object,
+    cases: Mapping[str, bool],  # whether the case of a sentence holds, by the name of the sentence
+    **values: object,  # values of places that are no attributes of the record
+) -> list[str]:
+    """Return the sentences of a machine whose case holds, with their places filled."""
+    texts = read_tables(machine)["sentences"]
+    return [fill_places(texts[name], record, **values) for name, holds in cases.items() if holds]
+
+
+def refuse(machine: str, record: object, cases: Mapping[str, bool], **values: object) -> None:
+    """Raise MechanismError with the sentences whose case holds, if any."""
+    if problems := sentences(machine, record, cases, **values):
+        raise MechanismError(*problems)
 
 
 def fill_rows(machine: str, table: str, record: object, **values: object) -> list[Any]:
@@ -198,7 +215,7 @@ def fill_rows(machine: str, table: str, record: object, **values: object) -> lis
     A row is a list, or a mapping of the fields of a record. `values` are those of places that are no attributes of the record.
     """
     rows = list[Any]()
-    for row in read_table(machine, table):
+    for row in read_tables(machine).get(table, []):
         try:
             cells = {
                 key: _fill_cell(cell, record, values) for key, cell in (row if isinstance(row, dict) else dict(enumerate(row))).items()
@@ -221,9 +238,9 @@ def _fill_cell(cell: Any, record: object, values: Mapping[str, object]) -> Any:
     return value
 
 
-def format_rows(rows: Sequence[Sequence[str]]) -> str:
-    """Return rows as a text table, the first with the headings; numbers from the third column on are moved to the right."""
-    return format_table(rows[0], rows[1:], "llr")
+def format_rows(rows: Sequence[Sequence[str]], justify: str) -> str:
+    """Return rows as a text table, the first with the headings; the letters are those of `format_table`."""
+    return format_table(rows[0], rows[1:], justify)
 
 
 class _ScenePlaces(Places):
@@ -392,7 +409,7 @@ def mass_ratio_limits(speed: float) -> tuple[float, float]:
 
 
 class Cause(StrEnum):
-    """Why something printed is not right; `CAUSE_MEANINGS` defines each cause."""
+    """Why something printed is not right; `CAUSE_MEANINGS` of the errata defines each cause."""
 
     ERROR = "error"
     CONSEQUENCE = "consequence"
@@ -400,27 +417,6 @@ class Cause(StrEnum):
     SLIP = "slip"
     ROUNDING = "rounding"
     UNDECIDED = "undecided"
-
-
-CAUSE_MEANINGS = {
-    Cause.ERROR: "a wrong argument or calculation of the author that leads to another machine or to a false conclusion",
-    Cause.CONSEQUENCE: "a number computed from an error, or a statement by the same wrong argument",
-    Cause.MISPRINT: "a wrong digit or sign in the text as it was read; the lines around it show the right one",
-    Cause.SLIP: "a small mistake of the author that changes no conclusion",
-    Cause.ROUNDING: "a number that was cut off, or computed from rounded steps",
-    Cause.UNDECIDED: "a typeface, index, exponent, factor or bracket that may be lost in the copy only",
-}
-"""What each cause is."""
-
-CAUSE_NOUNS = {
-    Cause.ERROR: "error",
-    Cause.CONSEQUENCE: "consequence",
-    Cause.MISPRINT: "misprint",
-    Cause.SLIP: "small slip",
-    Cause.ROUNDING: "rounding",
-    Cause.UNDECIDED: "undecided place",
-}
-"""What an erratum of each cause is called; several have an s."""
 
 
 @dataclass(frozen=True)
