@@ -9,11 +9,10 @@ from governor_mechanism.numerics.banded_cholesky import diagonalise, solve_band_
 
 
 def band_of(matrix, bandwidth):
-    """Return the lower band of a symmetric matrix, the diagonal in the last column."""
+    """Return the lower band of a symmetric matrix by columns, the diagonal first."""
     band = np.zeros((len(matrix), bandwidth + 1))
-    for i in range(len(matrix)):
-        for k in range(max(0, i - bandwidth), i + 1):
-            band[i, bandwidth - (i - k)] = matrix[i, k]
+    for k in range(bandwidth + 1):
+        band[: len(matrix) - k, k] = np.diag(matrix, -k)
     return band
 
 

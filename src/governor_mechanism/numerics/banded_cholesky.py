@@ -2,6 +2,7 @@
 
 import math
 
+from governor_mechanism.numerics.array_copy import copy_array
 from governor_mechanism.numerics.jit import jit_in_place
 from governor_mechanism.types import FloatArray
 
@@ -19,44 +20,45 @@ JACOBI_TOLERANCE = 1e-17
 def factorise_band(band: FloatArray, factor: FloatArray) -> float:
     """Factorise a band matrix by Cholesky, with the inverse of the diagonal, and return the smallest pivot ratio.
 
-    The pivot ratio is a pivot relative to its diagonal entry; 0 if a pivot vanishes.
+    The pivot ratio is a pivot relative to its diagonal entry; 0 if a pivot vanishes. The entries of a column are next to each other.
     """
-    bandwidth, min_pivot_ratio = band.shape[1] - 1, 1.0
-    for i in range(band.shape[0]):
-        first = max(0, i - bandwidth)
-        for j in range(first, i + 1):
-            total = band[i, bandwidth - (i - j)]
-            for k in range(max(first, j - bandwidth), j):
-                total -= factor[i, bandwidth - (i - k)] * factor[j, bandwidth - (j - k)]
-            if i > j:
-                factor[i, bandwidth - (i - j)] = total * factor[j, bandwidth]
-            elif total > MIN_BAND_PIVOT_RATIO * band[i, bandwidth]:
-                factor[i, bandwidth] = 1.0 / math.sqrt(total)
-                min_pivot_ratio = min(min_pivot_ratio, total / band[i, bandwidth])
-            else:
-                return 0.0
+    (n_rows, width), min_pivot_ratio = band.shape, 1.0
+    copy_array(factor, band)
+    for j in range(n_rows):
+        pivot = factor[j, 0]
+        if not pivot > MIN_BAND_PIVOT_RATIO * band[j, 0]:
+            return 0.0
+        min_pivot_ratio = min(min_pivot_ratio, pivot / band[j, 0])
+        inverse, n_entries = 1.0 / math.sqrt(pivot), min(width, n_rows - j)
+        factor[j, 0] = inverse
+        for k in range(1, n_entries):
+            factor[j, k] *= inverse
+        for i in range(1, n_entries):
+            multiplier = factor[j, i]
+            if multiplier != 0.0:  # few rows of a mechanism are coupled with all their neighbours
+                for k in range(n_entries - i):
+                    factor[j + i, k] -= multiplier * factor[j, i + k]
     return min_pivot_ratio
 
 
 @jit_in_place
 def solve_factorised_band(factor: FloatArray, vector: FloatArray) -> None:
     """Solve in place with the band Cholesky factor."""
-    bandwidth, n_rows = factor.shape[1] - 1, vector.size
-    for i in range(n_rows):
-        total = vector[i]
-        for k in range(max(0, i - bandwidth), i):
-            total -= factor[i, bandwidth - (i - k)] * vector[k]
-        vector[i] = total * factor[i, bandwidth]
-    for i in range(n_rows - 1, -1, -1):
-        total = vector[i]
-        for k in range(i + 1, min(n_rows, i + bandwidth + 1)):
-            total -= factor[k, bandwidth - (k - i)] * vector[k]
-        vector[i] = total * factor[i, bandwidth]
+    n_rows, width = factor.shape
+    for j in range(n_rows):
+        vector[j] *= factor[j, 0]
+        for k in range(1, min(width, n_rows - j)):
+            vector[j + k] -= factor[j, k] * vector[j]
+    for j in range(n_rows - 1, -1, -1):
+        total = vector[j]
+        for k in range(1, min(width, n_rows - j)):
+            total -= factor[j, k] * vector[j + k]
+        vector[j] = total * factor[j, 0]
 
 
 @jit_in_place
 def solve_band_system(
-    band: FloatArray,  # lower band: entry (i, i - k) is at [i, bandwidth - k]; shape (rows, bandwidth + 1)
+    band: FloatArray,  # lower band by columns: entry (j + k, j) is at [j, k]; shape (rows, bandwidth + 1)
     factor: FloatArray,  # workspace for the Cholesky factor, with the shape of `band`
     eigen: FloatArray,  # workspace for the eigenproblem of a singular matrix; shape (2, rows, rows)
     vector: FloatArray,  # right-hand side; replaced by the solution; shape (rows,)
@@ -77,13 +79,13 @@ def solve_band_system(
 @jit_in_place
 def _solve_least_norm(band: FloatArray, eigen: FloatArray, vector: FloatArray) -> None:
     """Replace vector by the least-norm solution of a singular band system."""
-    n_rows, bandwidth = band.shape[0], band.shape[1] - 1
+    n_rows, width = band.shape
     matrix, eigenvectors = eigen[0], eigen[1]
     matrix[:] = 0.0
-    for i in range(n_rows):
-        for k in range(max(0, i - bandwidth), i + 1):
-            matrix[i, k] = matrix[k, i] = band[i, bandwidth - (i - k)]
-            if not math.isfinite(matrix[i, k]):  # callers check for NaN
+    for j in range(n_rows):
+        for k in range(min(width, n_rows - j)):
+            matrix[j + k, j] = matrix[j, j + k] = band[j, k]
+            if not math.isfinite(band[j, k]):  # callers check for NaN
                 vector[:] = math.nan
                 return
     diagonalise(matrix, eigenvectors)

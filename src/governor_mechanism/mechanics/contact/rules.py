@@ -159,7 +159,7 @@ def solve_forces(
     for i in range(n_constrained):
         solution[i] = right_hand_side[indices[i]]
         for j in range(i + 1):
-            band[i, n_constrained - 1 - i + j] = dynamics.compliance[indices[i], indices[j]]
+            band[j, i - j] = dynamics.compliance[indices[i], indices[j]]
     solve_band_system(band, np.empty_like(band), np.empty((2, n_constrained, n_constrained)), solution)
     for i in range(n_constrained):
         forces[indices[i]] = solution[i]

@@ -30,16 +30,15 @@ from governor_mechanism.types import GROUND_INDEX, FloatArray, IntArray
 def assemble_schur_band(
     row_bodies: IntArray, row_pairs: IntArray, jacobian: FloatArray, inverse_mass: FloatArray, band: FloatArray
 ) -> None:
-    """Fill band (rows, bandwidth + 1) with J M^-1 J^T: entry (i, i - k) is at [i, bandwidth - k]."""
+    """Fill band (rows, bandwidth + 1) with J M^-1 J^T: entry (j + k, j) is at [j, k]."""
     band[:] = 0.0
-    bandwidth = band.shape[1] - 1
     for p in range(row_pairs.shape[0]):
         i, j, side, other_side = row_pairs[p, 0], row_pairs[p, 1], row_pairs[p, 2], row_pairs[p, 3]
         k = row_bodies[i, side]
         total = 0.0
         for c in range(3):
             total += jacobian[i, side, c] * inverse_mass[k, c] * jacobian[j, other_side, c]
-        band[i, bandwidth - (i - j)] += total
+        band[j, i - j] += total
 
 
 @jit_in_place
