@@ -87,7 +87,7 @@ def choose_part_panels(
     """Return the panels of parts: those of readings with a curve to see, then those that are only stated.
 
     They are those chosen, all of which are plotted, or the first of each part, then the second, and so on. If none has a curve to see,
-    they are plotted nevertheless.
+    what changes is plotted nevertheless, or else all.
     """
     columns = columns or [(data,) for data in parts]
     if chosen:
@@ -98,7 +98,8 @@ def choose_part_panels(
     candidates = [one for row in zip_longest(*of_parts) for one in row if one is not None]
     plotted = [one for one in (candidates if in_row else candidates[:most]) if one.has_curve][:most]
     if not plotted:
-        return [one.to_panel(series) for series, one in enumerate(candidates[:most])]
+        changing = [one for one in candidates[:most] if one.is_changing]
+        return [one.to_panel(series) for series, one in enumerate(changing or candidates[:most])]
     stated = [] if in_row else [one for one in candidates[:most] if one not in plotted]
     return [one.to_panel(series, is_stated=one in stated) for series, one in enumerate([*plotted, *stated])]
 
@@ -123,16 +124,19 @@ class _PartReading:
         return [data for data in self.column if self.name in data.readings]
 
     @property
-    def has_curve(self) -> bool:
-        """Whether it changes beyond its noise in any of the runs, in the shown time, and not as an angle that turns evenly."""
-        values = [(data, _sampled_values(data, self.name)) for data in self._shown]
-        return any(
-            float(np.ptp(sampled)) > READING_NOISE_RATIO * data.readings[self.name].scale and not self._turns_evenly(data, sampled)
-            for data, sampled in values
-        )
+    def is_changing(self) -> bool:
+        """Whether it changes beyond its noise in any of the runs, in the shown time."""
+        values = ((_sampled_values(data, self.name), data.readings[self.name].scale) for data in self._shown)
+        return any(float(np.ptp(sampled)) > READING_NOISE_RATIO * scale for sampled, scale in values)
 
-    def _turns_evenly(self, data: FrameData, sampled: FloatArray) -> bool:
+    @property
+    def has_curve(self) -> bool:
+        """Whether it changes, and not as an angle that turns evenly."""
+        return self.is_changing and not all(self._turns_evenly(data) for data in self._shown)
+
+    def _turns_evenly(self, data: FrameData) -> bool:
         """Return whether an angle makes a turn or more at a constant rate: its plot would be a straight line, as of any motor."""
+        sampled = _sampled_values(data, self.name)
         if data.readings[self.name].unit != "rad" or np.ptp(sampled) < math.tau:
             return False
         even = np.interp(data.sample_times, data.sample_times[[0, -1]], sampled[[0, -1]])

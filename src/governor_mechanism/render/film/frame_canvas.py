@@ -286,10 +286,13 @@ class FrameCanvas:
         self.counters.append(CachedNumber(text, texts))
         return float(number_position[0]) - max_width
 
-    def _add_title_and_footer(self, run: Trajectory, title: str, frame_data: FrameData) -> None:
-        """Add title, time, rules and footer; a run that has ended before the film says so."""
+    def _add_title_and_footer(self, run: Trajectory, title: str, frame_data: FrameData, note: str = "") -> None:
+        """Add title, time with a note before it, rules and footer; a run that has ended before the film says so."""
         times = _format_times(frame_data.times, frame_data.has_ended)
         left, right = 12 - self._shift, self.add_number(times, "s", (self._right - 12, 18), 12, color=INK)
+        if note:
+            right -= 14.0
+            right -= self._width_of(self.add_text(note, (right, 18), SMALL_TEXT, color=MUTED, ha="right"))
         self.add_text(" ".join(title.split()), (left, 18), 15, fontfamily=SERIF_FONT, max_width=right - 24 + self._shift)
         lines, is_failure = format_closing_lines(run, FRAME_CLOSING_LINE_LENGTH)
         rule_y, line_positions = layout.CLOSING_LINE_LAYOUT[len(lines)]

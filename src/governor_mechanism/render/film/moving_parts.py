@@ -199,10 +199,16 @@ class CurvePanel(Panel):
     bands: Sequence[RangeBand]
 
 
+_LOWEST_TICK = 0.09
+"""Height, relative to that of a plot, below which a label would touch the heading of the next plot."""
+
+
 def choose_value_ticks(limits: Vec2) -> tuple[list[float], list[str]]:
     """Return a few ticks of an upright axis with limits, and their labels."""
     low, high = limits
-    ticks = [tick for tick in MaxNLocator(3, min_n_ticks=2).tick_values(low, high) if low <= tick <= high]
+    within = [tick for tick in MaxNLocator(3, min_n_ticks=2).tick_values(low, high) if low <= tick <= high]
+    clear = [tick for tick in within if tick >= low + _LOWEST_TICK * (high - low)]
+    ticks = clear if len(clear) > 1 else within
     return ticks, plain_labels(ticks, limits)
 
 

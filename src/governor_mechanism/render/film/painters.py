@@ -83,7 +83,10 @@ class EngineRoomPainter(FrameCanvas):
         super().__init__(size, shift, options, width)
         self._run, self._governed, self._data = run, governed, governor
         self.room = EngineRoomDrawing(run, governed, engine.drawing, governor.drawing)
-        self._add_title_and_footer(run, run.scene.title if title is None else title, governor)
+        (start, stop), duration = governor.time_span, float(np.ptp(run.times))
+        which = "first " if start == run.times[0] else ""
+        note = f"{which}{stop - start:.4g} of {duration:.4g} s" if stop - start < duration else ""
+        self._add_title_and_footer(run, run.scene.title if title is None else title, governor, note)
         plots = self._make_plots()
         self._add_caption([band for panel in plots for band in panel.bands])
         self._finish([self._make_elevation(), *plots], animated)
@@ -135,10 +138,6 @@ class EngineRoomPainter(FrameCanvas):
             x = right + 5.0 + self._width_of(text) + 16.0
         slow_down = self._data.slow_down
         texts = [format_film_speed(slow_down)]
-        (start, stop), duration = self._data.time_span, float(np.ptp(self._run.times))
-        if stop - start < duration:
-            which = "first " if start == self._run.times[0] else ""
-            texts.insert(0, f"{which}{stop - start:.4g} of {duration:.4g} s")
         if (slowing := self.room.rotation_slowing(self._data.times)) > 1:
             texts.append(f"{slowing} turns drawn as 1")
         right = ROOM_RECT[2] - self._shift

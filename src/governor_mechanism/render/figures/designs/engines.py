@@ -107,8 +107,9 @@ def _draw_cylinders(plate: EnginePlate, engine: AirEngine) -> None:
     pressures = engine.supply_pressure, engine.atmospheric_pressure
     exhaust = np.full_like(expansion, engine.back_pressure)
     panel = plate.add_indicator(0, "expansion cylinder", BLUE, travel, expansion, exhaust, pressures)
-    panel.axvline(100 * engine.cut_off, color=MUTED, linewidth=0.7, linestyle=DASHED, zorder=1)
-    panel.annotate_point((100 * engine.cut_off, engine.supply_pressure / PA_PER_BAR), "cut-off", (4, -2), fontsize=9.5, color=MUTED)
+    at, highest = 100 * engine.cut_off, engine.supply_pressure / PA_PER_BAR
+    panel.plot([at, at], [0.0, highest], color=MUTED, linewidth=0.7, linestyle=DASHED, zorder=1)
+    panel.annotate_point((at, highest), "cut-off", (4, -2), fontsize=9.5, color=MUTED)
     homeward = np.interp(1 - travel, travel, compression)
     plate.add_indicator(1, "compression pump", VERMILLION, travel, homeward, intake, pressures)
 

@@ -204,8 +204,8 @@ _ELBOW_HEIGHT, _PORT_LENGTH = 14.0, 3.0
 """Height of the supply pipe where it bends to the cylinder, and length of the port in its wall."""
 _CHARACTER_WIDTH = 6.6
 """Mean width of a character of a scale."""
-_SCALE_TOP = room.CYLINDER_BASE - 4.0
-"""Height of the scale of a slide: under the cylinder."""
+_SCALE_TOP, _SCALE_MARGIN = room.CYLINDER_BASE - 4.0, 6.0
+"""Height of the scale of a slide: under the cylinder; and how far its last number may go beyond it."""
 _VALVE_LEVER, _LEVER_ANGLE = 26.0, math.radians(-140)
 """Length of the lever of the butterfly, and its angle in the middle of its range: beside the pipe, so that the disc is seen."""
 
@@ -312,10 +312,12 @@ class Slide(Control):
         top = _SCALE_TOP
         ticks = [(left + k * (right - left) / 10, 6.0 if k % 5 == 0 else 3.5) for k in range(11)]
         yield Lines("scale", (((left, top), (right, top)), *(((x, top), (x, top - length)) for x, length in ticks)))
-        texts = (left, self._scale.labels[0]), (right, self._scale.labels[1]), (0.5 * (left + right), self._scale.name)
-        for x, text in texts:
+        (first, last), name, middle = self._scale.labels, self._scale.name, 0.5 * (left + right)
+        # A long name stands below the numbers at both ends.
+        is_long = _CHARACTER_WIDTH * (0.5 * len(first + last) + len(name) + 2) > right - left
+        for x, text, drop in ((left, first, 12.0), (right, last, 12.0), (middle, name, 24.0 if is_long else 12.0)):
             width = _CHARACTER_WIDTH * len(text)
-            yield TextShape("scale", x - 0.5 * width, top - 12.0, text, width)
+            yield TextShape("scale", min(x - 0.5 * width, right + _SCALE_MARGIN - width), top - drop, text, width)
 
     def controlled_parts(self, value_at: Callable[[Any], float]) -> Iterator[Attached]:
         """Yield the slide with its pointer."""
