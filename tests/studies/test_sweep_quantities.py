@@ -148,3 +148,12 @@ def test_rows_that_do_not_settle_or_oscillate_say_so_and_keep_their_other_number
 def test_quantities_that_a_reading_does_not_have_are_refused(quantity, sentence):
     with pytest.raises(gm.MechanismError, match=sentence):
         gm.sweep("porter", {"dimensions.arm": [0.3]}, [quantity])
+
+
+def test_refusals_that_differ_in_numbers_alone_are_told_once():
+    found = gm.sweep(
+        "hartnell", {"dimensions.ball_mass": ["2.9 kg", "2.95 kg", "3 kg"], "effects.spring.sleeve.rate": ["15 N/mm"]}, ["final arm_angle"]
+    )
+    assert len({row.message for row in found.rows}) == 3
+    assert len(found.endings) == 1
+    assert f"all 3 rows could not be run; the first at 2.9 kg, 15000 N/m: {found.rows[0].message}" in str(found)

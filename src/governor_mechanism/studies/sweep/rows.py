@@ -136,7 +136,9 @@ class SweepRows(Sequence[SweepRow]):
 
 
 MAX_CAUSES = 3
-"""Largest number of causes of an outcome that are counted one by one; more are messages with numbers in them, and count as one ending."""
+"""Largest number of kinds of causes of an outcome that are counted one by one; more count as one ending."""
+_NUMBER_PATTERN = re.compile(r"-?\d+(?:\.\d+)?(?:e[-+]?\d+)?")
+"""A number; causes that differ in numbers alone are of one kind."""
 
 _TIME_PATTERN = re.compile(r",? at (?:about )?t = ")
 """What precedes the time in the message of a run that ends early; the cause stands before it."""
@@ -193,10 +195,12 @@ def find_endings(
             continue
         indices = np.flatnonzero(outcomes == outcome)
         causes = np.array([_cause_of(rows.message(index)) for index in indices.tolist()])
-        counts = Counter(causes.tolist())
-        groups = [(cause, causes == cause) for cause in counts] if len(counts) <= MAX_CAUSES else [("", np.full(len(causes), True))]
-        for cause, has_cause in groups:
-            own_rows = indices[has_cause]
+        kinds = np.array([_NUMBER_PATTERN.sub("", cause) for cause in causes.tolist()])
+        counts = Counter(kinds.tolist())
+        groups = [kinds == kind for kind in counts] if len(counts) <= MAX_CAUSES else [np.full(len(causes), True)]
+        for is_alike in groups:
+            own_rows, own_causes = indices[is_alike], set(causes[is_alike].tolist())
+            cause = own_causes.pop() if len(own_causes) == 1 else ""
             found.append(RowEnding(outcome=outcome, cause=cause, count=len(own_rows), rows=own_rows))
     return tuple(sorted(found, key=lambda ending: ending.first_row))
 
