@@ -17,34 +17,25 @@ from typing import Annotated, Any, NoReturn, Protocol
 import typer
 from typer.core import TyperCommand
 
-from governor_mechanism.cli.options import FILM_PARAMETERS, gather_film_options, in_typed_words, refuse_idle_options, remember_options
+from governor_mechanism.cli.options import (
+    FIGURE_PARAMETERS,
+    FILM_PARAMETERS,
+    gather_figure_files,
+    gather_film_options,
+    in_typed_words,
+    remember_options,
+)
 from governor_mechanism.errors import GovernorMechanismError, MechanismError
 from governor_mechanism.files.writing import format_json
 from governor_mechanism.model.results.film_options import FilmOptions
-from governor_mechanism.model.results.pictures import Theme
-from governor_mechanism.render.figure_files import FigureFiles, FigureFormat
+from governor_mechanism.render.figure_files import FigureFiles
 
 AsJson = Annotated[bool, typer.Option("--json", help="Print one JSON object to standard output, and nothing else.")]
 Accuracy = Annotated[float | None, typer.Option(help="Accuracy relative to the scale of each reading; by default the one of the scene.")]
-RESULTS_FOLDER = Path("results")
-"""Folder for all results without the option --out."""
-
 EXIT_OK, EXIT_FAILED, EXIT_BAD_INPUT, EXIT_INTERRUPTED = 0, 1, 2, 130
 
 INTERRUPT_REPEAT_INTERVAL = 1.0
 """Time after which a swallowed interrupt is raised again, s; long enough to delete a half-written file."""
-
-
-FIGURE_PARAMETERS = tuple(
-    inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=default, annotation=Annotated[kind, option])
-    for name, kind, option, default in (
-        ("out", Path, typer.Option(help="Folder for the results."), RESULTS_FOLDER),
-        ("no_figure", bool, typer.Option("--no-figure", help="Draw no figure."), False),
-        ("figure_formats", list[FigureFormat] | None, typer.Option("--format", help="Format of the figures. Repeatable. [png]"), None),
-        ("theme", Theme, typer.Option(help="Colours of figures and films; a film always has a ground."), Theme.LIGHT),
-    )
-)
-"""Parameters of a command with figures, from which its options are made."""
 
 
 class CommandExit(SystemExit):
@@ -127,17 +118,8 @@ def _gather_records(options: Mapping[str, Any], records: Mapping[str, type]) -> 
     return {**{name: value for name, value in options.items() if name not in taken}, **gathered}
 
 
-def _gather_figure_files(options: Mapping[str, Any]) -> FigureFiles:
-    """Return where and how a command writes its figures."""
-    if options["no_figure"]:
-        draws_film = "no_film" in options and not options["no_film"]
-        refuse_idle_options("figure_formats", *(() if draws_film else ("theme",)), condition="with --no-figure")
-    formats = () if options["no_figure"] else tuple(options["figure_formats"] or (FigureFormat.PNG,))
-    return FigureFiles(folder=options["out"], formats=formats, theme=options["theme"])
-
-
 _RECORDS: Mapping[Any, tuple[Sequence[inspect.Parameter], Callable[[Mapping[str, Any]], object]]] = {
-    FigureFiles: (FIGURE_PARAMETERS, _gather_figure_files),
+    FigureFiles: (FIGURE_PARAMETERS, gather_figure_files),
     FilmOptions: (FILM_PARAMETERS, gather_film_options),
 }
 """Parameters that stand for a record, and the function that makes it of their values, by its type."""

@@ -21,7 +21,7 @@ from governor_mechanism.render.figure_files import FigureFiles
 if TYPE_CHECKING:
     from governor_mechanism.verification.report import CheckReport
 
-_FIGURE_OPTIONS = ("out", "figure_formats", "theme")
+_FIGURE_OPTIONS = ("folder", "formats", "theme")
 """Options that say where and how the record and the figure of a kernel are written."""
 
 

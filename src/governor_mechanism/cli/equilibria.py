@@ -73,7 +73,7 @@ def _refuse_idle(*, linearise: bool, limit: str | None) -> None:
     """Raise MechanismError for options that do nothing beside others."""
     if linearise or limit is not None:
         mode = "--limit" if limit is not None else "--linearise"
-        idle = ("resistance", "against", "working_range", "speed_change", "out", "figure_formats", "theme")
+        idle = ("resistance", "against", "working_range", "speed_change", "folder", "formats", "theme")
         refuse_idle_options(*(("speed", "linearise") if limit is not None else ()), *idle, condition=f"with {mode}")
 
 

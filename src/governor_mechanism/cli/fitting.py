@@ -17,7 +17,7 @@ from governor_mechanism.cli.options import Changes, SceneName, load_changed, ref
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.files.writing import save_text
 from governor_mechanism.model.results.film_options import FilmOptions
-from governor_mechanism.render.figure_files import FigureFiles
+from governor_mechanism.render.figure_files import RESULTS_FOLDER, FigureFiles
 
 OUT = typer.Option(help="Folder for the results.")
 
@@ -33,7 +33,7 @@ def sensitivities(
     engine: Annotated[str, typer.Option(help="The engine of all runs.")] = "auto",
     accuracy: Annotated[float | None, typer.Option(help="Accuracy of the runs, relative to the scale of each reading. [1e-10]")] = None,
     workers: Annotated[int, typer.Option(help="Largest number of processes. The result does not depend on it.")] = 1,
-    out: Annotated[Path, OUT] = console.RESULTS_FOLDER,
+    out: Annotated[Path, OUT] = RESULTS_FOLDER,
     as_json: console.AsJson = False,
 ) -> console.CommandResult:
     """Find the derivatives of numbers by keys of a scene, with their errors; write a table (CSV) and a record (JSON).

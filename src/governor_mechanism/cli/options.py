@@ -12,14 +12,15 @@ from dataclasses import fields
 from functools import partial
 from inspect import Parameter
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Final, get_type_hints
+from typing import TYPE_CHECKING, Annotated, Any, Final, get_args, get_type_hints
 
 import typer
 
 import governor_mechanism as gm
 from governor_mechanism.errors import MechanismError, did_you_mean
-from governor_mechanism.model.results.film_options import OPTIONS, FilmFormat, FilmOptionError, FilmOptions
-from governor_mechanism.model.results.pictures import Theme
+from governor_mechanism.model.results.film_options import FilmFormat, FilmOptionError, FilmOptions
+from governor_mechanism.model.results.pictures import CommandOption, Theme
+from governor_mechanism.render.figure_files import FigureFiles
 from governor_mechanism.units.quantities import number_or_text
 
 if TYPE_CHECKING:
@@ -69,10 +70,13 @@ def in_typed_words(problem: str) -> str:
     return problem
 
 
-COMMAND_WORDS: Final[Mapping[str, str]] = {
-    **{name: option.flag or f"--{name.replace('_', '-')}" for name, option in OPTIONS.items()},
-    "use_gif": "choose --film gif",
-}
+def _flag(field: dataclasses.Field[Any]) -> str:
+    """Return the name of the option that stands for a field of a record of options."""
+    flag: str = field.metadata["command"].flag or f"--{field.name.replace('_', '-')}"
+    return flag
+
+
+COMMAND_WORDS: Final[Mapping[str, str]] = {**{one.name: _flag(one) for one in fields(FilmOptions)}, "use_gif": "choose --film gif"}
 """Words of messages on the command line, by those of Python."""
 
 
@@ -95,23 +99,40 @@ _PARSERS: Final[Mapping[str, Callable[[str], object]]] = {
 """Functions that read the options whose text is not simply their value."""
 
 
-def _declare_options() -> Iterator[Parameter]:
-    """Yield the parameters of a command that stand for the options of its film."""
-    types = get_type_hints(FilmOptions)
-    for one in fields(FilmOptions):
-        help_text = OPTIONS[one.name].help
-        if not help_text:
+def _declare_options(record: type[Any]) -> Iterator[Parameter]:
+    """Yield the parameters of a command that stand for the fields of a record of options."""
+    types = get_type_hints(record)
+    for one in fields(record):
+        option: CommandOption = one.metadata["command"]
+        if not option.help:
             continue
-        is_text = one.name in _PARSERS
-        kind = str | None if is_text else types[one.name]
-        flags = [COMMAND_WORDS[one.name]] if kind is bool or OPTIONS[one.name].flag else []
+        kind = option.type or (str | None if one.name in _PARSERS else types[one.name])
+        flags = [_flag(one)] if kind is bool or option.flag else []
         # A switch that is on by default has an option that turns it off.
-        default = False if kind is bool else None if is_text else one.default
-        yield Parameter(one.name, Parameter.KEYWORD_ONLY, default=default, annotation=Annotated[kind, typer.Option(*flags, help=help_text)])
+        default = False if kind is bool else None if type(None) in get_args(kind) else one.default
+        declared = typer.Option(*flags, help=option.help)
+        yield Parameter(one.name, Parameter.KEYWORD_ONLY, default=default, annotation=Annotated[kind, declared])
 
 
-FILM_PARAMETERS: Final = tuple(_declare_options())
+FILM_PARAMETERS: Final = tuple(_declare_options(FilmOptions))
 """Parameters of a command with films, from which its options are made."""
+
+_NO_FIGURE: Final = Parameter(
+    "no_figure", Parameter.KEYWORD_ONLY, default=False, annotation=Annotated[bool, typer.Option("--no-figure", help="Draw no figure.")]
+)
+
+FIGURE_PARAMETERS: Final = (*_declare_options(FigureFiles), _NO_FIGURE)
+"""Parameters of a command with figures, from which its options are made."""
+
+
+def gather_figure_files(options: Mapping[str, Any]) -> FigureFiles:
+    """Return where and how a command writes its figures."""
+    chosen = {one.name: options[one.name] for one in FIGURE_PARAMETERS if options[one.name] is not None and one is not _NO_FIGURE}
+    if options["no_figure"]:
+        draws_film = "no_film" in options and not options["no_film"]
+        refuse_idle_options("formats", *(() if draws_film else ("theme",)), condition="with --no-figure")
+        chosen["formats"] = ()
+    return FigureFiles(**chosen)
 
 
 @contextmanager

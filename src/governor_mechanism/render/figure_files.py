@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import StrEnum
 from importlib import import_module
 from pathlib import Path
@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.later_module import PACKAGE
-from governor_mechanism.model.results.pictures import Figure, Theme
+from governor_mechanism.model.results.pictures import CommandOption, Figure, Theme
 from governor_mechanism.units.quantities import format_value
 
 if TYPE_CHECKING:  # numpy is slow to import
@@ -28,6 +28,15 @@ class FigureFormat(StrEnum):
     PNG = "png"
     SVG = "svg"
     PDF = "pdf"
+
+
+RESULTS_FOLDER = Path("results")
+"""Folder of results for which no other is chosen."""
+
+
+def figure_option(default: object, *described: Any) -> Any:
+    """Declare a field of FigureFiles, with what `CommandOption` takes."""
+    return field(default=default, metadata={"command": CommandOption(*described)})
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -49,9 +58,11 @@ class FigureFiles:
         If there is no such format or theme.
     """
 
-    folder: Path
-    formats: Sequence[str] = (FigureFormat.PNG,)
-    theme: str = Theme.LIGHT
+    folder: Path = figure_option(RESULTS_FOLDER, "Folder for the results.", "--out")
+    formats: Sequence[str] = figure_option(
+        (FigureFormat.PNG,), "Format of the figures. Repeatable. [png]", "--format", list[FigureFormat] | None
+    )
+    theme: str = figure_option(Theme.LIGHT, "Colours of figures and films; a film always has a ground.", "", Theme)
 
     def __post_init__(self) -> None:
         if not isinstance(self.formats, list | tuple):

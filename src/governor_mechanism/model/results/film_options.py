@@ -9,7 +9,7 @@ from enum import StrEnum
 from typing import Any, Final, NamedTuple, TypedDict, TypeVar, Unpack
 
 from governor_mechanism.errors import MechanismError, did_you_mean
-from governor_mechanism.model.results.pictures import Theme
+from governor_mechanism.model.results.pictures import CommandOption, Theme
 from governor_mechanism.units.problems import FLAG, NUMBER, QUANTITY, TEXT, Requirement
 from governor_mechanism.units.quantities import convert_texts, format_value
 
@@ -190,15 +190,11 @@ class FilmOption(NamedTuple):
     """What it is, in which unit, and what its default does."""
     read: Callable[[Any], Any] = lambda value: value
     """Returns the value that the record keeps, in SI and checked."""
-    help: str = ""
-    """Text of the option of a command; empty for one that commands do not have."""
-    flag: str = ""
-    """Name of the option of a command, if it is not that of the field."""
 
 
-def film_option(default: object, *described: Any, **more: Any) -> Any:
-    """Declare a field of FilmOptions, with what `FilmOption` takes."""
-    return field(default=default, metadata={"option": FilmOption(*described, **more)})
+def film_option(default: object, *described: Any, help: str = "", flag: str = "", **more: Any) -> Any:
+    """Declare a field of FilmOptions, with what `FilmOption` and `CommandOption` take."""
+    return field(default=default, metadata={"option": FilmOption(*described, **more), "command": CommandOption(help, flag)})
 
 
 class FilmKeywords(TypedDict, total=False):

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from enum import StrEnum
 from html import escape
 from pathlib import Path
-from typing import Protocol
+from typing import Any, NamedTuple, Protocol
 
 PAGE_HEIGHT = 760
 """Height of an interactive page in a notebook, CSS pixels: drawing, plots and controls without scrolling."""
@@ -18,6 +18,17 @@ class Theme(StrEnum):
     LIGHT = "light"
     DARK = "dark"
     TRANSPARENT = "transparent"
+
+
+class CommandOption(NamedTuple):
+    """The option of a command that stands for a field of a record of options."""
+
+    help: str = ""
+    """Its text; a field without one has no option."""
+    flag: str = ""
+    """Its name, if that is not the name of the field."""
+    type: Any = None
+    """The type in which it is read, if that is not the type of the field."""
 
 
 class Figure(Protocol):
