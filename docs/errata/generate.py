@@ -15,8 +15,7 @@ from governor_mechanism.closed_form.flywheel_engine import net_work
 from governor_mechanism.closed_form.flywheel_equilibrium import energy_fluctuation
 from governor_mechanism.papers.errata.drawings import draw_erratum
 from governor_mechanism.papers.errata.erratum import CAUSE_MEANINGS, CAUSE_NOUNS, PAPER_REFERENCES, Erratum, Paper
-from governor_mechanism.studies.design.flywheel import closed_cycle
-from governor_mechanism.studies.design.flywheel_paper import PAPER_ENGINE, compare_with_paper
+from governor_mechanism.studies.design.flywheel import PAPER_ENGINE, closed_cycle, compare_with_paper
 from governor_mechanism.studies.design.hartung import PAPER_GOVERNOR, PAPER_INPUTS
 from governor_mechanism.studies.design.hartung import compare_with_paper as compare_with_dubois
 from governor_mechanism.studies.design.skeleton import Cause

@@ -4,16 +4,16 @@ import inspect
 import json
 import math
 import re
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 
 import pytest
 
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.studies.design import engine_governor
 from governor_mechanism.studies.design.simulated import PROCEDURES
-from governor_mechanism.studies.design.skeleton import Bounds, fill_rows, read_file, read_tables, require_valid, scene_comment
+from governor_mechanism.studies.design.skeleton import fill_rows, read_file, read_tables, scene_comment
 from governor_mechanism.units import constants, text_table
-from governor_mechanism.units.fields import fields_of, quantity
+from governor_mechanism.units.fields import Declaration, fields_of
 from governor_mechanism.units.quantities import QUANTITY_KINDS, parse_quantity
 
 DESIGNS = {name: procedure.design(procedure.inputs) for name, procedure in PROCEDURES.items()}
@@ -32,7 +32,7 @@ class Sleeve:
     ("unit", "kind"),
     [
         *(("mm", "length"), ("cm", "length"), ("cm^2", "area"), ("deg", "angle"), ("rpm", "angular_speed"), ("kN", "force")),
-        *(("kW", "power"), ("N/mm", "stiffness"), ("bar", "pressure"), ("MPa", "pressure"), ("GPa", "modulus")),
+        *(("kW", "power"), ("PS", "power"), ("N/mm", "stiffness"), ("bar", "pressure"), ("MPa", "pressure"), ("GPa", "modulus")),
     ],
 )
 def test_a_quantity_in_a_unit_of_the_workshop_is_read_back(unit, kind):
@@ -91,27 +91,31 @@ def test_a_design_is_text_plain_values_and_a_scene(name):
     assert scene_comment(design.machine) in read_file(f"{design.machine}.toml").replace("# ", "")
 
 
-def test_mistakes_of_sign_and_bounds_are_named_at_once_and_relations_only_among_right_ones():
-    @dataclass(frozen=True)
-    class Inputs:
-        mass: float = quantity("mass", default=-1.0, meaning="mass")
-        lift: float = quantity("length", default=-0.5, meaning="lift", sign="any")
-        load: float = quantity("force", default=0.0, meaning="load", sign="not negative")
-        share: float = quantity(
-            "ratio", default=0.9, meaning="share", bounds=Bounds(highest=0.5, rule="at most {highest:.0%}", found="{value:.1%}")
-        )
-
+def test_mistakes_of_sign_and_limits_are_named_at_once_and_relations_only_among_right_ones():
+    inputs = replace(PROCEDURES["governed-engine"].inputs, droop=0.9, offset=-1.0, sleeve_travel=0.05)
+    expected = (
+        "droop must be at most 50%, where nothing is governed; got 90.0000%",
+        "offset and sleeve_travel are given, but each follows from the other; give only one of them",
+    )
     with pytest.raises(MechanismError) as caught:
-        require_valid(Inputs(), lambda _: ["the relation"], alternatives=lambda _: ["the alternative"])
-    assert caught.value.problems == ("mass must be positive; got -1 kg", "share must be at most 50%; got 90.0%", "the alternative")
+        engine_governor.validate_inputs(replace(inputs, arm=-0.3))
+    assert caught.value.problems == ("arm must be positive; got -300 mm", *expected)
     with pytest.raises(MechanismError) as caught:
-        require_valid(Inputs(mass=1.0, share=0.5), lambda inputs: [f"the relation of {inputs.mass:g}"])
-    assert caught.value.problems == ("the relation of 1",)
-    require_valid(Inputs(mass=1.0, share=0.5))
+        engine_governor.validate_inputs(inputs)
+    relation = "offset must be above -150 mm, where the balls are on the axis at full load; got -1000 mm"
+    assert caught.value.problems == (*expected, relation)
 
 
-def test_limits_of_bounds_are_allowed_or_not():
-    open_bounds = Bounds(lowest=0.5, are_allowed=False, rule="above 0.5")
-    assert open_bounds.problem("mu", 0.5) == "mu must be above 0.5; got 0.5"
-    assert not open_bounds.problem("mu", math.nextafter(0.5, 1.0))
-    assert not Bounds(lowest=0.5, rule="at least 0.5").problem("mu", 0.5)
+@pytest.mark.parametrize("name", PROCEDURES)
+def test_every_input_with_limits_has_a_sentence_about_them(name):
+    limited = {key for key, declared in fields_of(type(PROCEDURES[name].inputs)).items() if declared.limits}
+    assert limited == read_tables(name.replace("-", "_")).get("limits", {}).keys()
+
+
+def test_limits_are_admitted_unless_their_end_is_open():
+    above = Declaration(limits=(0.5, math.inf), open_ends="low")
+    assert not above.admits(0.5)
+    assert above.admits(math.nextafter(0.5, 1.0))
+    below = Declaration(limits=(0.0, 2.0), open_ends="high")
+    assert below.admits(0.0)
+    assert not below.admits(2.0)

@@ -9,8 +9,7 @@ import pytest
 
 import governor_mechanism as gm
 from governor_mechanism.render.figures.designs.engines import draw_flywheel_plate
-from governor_mechanism.studies.design.flywheel import FlywheelInputs, design_flywheel
-from governor_mechanism.studies.design.flywheel_paper import compare_with_paper
+from governor_mechanism.studies.design.flywheel import FlywheelInputs, compare_with_paper, design_flywheel
 from governor_mechanism.studies.design.simulated import simulate_wheels
 from reference import flywheel as printed
 

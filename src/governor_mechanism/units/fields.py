@@ -5,6 +5,7 @@ the check of instances follow from the declarations.
 """
 
 import dataclasses
+import math
 import re
 from collections.abc import Callable
 from dataclasses import MISSING, dataclass
@@ -43,11 +44,9 @@ class Declaration:
     words
         Words to choose from, or those that may stand in place of a quantity.
     limits
-        Least and largest value of a ratio.
+        Least and largest value.
     open_ends
         Which limits are excluded: "low", "high" or both.
-    bounds
-        Limits with a message of their own, for an input of a design.
     built
         Whether the magnitude must be that of something that can be built.
     key
@@ -71,7 +70,6 @@ class Declaration:
     words: tuple[str, ...] = ()
     limits: tuple[float, float] | None = None
     open_ends: str = ""
-    bounds: Any = None
     built: bool = False
     key: str = ""
     content: Any = None
@@ -97,6 +95,12 @@ class Declaration:
     def kind_and_meaning(self) -> str:
         """The kind of quantity and the meaning that continues it, as "length of the sleeve link"."""
         return f"{QUANTITY_KINDS[self.kind].name.partition(' ')[2]} {self.meaning}" if self.kinds else self.meaning
+
+    def admits(self, number: float) -> bool:
+        """Return whether a number is within the limits, if there are any."""
+        low, high = self.limits or (-math.inf, math.inf)
+        is_excluded = ("low" in self.open_ends and number == low) or ("high" in self.open_ends and number == high)
+        return low <= number <= high and not is_excluded
 
     def along(self, quantity: str) -> "Declaration":
         """Return the declaration along a reading that is a "length" or an "angle"."""

@@ -9,7 +9,7 @@ from enum import Enum
 from io import StringIO
 from typing import Any, Final
 
-from governor_mechanism.units.constants import KILOGRAM_FORCE_1853, RPM, TECHNICAL_ATMOSPHERE
+from governor_mechanism.units.constants import HORSEPOWER_1901, KILOGRAM_FORCE_1853, RPM, TECHNICAL_ATMOSPHERE
 
 COLUMN_GAP = 2
 """Spaces between two columns of a text table."""
@@ -47,6 +47,7 @@ _SIZES: Final = {
     "rpm": RPM,
     **dict.fromkeys(("kN", "kJ", "kW", "N/mm"), 1e3),
     **{"bar": 1e5, "MPa": 1e6, "GPa": 1e9},
+    "PS": HORSEPOWER_1901,
     **{"kgf": KILOGRAM_FORCE_1853, "kgf/mm": 1e3 * KILOGRAM_FORCE_1853, "kgf/cm^2": TECHNICAL_ATMOSPHERE},
 }
 """SI values of the other units."""

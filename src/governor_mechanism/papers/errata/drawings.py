@@ -17,8 +17,8 @@ from governor_mechanism.papers.errata.results import Errata
 from governor_mechanism.papers.errata.zehnder import LONGER, SHORTER
 from governor_mechanism.render.figures.page import CHAIN_DOTTED, DASHED, MM_PER_M, Page, Panel, PanelRect, add_legend
 from governor_mechanism.render.style import BLUE, GREEN, INK, LIGHT_STEEL, MUTED, PAPER, SERIF_FONT, SKY, VERMILLION
-from governor_mechanism.studies.design import flywheel_paper, hartung
-from governor_mechanism.studies.design.flywheel import DEFAULT_ENERGY_RATIO, PAPER_INPUTS, closed_cycle
+from governor_mechanism.studies.design import hartung
+from governor_mechanism.studies.design.flywheel import DEFAULT_ENERGY_RATIO, PAPER_ENGINE, PAPER_INPUTS, closed_cycle, compare_with_paper
 from governor_mechanism.studies.design.hartung import HartungLayout
 from governor_mechanism.studies.design.pendulum import design_pendulum
 from governor_mechanism.types import FloatArray, FloatOrArray
@@ -52,9 +52,9 @@ _CRANK_DEGREES: FloatArray = np.linspace(0.0, 360.0, 721)
 
 def draw_flywheel() -> Page:
     """Draw the speed of the shaft over a turn."""
-    comparison = flywheel_paper.compare_with_paper()
+    comparison = compare_with_paper()
     light, right, closed = comparison.wheels
-    engine, mean = closed_cycle(flywheel_paper.PAPER_ENGINE), PAPER_INPUTS.speed
+    engine, mean = closed_cycle(PAPER_ENGINE), PAPER_INPUTS.speed
     total = next(term for term in comparison.terms if term.quantity == "sum of the bracket")
     page = _new_page(
         f"Redtenbacher’s flywheel is {100 * (1 - total.printed / total.recomputed):.0f} % too light",

@@ -11,7 +11,7 @@ from functools import partial
 
 from governor_mechanism.numerics.roots import find_root
 from governor_mechanism.papers.errata.erratum import Erratum, Paper, make_number_erratum
-from governor_mechanism.studies.design.flywheel_paper import (
+from governor_mechanism.studies.design.flywheel import (
     PAPER_ENGINE,
     PRINTED_ANGLES,
     PRINTED_LOAD_CONSTANT,

@@ -25,8 +25,7 @@ from governor_mechanism.scenes.library import load_scene
 from governor_mechanism.scenes.parser import parse_scene_document
 from governor_mechanism.statics.controlling_force import compute_controlling_force
 from governor_mechanism.statics.speed_curve import compute_insensitivity_band
-from governor_mechanism.studies.design.flywheel import design_flywheel
-from governor_mechanism.studies.design.flywheel_paper import compare_with_paper
+from governor_mechanism.studies.design.flywheel import compare_with_paper, design_flywheel
 from governor_mechanism.studies.design.hartung import PAPER_INPUTS
 from governor_mechanism.studies.design.pendulum import PendulumDesign, design_pendulum
 from governor_mechanism.studies.design.simulated import simulate_wheels

@@ -25,7 +25,7 @@ from governor_mechanism.closed_form.governed_engine import CharacteristicCoeffic
 from governor_mechanism.closed_form.pendulum import LinkagePosition, PendulumGovernor
 from governor_mechanism.model.results.result import Recorded
 from governor_mechanism.numerics.roots import find_root
-from governor_mechanism.studies.design.skeleton import GOVERNED, Bounds, refuse, relative_range, require_valid, sentences
+from governor_mechanism.studies.design.skeleton import GOVERNED, refuse, relative_range, require_valid, sentences
 from governor_mechanism.units.constants import HORSEPOWER_1901, RPM
 from governor_mechanism.units.fields import optional, quantity
 
@@ -57,17 +57,8 @@ SEARCH_DECADES, N_SEARCH_POINTS = 4.0, 161
 SEARCH_TOLERANCE = 1e-10
 """Tolerance of the decimal logarithm of the damping; the decay rate there has a kink, so that its error is of the same order."""
 
-_POWER = Bounds(lowest=1.0, highest=1e9, rule="1 W to 1 GW", found="{value:.6g} W")  # a wider range means that a unit is wrong
-# Slower, flywheels are too heavy; faster, pistons cannot follow.
-_SPEED = Bounds(
-    lowest=5 * RPM,
-    highest=3000 * RPM,
-    rule="{lowest:.6g rpm} to {highest:.6g rpm}, for which piston engines are built",
-    found="{value:.6g rpm}",
-)
-_RESERVE = Bounds(highest=1.0, rule="at most 100 % of the torque at full load", found="{value:.4%}")
-# Below, the sleeve hardly moves; above, its speed rises without a use.
-_ARM_ANGLE = Bounds(lowest=math.radians(5), highest=math.radians(60), rule="{lowest:.6g deg} to {highest:.6g deg}", found="{value:.6g deg}")
+_SPEED = (5 * RPM, 3000 * RPM)  # slower, flywheels are too heavy; faster, pistons cannot follow
+_ARM_ANGLE = (math.radians(5), math.radians(60))  # below, the sleeve hardly moves; above, its speed rises without a use
 _DROOP_SIGN = "be above 0: the speed without load is above that at full load, or nothing holds it"
 _FLUCTUATION = "coefficient of speed fluctuation that the flywheel allows at full load"
 _RESERVE_MEANING = "torque with the throttle open over that of full load, less 1"
@@ -82,12 +73,12 @@ class GovernedEngineInputs:
     """
 
     power: float = quantity(
-        "power", default=20 * HORSEPOWER_1901, meaning="power at full load and the speed that belongs to it", bounds=_POWER
+        "power", default=20 * HORSEPOWER_1901, meaning="power at full load and the speed that belongs to it", limits=(1.0, 1e9)
     )
-    speed: float = quantity("angular_speed", default=4 * math.pi, meaning="mean of the speeds at full load and without load", bounds=_SPEED)
-    droop: float = quantity("ratio", default=0.04, meaning="range of these speeds over their mean", hint=_DROOP_SIGN, bounds=GOVERNED)
-    speed_fluctuation: float = quantity("ratio", default=1 / 40, meaning=_FLUCTUATION, bounds=GOVERNED)
-    torque_reserve: float = quantity("ratio", default=0.1, meaning=_RESERVE_MEANING, sign="not negative", bounds=_RESERVE)
+    speed: float = quantity("angular_speed", default=4 * math.pi, meaning="mean of the speeds at full load and without load", limits=_SPEED)
+    droop: float = quantity("ratio", default=0.04, meaning="range of these speeds over their mean", hint=_DROOP_SIGN, limits=GOVERNED)
+    speed_fluctuation: float = quantity("ratio", default=1 / 40, meaning=_FLUCTUATION, limits=GOVERNED)
+    torque_reserve: float = quantity("ratio", default=0.1, meaning=_RESERVE_MEANING, sign="not negative", limits=(0.0, 1.0))
     stroke_ratio: float = quantity("ratio", default=2.0, meaning="stroke over the diameter of the expansion piston")
     pump_area_ratio: float = quantity(
         "ratio", default=1.0, meaning="area of the pump piston over that of the expansion piston, of equal stroke"
@@ -100,13 +91,13 @@ class GovernedEngineInputs:
     atmospheric_pressure: float = quantity("pressure", default=1e5, meaning="absolute pressure of the atmosphere")
     rim_speed: float = quantity("speed", default=15.0, meaning="speed of the middle of the flywheel's rim")
     arm: float = quantity("length", default=0.3, meaning="length of the arms and links of the governor")
-    arm_angle: float = quantity("angle", default=math.radians(30), meaning="arm angle at full load", bounds=_ARM_ANGLE)
+    arm_angle: float = quantity("angle", default=math.radians(30), meaning="arm angle at full load", limits=_ARM_ANGLE)
     sleeve_travel: float | None = optional("length", meaning="travel of the sleeve from full load to no load")
     offset: float | None = optional("length", meaning="distance of the suspension from the axis; negative for crossed arms", sign="any")
     mass_ratio: float | None = optional("ratio", meaning="mass of the sleeve over that of one ball")
     gear_ratio: float | None = optional("ratio", meaning="turns of the spindle in a turn of the shaft")
     resistance: float = quantity("force", default=10.0, meaning="force that friction and throttle put up against the sleeve")
-    insensitivity: float | None = optional("ratio", meaning="degree of insensitivity with that resistance", bounds=GOVERNED)
+    insensitivity: float | None = optional("ratio", meaning="degree of insensitivity with that resistance", limits=GOVERNED)
     ball_mass: float | None = optional("mass", meaning="mass of one ball")
     dashpot: float | None = optional("damping", meaning="damping at the sleeve; by default all motions decay fastest")
     gravity: float = quantity("acceleration", default=9.81, meaning="gravitational acceleration")
@@ -140,7 +131,7 @@ DEFAULT_INPUTS = GovernedEngineInputs()
 
 def validate_inputs(inputs: GovernedEngineInputs) -> None:
     """Raise MechanismError, with a sentence per mistake; pressures, cut-off and clearances are also validated by `AirEngine`."""
-    require_valid(inputs, _offset_problems, alternatives=_alternative_problems)
+    require_valid("governed_engine", inputs, _offset_problems, alternatives=_alternative_problems)
 
 
 def _alternative_problems(inputs: GovernedEngineInputs) -> list[str]:

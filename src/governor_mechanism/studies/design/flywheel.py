@@ -1,12 +1,7 @@
 """Design of a flywheel after Redtenbacher: energy between the extreme speeds, inertia, rim and arms; or the fluctuation of a given wheel.
 
-It uses the closed forms only and does not round intermediate results. The printed numbers of the paper are in `flywheel_paper`.
-
-References
-----------
-F. Redtenbacher, Die Luftexpansions-Maschine (Mannheim 1853), theory of the flywheel.
-
-The seven terms are recomputed twice: at the angles of 3 and 95 deg that the paper rounds to, and at the exact angles.
+It uses the closed forms only and does not round intermediate results. The numbers of the paper stand beside those recomputed; its seven
+terms are recomputed twice, at the angles of 3 and 95 deg that it rounds to, and at the exact angles.
 
 References
 ----------
@@ -14,13 +9,12 @@ F. Redtenbacher, Die Luftexpansions-Maschine (Mannheim 1853), theory of the flyw
 """
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, fields, replace
 
 import numpy as np
 
 from governor_mechanism.closed_form import flywheel as formulas
-from governor_mechanism.closed_form.arguments import as_scalar_or_array
 from governor_mechanism.closed_form.flywheel_engine import (
     AirEngine,
     closing_area_ratio,
@@ -29,9 +23,21 @@ from governor_mechanism.closed_form.flywheel_engine import (
     net_work,
     stored_work,
 )
-from governor_mechanism.closed_form.flywheel_equilibrium import Equilibrium, Fluctuation, energy_fluctuation, find_equilibria
+from governor_mechanism.closed_form.flywheel_equilibrium import Equilibrium, Fluctuation, bracket_terms, energy_fluctuation, find_equilibria
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.studies.design.skeleton import Bounds, Design, require_valid, sentences
+from governor_mechanism.model.results.result import Column, format_columns
+from governor_mechanism.studies.design.skeleton import (
+    PRINTED_COLUMNS,
+    Cause,
+    Design,
+    PrintedNumber,
+    PrintedNumbers,
+    fill_rows,
+    format_rows,
+    printed_numbers,
+    require_valid,
+    sentences,
+)
 from governor_mechanism.units.constants import HORSEPOWER_1853, KILOGRAM_FORCE_1853
 from governor_mechanism.units.fields import optional, quantity
 
@@ -54,9 +60,6 @@ POINTS_PER_TURN = 200
 """Reported times in a turn."""
 
 _REQUIREMENTS = ("energy_ratio", "coefficient", "inertia")
-_RATIO_BOUNDS = Bounds(lowest=0.5, are_allowed=False, rule="above 0.5, where the wheel would come to rest", found="{value:g}")
-_COEFFICIENT_BOUNDS = Bounds(highest=2.0, are_allowed=False, rule="below 2, where the wheel would come to rest", found="{value:g}")
-_SHARE_BOUNDS = Bounds(highest=1.0, rule="at most 1, the whole inertia", found="{value:g}")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -86,11 +89,13 @@ class FlywheelInputs:
         words=("closing",),
     )
     speed: float = quantity("angular_speed", default=math.tau, meaning="mean speed")
-    energy_ratio: float | None = optional("number", meaning="mu, kinetic energy at mean speed over work stored", bounds=_RATIO_BOUNDS)
-    coefficient: float | None = optional("ratio", meaning="(highest - lowest) / mean speed", bounds=_COEFFICIENT_BOUNDS)
+    energy_ratio: float | None = optional(
+        "number", meaning="mu, kinetic energy at mean speed over work stored", limits=(0.5, math.inf), open_ends="low"
+    )
+    coefficient: float | None = optional("ratio", meaning="(highest - lowest) / mean speed", limits=(0.0, 2.0), open_ends="high")
     inertia: float | None = optional("moment_of_inertia", meaning="moment of inertia of a given wheel")
     rim_radius: float = quantity("length", default=1.5, meaning="radius of the middle of the rim")
-    rim_share: float = quantity("ratio", default=1.0, meaning="part of the inertia in the rim", bounds=_SHARE_BOUNDS)
+    rim_share: float = quantity("ratio", default=1.0, meaning="part of the inertia in the rim", limits=(0.0, 1.0))
     width_ratio: float = quantity("ratio", default=2.0, meaning="width of the rim over its thickness")
     density: float = quantity("density", default=7200.0, meaning="density of the rim")
     rim_stress: float = quantity("pressure", default=6e6, meaning="allowed hoop stress of the rim")
@@ -226,8 +231,7 @@ class FlywheelDesign(Design):
         """Return the speed (rad/s) at the dead centre of the periodic motion with the mean speed of the design, by the mean of its rule."""
         engine = closed_cycle(self.engine)
         extremes = energy_fluctuation(engine)
-        limits = {"inertia": inertia, "energy": extremes.energy, "mean_speed": self.inputs.speed}
-        lowest, _ = formulas.speed_limits(**limits, mean_energy=self.inputs.coefficient is None and self.inputs.inertia is None)
+        lowest, _ = _speed_limits(self.inputs, inertia, extremes.energy)
         work = -float(stored_work(engine, crank_angle=extremes.slowest_angle))
         return float(formulas.speed_after_work(inertia=inertia, start_speed=lowest, work=work))
 
@@ -235,18 +239,13 @@ class FlywheelDesign(Design):
 @np.errstate(all="ignore")  # results that are not finite are refused in a sentence
 def design_flywheel(inputs: FlywheelInputs = PAPER_INPUTS) -> FlywheelDesign:
     """Design a flywheel by the procedure of the paper, or find the fluctuation of a given one."""
-    require_valid(inputs, alternatives=_contradictions)  # AirEngine validates the inputs of the engine
+    require_valid("flywheel", inputs, alternatives=_contradictions)  # AirEngine validates the inputs of the engine
     engine = inputs.engine()
     extremes = energy_fluctuation(engine)
     closed = closed_cycle(engine)
-    inertia, has_mean_energy = _inertia(inputs, extremes.energy)
-
-    def limits(energy: float) -> tuple[float, float]:
-        low, high = formulas.speed_limits(inertia=inertia, energy=energy, mean_speed=inputs.speed, mean_energy=has_mean_energy)
-        return float(low), float(high)
-
-    lowest, highest = limits(extremes.energy)
-    closed_lowest, closed_highest = limits(energy_fluctuation(closed).energy)
+    inertia = _inertia(inputs, extremes.energy)
+    lowest, highest = _speed_limits(inputs, inertia, extremes.energy)
+    closed_lowest, closed_highest = _speed_limits(inputs, inertia, energy_fluctuation(closed).energy)
     wheel = _wheel(inputs, engine, inertia)
     closed_coefficient = (closed_highest - closed_lowest) / inputs.speed
     return FlywheelDesign(
@@ -271,15 +270,25 @@ def design_flywheel(inputs: FlywheelInputs = PAPER_INPUTS) -> FlywheelDesign:
     )
 
 
-def _inertia(inputs: FlywheelInputs, energy: float) -> tuple[float, bool]:
-    """Return the inertia (kg m2), and whether the mean speed is the paper's rather than the arithmetic mean."""
+def _speed_limits(inputs: FlywheelInputs, inertia: float, energy: float) -> tuple[float, float]:
+    """Return the lowest and the highest speed (rad/s) of a flywheel (kg m2) that stores a work (J) between them.
+
+    The mean speed is the arithmetic mean, or the paper's, of the energies, unless a coefficient or an inertia is given.
+    """
+    has_mean_energy = inputs.coefficient is None and inputs.inertia is None
+    low, high = formulas.speed_limits(inertia=inertia, energy=energy, mean_speed=inputs.speed, mean_energy=has_mean_energy)
+    return float(low), float(high)
+
+
+def _inertia(inputs: FlywheelInputs, energy: float) -> float:
+    """Return the inertia (kg m2)."""
     if inputs.inertia is not None:
-        return inputs.inertia, False
+        return inputs.inertia
     stored = {"energy": energy, "mean_speed": inputs.speed}
     if inputs.coefficient is not None:
-        return float(formulas.inertia_for_coefficient(**stored, coefficient=inputs.coefficient)), False
+        return float(formulas.inertia_for_coefficient(**stored, coefficient=inputs.coefficient))
     ratio = DEFAULT_ENERGY_RATIO if inputs.energy_ratio is None else inputs.energy_ratio
-    return float(formulas.inertia_for_energy_ratio(**stored, energy_ratio=ratio)), True
+    return float(formulas.inertia_for_energy_ratio(**stored, energy_ratio=ratio))
 
 
 def _closing_area_ratio(engine: AirEngine) -> float | None:
@@ -301,7 +310,7 @@ def _wheel(inputs: FlywheelInputs, engine: AirEngine, inertia: float) -> Wheel:
     depth = float(formulas.arm_major_axis(bending_moment=moment, stress=inputs.arm_stress))
     return Wheel(
         rim_mass=mass,
-        rim_weight=float(as_scalar_or_array(mass * GRAVITY)),
+        rim_weight=mass * GRAVITY,
         rim_speed=rim_speed,
         rim_stress=float(formulas.rim_stress(density=inputs.density, rim_speed=rim_speed)),
         rim_thickness=thickness,
@@ -325,3 +334,132 @@ def _warnings(inputs: FlywheelInputs, engine: AirEngine, closed: AirEngine, whee
     cycle = {"change": "gains" if gained > 0 else "loses", "work": abs(gained), "closed": closed, "closed_coefficient": closed_coefficient}
     rim = {"wheel": wheel, "rim_speed": slowest, "possible_radius": slowest / inputs.speed}
     return sentences("flywheel", inputs, cases, **cycle, **rim)
+
+
+PAPER_ENGINE = PAPER_INPUTS.engine()
+"""The engine of the paper's calculation."""
+
+PRINTED_ANGLES = (math.radians(3.0), math.radians(95.0))
+"""Angles of lowest and highest speed as the paper rounds them, rad."""
+
+PRINTED_LOAD_CONSTANT = 0.25
+"""The paper's rounding of 2 R / pi times the atmospheric pressure, in its numeric equations (61) to (63)."""
+
+PRINTED_SUM = 0.1713
+"""The paper's sum of the seven terms of the bracket."""
+
+_POWER_FACTOR = 30 * 75
+"""75 kgf m/s to a horsepower, and the stroke L = 30 V / n."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class ComparedWheel:
+    """A flywheel sized by a value of the bracket: its inertia (kg m2), and how it runs in the closed cycle.
+
+    coefficient is the coefficient of speed fluctuation there, excess its ratio to the allowed one.
+    """
+
+    sized_by: str
+    bracket: float
+    inertia: float
+    coefficient: float
+    excess: float
+
+
+WHEEL_COLUMNS = (
+    Column("sized_by", "flywheel sized by"),
+    Column("bracket", "bracket", ".6g"),
+    Column("inertia", "kg m2", ".6g"),
+    Column("coefficient", "fluctuation", ".6g"),
+    Column("excess", "times the allowed", ".5g"),
+)
+
+
+@dataclass(frozen=True, kw_only=True)
+class PaperComparison(PrintedNumbers):
+    """The paper's numbers in order, the terms of its bracket at the exact angles, and flywheels sized by each sum."""
+
+    terms: tuple[PrintedNumber, ...]
+    exact_terms: tuple[float, ...]
+    exact_coefficient: float
+    wheels: tuple[ComparedWheel, ...]
+
+    derived = ("exact_sum", *PrintedNumbers.derived)
+
+    @property
+    def exact_sum(self) -> float:
+        """Sum of the terms at the exact angles."""
+        return sum(self.exact_terms)
+
+    @property
+    def exact_values(self) -> tuple[float, ...]:
+        """The terms, their sum and the coefficient at the exact angles."""
+        return (*self.exact_terms, self.exact_sum, self.exact_coefficient)
+
+    @property
+    def wrong_term(self) -> PrintedNumber:
+        """The term from whose error the wrong sum follows."""
+        return next(term for term in self.terms if term.cause is Cause.ERROR)
+
+    def __str__(self) -> str:
+        """Return tables of the numbers with the causes of the differences, of the terms, and of the flywheels."""
+        tables = (
+            format_columns(PRINTED_COLUMNS, self.numbers),
+            format_rows(fill_rows("flywheel", "bracket", self), "lrrrl"),
+            format_columns(WHEEL_COLUMNS, self.wheels),
+        )
+        return "\n\n".join([*tables, "proofs, and formulas that are not right: governor-mechanism errata --paper redtenbacher"])
+
+
+def compare_with_paper() -> PaperComparison:
+    """Return all numbers of the paper, recomputed, with the terms of the bracket and the flywheels that follow."""
+    extremes = energy_fluctuation(PAPER_ENGINE)
+    exact_terms = bracket_terms(PAPER_ENGINE, slowest_angle=extremes.slowest_angle, fastest_angle=extremes.fastest_angle)
+    return PaperComparison(
+        numbers=_compare_angles(),
+        terms=_compare_terms(),
+        exact_terms=exact_terms,
+        exact_coefficient=_power_coefficient(sum(exact_terms)),
+        wheels=tuple(_compare_wheels(sum(exact_terms))),
+    )
+
+
+def engine_of_printed_load() -> AirEngine:
+    """Return the engine under a load whose 2 R / pi is 0.25 times the atmospheric pressure, as in the paper's numeric equations."""
+    return replace(PAPER_ENGINE, load_pressure=PRINTED_LOAD_CONSTANT * math.pi / 2 * PAPER_ENGINE.atmospheric_pressure)
+
+
+def _compare_angles() -> tuple[PrintedNumber, ...]:
+    """Compare limits and roots; the roots are those of the numeric equations with their rounded load."""
+    return printed_numbers(
+        "flywheel",
+        "angles",
+        load_constant=2 / math.pi * PAPER_ENGINE.load_pressure / PAPER_ENGINE.atmospheric_pressure,
+        limits=[math.degrees(angle) for angle in PAPER_ENGINE.interval_limits],
+        roots=[math.degrees(root.angle) for root in find_equilibria(engine_of_printed_load())],
+    )
+
+
+def _compare_terms() -> tuple[PrintedNumber, ...]:
+    """Compare the seven terms at the paper's angles, their sum and the coefficient of mu N / n in the energy of the flywheel."""
+    terms = bracket_terms(PAPER_ENGINE, slowest_angle=PRINTED_ANGLES[0], fastest_angle=PRINTED_ANGLES[1])
+    return printed_numbers("flywheel", "terms", terms=terms, sum=sum(terms), coefficient=_power_coefficient(sum(terms)))
+
+
+def _power_coefficient(bracket: float) -> float:
+    """Return the kinetic energy of the flywheel (kgf m) divided by mu N / n, with N in PS and n in rpm: 30 * 75 (p / R) B."""
+    return _POWER_FACTOR * PAPER_ENGINE.supply_pressure / PAPER_ENGINE.load_pressure * bracket
+
+
+def _compare_wheels(exact_bracket: float) -> Iterator[ComparedWheel]:
+    """Compare how flywheels sized by each sum run under the load with which the cycle closes."""
+    closed_energy = energy_fluctuation(closed_cycle(PAPER_ENGINE)).energy
+    work = PAPER_ENGINE.full_pressure_work
+    mean_speed = PAPER_INPUTS.speed
+    allowed = float(formulas.coefficient_of_energy_ratio(energy_ratio=DEFAULT_ENERGY_RATIO))
+    labels = ("paper's printed sum", "paper's formula, exact angles", "closed cycle")
+    for label, bracket in zip(labels, (PRINTED_SUM, exact_bracket, closed_energy / work), strict=True):
+        inertia = float(formulas.inertia_for_energy_ratio(energy=bracket * work, mean_speed=mean_speed, energy_ratio=DEFAULT_ENERGY_RATIO))
+        lowest, highest = formulas.speed_limits(inertia=inertia, energy=closed_energy, mean_speed=mean_speed, mean_energy=True)
+        coefficient = float(highest - lowest) / mean_speed
+        yield ComparedWheel(sized_by=label, bracket=bracket, inertia=inertia, coefficient=coefficient, excess=coefficient / allowed)

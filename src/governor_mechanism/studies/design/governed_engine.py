@@ -10,7 +10,7 @@ F. Redtenbacher, Die Luftexpansions-Maschine (Mannheim 1853), for engine and fly
 """
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -32,13 +32,12 @@ from governor_mechanism.studies.design.skeleton import (
     Check,
     CheckedDesign,
     fill_rows,
+    find_checks,
     format_rows,
-    gravity_value,
     mass_ratio_limits,
     refuse,
     relative_range,
 )
-from governor_mechanism.units.constants import HORSEPOWER_1901
 
 THROTTLE_FRACTIONS = (1.0, 0.75, 0.5, 0.25, 0.0)
 """Loads of the table of the throttle rod, relative to the rated torque."""
@@ -137,11 +136,6 @@ class GovernedEngineDesign(CheckedDesign):
         return relative_range((self.governor.full_load_speed, self.governor.no_load_speed))
 
     @property
-    def horsepower(self) -> float:
-        """Power in the metric horsepower of today."""
-        return self.inputs.power / HORSEPOWER_1901
-
-    @property
     def piston_speed(self) -> float:
         """Mean speed of the pistons, m/s."""
         return self.engine.stroke * self.inputs.speed / math.pi
@@ -181,7 +175,6 @@ class GovernedEngineDesign(CheckedDesign):
             "change_time": begin,
             "gas_torque": MEAN if mean_torque else None,
             "crank_rate": self.governor.full_load_speed if mean_torque else self._start_speed(),
-            "gravity": gravity_value(self.inputs.gravity),
             "resistance": self.inputs.resistance if with_resistance else None,
         }
 
@@ -238,7 +231,7 @@ def design_governed_engine(inputs: GovernedEngineInputs = DEFAULT_INPUTS) -> Gov
         throttle_points=_throttle_points(governor, full_load, no_load, inputs.torque_reserve),
         torque_slope=torque_slope,
         dashpot=dashpot,
-        checks=tuple(_checks(inputs, governor, dashpot)),
+        checks=_checks(inputs, governor, dashpot),
     )
 
 
@@ -277,8 +270,8 @@ def _throttle_points(
     )
 
 
-def _checks(inputs: GovernedEngineInputs, governor: GovernorDesign, dashpot: DashpotDesign) -> Iterator[Check]:
-    """Yield the rules of the design with their numbers."""
+def _checks(inputs: GovernedEngineInputs, governor: GovernorDesign, dashpot: DashpotDesign) -> tuple[Check, ...]:
+    """Return the rules of the design with their numbers."""
     values = {
         "inputs": inputs,
         "dashpot": dashpot,
@@ -286,4 +279,4 @@ def _checks(inputs: GovernedEngineInputs, governor: GovernorDesign, dashpot: Das
         "mass_ratios": mass_ratio_limits(governor.gear_ratio * governor.full_load_speed),
         "force_cure": "reduce insensitivity" if inputs.ball_mass is None else "reduce resistance, or increase ball_mass",
     }
-    yield from (Check(**row) for row in fill_rows("governed_engine", "checks", governor, **values))
+    return find_checks("governed_engine", governor, "checks", **values)

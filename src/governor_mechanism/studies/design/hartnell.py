@@ -20,7 +20,6 @@ from governor_mechanism.studies.design.skeleton import (
     Design,
     fill_rows,
     format_rows,
-    gravity_value,
     limit,
     refuse,
     relative_range,
@@ -156,7 +155,6 @@ class HartnellDesign(Design):
         times = [step * time for time in STEP_TIMES]
         return {
             "sleeve_mass": inputs.sleeve_mass or None,
-            "gravity": gravity_value(inputs.gravity),
             "damping": sleeve_damping(inertia, frequency, lift_derivative),
             "speed": run_up_steps(times, inputs.lowest_speed, inputs.highest_speed),
             "duration": round(times[-1], 6),
@@ -209,7 +207,7 @@ def design_hartnell(inputs: HartnellInputs = DEFAULT_INPUTS) -> HartnellDesign:
 
 def resolve_inputs(inputs: HartnellInputs) -> tuple[HartnellInputs, Travel]:
     """Return the inputs with pivots and outer radius or lift filled in, and the travel; raise MechanismError with all mistakes."""
-    require_valid(inputs, _contradictions)
+    require_valid("hartnell", inputs, _contradictions)
     placed = replace(inputs, pivot_radius=inputs.inner_radius if inputs.pivot_radius is None else inputs.pivot_radius)
     _require_places(placed)
     travel = _find_travel(placed)

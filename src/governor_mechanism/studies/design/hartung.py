@@ -1,12 +1,7 @@
 """Design of a Hartung governor after Dubois: bell cranks, springs and their stress, sleeve force.
 
-It uses the closed forms only and does not round intermediate results. The printed numbers of the paper are in `hartung_paper`.
-
-References
-----------
-Fr. Dubois, Dinglers Polytechnisches Journal 327 (1912), pp. 618-620.
-
-Each number is recomputed from what the paper states just before it, so that an error is located where it was made.
+It uses the closed forms only and does not round intermediate results. Each number of the paper is recomputed from what the paper states
+just before it, so that an error is located where it was made.
 
 References
 ----------
@@ -178,7 +173,7 @@ class HartungDesign(Design):
 def design_hartung(inputs: HartungInputs = PAPER_INPUTS) -> HartungDesign:
     """Design a Hartung governor by the procedure of the paper; raise MechanismError if no governor can be built from the inputs."""
     _max_bell_crank_angle(inputs)  # raises for a swing that is too large
-    require_valid(inputs, _contradictions)
+    require_valid("hartung", inputs, _contradictions)
     inner_radius = inputs.rest_radius
     outer_radius = inputs.rest_radius + 2 * inputs.half_stroke
     forces = (inputs.weight_mass * inputs.slow_speed**2 * inner_radius, inputs.weight_mass * inputs.fast_speed**2 * outer_radius)
@@ -231,13 +226,11 @@ def _contradictions(inputs: HartungInputs) -> list[str]:
     return sentences("hartung", inputs, cases, travel=travel)
 
 
-def build_hartung_layout(
-    inputs: HartungInputs,
-    angle: float,  # angle of the bell crank, rad
-    # sleeve arm of the bell crank, m; None: hangers symmetric about the axis
-    sleeve_arm: float | None = None,
-) -> HartungLayout:
-    """Return the governor with a given bell crank and its forces over the stroke."""
+def build_hartung_layout(inputs: HartungInputs, angle: float, sleeve_arm: float | None = None) -> HartungLayout:
+    """Return the governor with bell cranks of an angle (rad) and its forces over the stroke.
+
+    Without a sleeve arm (m), its hangers are symmetric about the axis.
+    """
     if sleeve_arm is None:
         sleeve_arm = float(formulas.symmetric_sleeve_arm(fulcrum_radius=inputs.fulcrum_radius, angle=angle, swing=inputs.swing))
     governor = inputs.governor(angle, sleeve_arm)

@@ -26,11 +26,10 @@ from governor_mechanism.numerics.roots import find_root
 from governor_mechanism.studies.design.skeleton import (
     GOVERNED,
     SPEED_CHANGE,
-    Bounds,
     Check,
     CheckedDesign,
     fill_rows,
-    gravity_value,
+    find_checks,
     limit,
     mass_ratio_limits,
     refuse,
@@ -75,9 +74,7 @@ POINTS_PER_PERIOD = 200
 """Reported times in a period."""
 
 
-_SPEEDS = Bounds(
-    lowest=1 * RPM, highest=10_000 * RPM, rule="{lowest:.6g rpm} to {highest:.6g rpm}", found="{value:.6g rpm}"
-)  # a speed outside has a wrong unit
+_SPEEDS = (1 * RPM, 10_000 * RPM)  # a speed outside has a wrong unit
 
 
 class GovernorKind(StrEnum):
@@ -102,14 +99,14 @@ class PendulumInputs:
         meaning="watt: no load on the sleeve, arms shorter than the radius of curvature; improved-watt: the same with arms as long as this "
         "radius, which cross; porter: with a load on the sleeve",
     )
-    lowest_speed: float | None = optional("angular_speed", meaning="speed of rest n1 in the lowest position", bounds=_SPEEDS)
-    highest_speed: float | None = optional("angular_speed", meaning="speed of rest n2 in the highest position", bounds=_SPEEDS)
+    lowest_speed: float | None = optional("angular_speed", meaning="speed of rest n1 in the lowest position", limits=_SPEEDS)
+    highest_speed: float | None = optional("angular_speed", meaning="speed of rest n2 in the highest position", limits=_SPEEDS)
     mass_ratio: float | None = optional("ratio", meaning="mass m of the sleeve over the mass of a ball at the joint", sign="not negative")
     insensitivity: float = quantity(
-        "ratio", default=0.04, meaning="range of speed in which the resistance holds the sleeve", bounds=GOVERNED
+        "ratio", default=0.04, meaning="range of speed in which the resistance holds the sleeve", limits=GOVERNED
     )
     speed_fluctuation: float = quantity(
-        "ratio", default=0.025, meaning="coefficient of speed fluctuation that the flywheel leaves", sign="not negative", bounds=GOVERNED
+        "ratio", default=0.025, meaning="coefficient of speed fluctuation that the flywheel leaves", sign="not negative", limits=GOVERNED
     )
     resistance: float | None = optional("force", meaning="resistance W at the sleeve; 6 kgf, or 1 kgf for Watt's governors")
     arm: float | None = optional("length", meaning="length l of the arms up to the balls; it gives the offset, or the offset gives it")
@@ -118,7 +115,7 @@ class PendulumInputs:
         "ratio",
         default=1.0,
         meaning="distance of the joint of arm and link from the suspension over the arm; 1 for links at the balls",
-        bounds=Bounds(highest=1.0, rule="at most 1: the joint of arm and link is not beyond the ball", found="{value:g}"),
+        limits=(0.0, 1.0),
     )
     start_radius: float | None = optional("length", meaning="distance x1 of the balls from the axis in the lowest position")
     gravity: float = quantity("acceleration", default=9.81, meaning="gravitational acceleration")
@@ -314,13 +311,10 @@ class PendulumDesign(CheckedDesign):
         """Where the arms hang."""
         return fill_places("at {offset:.5g mm} from the axis", self.governor) if self.governor.offset else "on the axis"
 
+    @property
     def trial_table(self) -> str:
-        """Return the table of step VI as text."""
+        """The table of step VI as text."""
         return format_columns(TRIAL_COLUMNS, self.trials)
-
-    def __str__(self) -> str:
-        """Return the design as text."""
-        return "\n".join([*self.summary_lines(), "", "step VI, tried:", self.trial_table()])
 
     def target_speed(self) -> float:
         """Return the speed (rad/s) at which the rising sleeve comes to rest at TARGET_FRACTION of its lift: Zehnder's (1)."""
@@ -346,7 +340,6 @@ class PendulumDesign(CheckedDesign):
             "name": names[self.inputs.kind],
             "arm_joint": None if self.inputs.joint_ratio == 1 else governor.joint_length,
             "sleeve_mass": governor.sleeve_mass or None,
-            "gravity": gravity_value(self.inputs.gravity),
             "damping": sleeve_damping(inertia, frequency, 2 * governor.joint_length * math.sin(middle)),
             "speed": speed_steps(times, (first, first, last, last)),
             "duration": times[-1],
@@ -375,7 +368,7 @@ def design_pendulum(inputs: PendulumInputs = DEFAULT_INPUTS) -> PendulumDesign:
         sleeve_lift=2 * governor.joint_length * (math.cos(angles[0]) - math.cos(angles[1])),
         sleeve_force=resolved.gravity * (governor.ball_mass / resolved.joint_ratio + governor.sleeve_mass),
         speed_limits=(requirement.lowest_speed * (1 - margin), requirement.highest_speed * (1 + margin)),
-        checks=tuple(_checks(resolved, requirement, start, governor)),
+        checks=_checks(resolved, requirement, start, governor),
     )
 
 
@@ -388,7 +381,7 @@ def _resolve_inputs(inputs: PendulumInputs) -> tuple[PendulumInputs, Requirement
     given = {name: getattr(inputs, name) for name in defaults if getattr(inputs, name) is not None}
     values: dict[str, Any] = defaults | given
     resolved = replace(inputs, **values)
-    require_valid(resolved, _contradictions)
+    require_valid("pendulum", resolved, _contradictions)
     return resolved, Requirement(kind=kind, **values)
 
 
@@ -477,8 +470,8 @@ def _trials(governor: PendulumGovernor, angles: tuple[float, float]) -> Iterator
         yield TrialPosition(angle_change=change, arm_angle=angle, ball_radius=radius, speed=speed)
 
 
-def _checks(inputs: PendulumInputs, requirement: Requirement, start: ParabolaStart, governor: PendulumGovernor) -> Iterator[Check]:
-    """Yield Zehnder's rules, and those of the kind of governor."""
+def _checks(inputs: PendulumInputs, requirement: Requirement, start: ParabolaStart, governor: PendulumGovernor) -> tuple[Check, ...]:
+    """Return Zehnder's rules, and those of the kind of governor."""
     cure = "change mass_ratio" if requirement.kind is GovernorKind.PORTER else "change lowest_speed, or take kind=porter"
     values = {
         "requirement": requirement,
@@ -490,5 +483,4 @@ def _checks(inputs: PendulumInputs, requirement: Requirement, start: ParabolaSta
         "one_or_less": 1 - ARM_TOLERANCE,
         "one_or_more": 1 + ARM_TOLERANCE,
     }
-    for table in ("checks", requirement.kind):
-        yield from (Check(**row) for row in fill_rows("pendulum", table, inputs, **values))
+    return find_checks("pendulum", inputs, "checks", requirement.kind, **values)

@@ -31,28 +31,12 @@ MAX_RATIO = 0.5
 _Inputs = TypeVar("_Inputs", bound=Any)
 
 
-@dataclass(frozen=True, kw_only=True)
-class Bounds:
-    """Smallest and largest value of an input, SI."""
-
-    # lowest, highest: the limits; infinite where there is none
-    lowest: float = -float("inf")
-    highest: float = float("inf")
-    are_allowed: bool = True  # whether the limits themselves are allowed
-    rule: str  # what follows "must be" in messages, with places for the limits
-    found: str = "{value:.6g}"  # place of the value in messages
-
-    def problem(self, name: str, value: float) -> str:
-        """Return a sentence about an input that is out of bounds; empty if it is not."""
-        is_within = self.lowest <= value <= self.highest if self.are_allowed else self.lowest < value < self.highest
-        return "" if is_within else fill_places(f"{name} must be {self.rule}; got {self.found}", self, value=value)
-
-
-GOVERNED = Bounds(highest=MAX_RATIO, rule="at most {highest:.0%}, where nothing is governed", found="{value:.4%}")
-"""Bounds of ratios of speeds that a governor keeps."""
+GOVERNED = (0.0, MAX_RATIO)
+"""Limits of ratios of speeds that a governor keeps."""
 
 
 def require_valid(
+    machine: str,  # the machine whose table "limits" has the sentences about inputs beyond their limits
     inputs: Any,
     # function that yields sentences about inputs at odds with each other; it is called if each has its sign
     relations: Callable[[Any], Iterable[str]] = lambda _: (),
@@ -64,8 +48,10 @@ def require_valid(
     quantities = [(name, getattr(inputs, name), declared) for name, declared in fields_of(type(inputs)).items() if declared.kinds]
     given = [(name, value, declared) for name, value, declared in quantities if value is not None]
     wrong_signs = {name: problem for name, value, declared in given if (problem := _sign_problem(name, value, declared))}
-    bounds = (one.bounds.problem(name, value) for name, value, one in given if one.bounds and name not in wrong_signs)
-    problems = [*wrong_signs.values(), *filter(None, bounds), *alternatives(inputs), *(() if wrong_signs else relations(inputs))]
+    beyond = {name: one.limits for name, value, one in given if one.limits and name not in wrong_signs and not one.admits(value)}
+    texts = read_tables(machine).get("limits", {})
+    out_of_limits = [fill_places(texts[name], inputs, lowest=low, highest=high) for name, (low, high) in beyond.items()]
+    problems = [*wrong_signs.values(), *out_of_limits, *alternatives(inputs), *(() if wrong_signs else relations(inputs))]
     if problems:
         raise MechanismError(*problems)
 
@@ -251,26 +237,10 @@ class _ScenePlaces(Places):
         return format_toml_value(value) if value is not None and not format_spec else super().format_field(value, format_spec)
 
 
-def fill_template(
-    machine: str,
-    design: object,
-    values: Mapping[str, object],  # values of the other places; the line of one that is None is left out
-) -> dict[str, Any]:
-    """Return the document of the scene of a machine from its template."""
-    return tomllib.loads(fill_places(read_file(f"{machine}.toml"), design, _ScenePlaces(), **values))
-
-
 def scene_comment(machine: str) -> str:
     """Return the comment with which the scene files of a machine begin."""
     lines = read_file(f"{machine}.toml").splitlines()
     return "\n".join(line.removeprefix("# ") for line in lines if line.startswith("#"))
-
-
-def gravity_value(gravity: float) -> bool | str | None:
-    """Return a gravity (m/s2) as a scene has it: true if it is the usual one, and no value if there is none."""
-    if gravity == 0:
-        return None
-    return True if gravity == DEFAULT_GRAVITY else f"{gravity:.15g} m/s^2"
 
 
 def speed_steps(times: Iterable[float], speeds: Iterable[float], digits: int = 15) -> list[tuple[float, str]]:
@@ -284,14 +254,11 @@ def run_up_steps(times: Sequence[float], lowest: float, highest: float, digits: 
     return speed_steps(times, (lowest + fraction * (highest - lowest) for fraction in fractions), digits)
 
 
-def sleeve_damping(
-    inertia: float,  # inertia of the angle of the arms, kg m2
-    frequency: float,  # frequency of small oscillations, rad/s
-    lift_derivative: float,  # derivative of the lift of the sleeve by the angle, m/rad
-) -> float:
+def sleeve_damping(inertia: float, frequency: float, lift_derivative: float) -> float:
     """Return the damping of the dashpot at a sleeve (N s/m).
 
-    With the inertia I of the angle, the frequency w, and the derivative z' of the lift, a damping ratio D takes c z'^2 = 2 D I w.
+    With the inertia I of the angle of the arms (kg m2), the frequency w of small oscillations (rad/s), and the derivative z' of the lift by
+    the angle (m/rad), a damping ratio D takes c z'^2 = 2 D I w.
     """
     return 2 * DAMPING_RATIO * inertia * frequency / lift_derivative**2
 
@@ -353,21 +320,23 @@ class Design(Result):
         """All warnings, a line each; None without any."""
         return "\n".join(f"{self.warning_start}{sentence}" for sentence in self.warnings) or None
 
-    def summary_lines(self) -> list[str]:
-        """Return the design as text in workshop units."""
-        return fill_places(read_file(f"{self.machine}.txt"), self).splitlines()
-
     def __str__(self) -> str:
-        """Return the design as text."""
-        return "\n".join(self.summary_lines())
+        """Return the design as text in workshop units."""
+        return fill_places(read_file(f"{self.machine}.txt"), self)
+
+    @property
+    def scene_gravity(self) -> bool | str | None:
+        """The gravity as a scene has it: true if it is the usual one, and no value if there is none."""
+        gravity = self.inputs.gravity
+        return None if gravity == 0 else True if gravity == DEFAULT_GRAVITY else f"{gravity:.15g} m/s^2"
 
     @abstractmethod
     def scene_values(self) -> Mapping[str, object]:
         """Return the values of places of the scene that are no attributes of the design; options of a design give variants."""
 
     def fill_scene(self, values: Mapping[str, object]) -> Mapping[str, object]:
-        """Return the document of the scene with the values of its places."""
-        return fill_template(self.machine, self, values)
+        """Return the document of the scene with the values of its places; the line of one that is None is left out."""
+        return tomllib.loads(fill_places(read_file(f"{self.machine}.toml"), self, _ScenePlaces(), **values))
 
     @cached_property
     def scene_document(self) -> Mapping[str, Any]:
@@ -454,6 +423,11 @@ class PrintedNumbers(Recorded):
     def deviating_quantities(self) -> list[str]:
         """Names of those numbers."""
         return [number.quantity for number in self.deviations]
+
+
+def find_checks(machine: str, record: object, *tables: str, **values: object) -> tuple[Check, ...]:
+    """Return the rules in tables of a machine, with the numbers of a design in their places."""
+    return tuple(Check(**row) for table in tables for row in fill_rows(machine, table, record, **values))
 
 
 def printed_numbers(machine: str, table: str, **values: object) -> tuple[PrintedNumber, ...]:

@@ -12,8 +12,7 @@ from governor_mechanism.closed_form.flywheel_engine import AirEngine
 from governor_mechanism.render.figures.page import CHAIN_DOTTED, DASHED, MM_PER_M, Page, Panel, Plate, add_legend
 from governor_mechanism.render.figures.plates.engines import FOURTH_RECT, N_PER_KN, PA_PER_BAR, SPEED_RECT, EnginePlate, mark_extreme
 from governor_mechanism.render.style import BLUE, GREEN, INK, MUTED, PAPER, SERIES_COLOURS, SKY, VERMILLION
-from governor_mechanism.studies.design.flywheel import FlywheelDesign
-from governor_mechanism.studies.design.flywheel_paper import PaperComparison
+from governor_mechanism.studies.design.flywheel import FlywheelDesign, PaperComparison
 from governor_mechanism.studies.design.governed_engine import GovernedEngineDesign
 from governor_mechanism.studies.design.simulated import SimulatedEngine, SimulatedWheel
 from governor_mechanism.types import FloatArray
@@ -172,7 +171,7 @@ _PLANE_LIMIT_RATIO = 1.35
 _SPEED_RECT, _PLANE_RECT, _STEP_RECT = (0.075, 0.535, 0.40, 0.325), (0.585, 0.535, 0.385, 0.325), (0.075, 0.105, 0.765, 0.325)
 """Left and lower edge, width and height of the panels, in fractions of the figure."""
 
-_TITLE = "Governed engine of {horsepower:.4g} PS at {inputs.speed:.4g rpm} with a droop of {inputs.droop:.3%}"
+_TITLE = "Governed engine of {inputs.power:.4g PS} at {inputs.speed:.4g rpm} with a droop of {inputs.droop:.3%}"
 _SUBTITLE = (
     "flywheel {flywheel.inertia:.5g} kg m²; arms {governor.governor.arm:.4g mm}, offset {governor.governor.offset:.4g mm}, balls "
     "{governor.governor.ball_mass:.4g} kg, sleeve {governor.governor.sleeve_mass:.4g} kg; gear {governor.gear_ratio:.4g}; dashpot "
