@@ -10,7 +10,10 @@ import tomllib
 import pytest
 
 import governor_mechanism as gm
+from governor_mechanism.live.describing import show_whole_run
 from governor_mechanism.notebook.exploration import make_widget
+from governor_mechanism.render.frame_data import FrameData
+from governor_mechanism.render.geometry.attached import shapes_of
 
 WAITING_TIME = 60.0
 """Longest time (s) for an answer on a busy machine."""
@@ -40,6 +43,31 @@ class Widgets:
 @pytest.fixture
 def scene():
     return gm.load("scott_russell").replace({"run.duration": "0.2 s"})
+
+
+def assert_drawn_as_its_film(view):
+    """The page of a view has the same parts in the same frame as the film of its scene."""
+    run, (shown, _) = gm.run(view.scene), show_whole_run(view._session.run)
+    for data in shown.parts:
+        film = FrameData(run, data.part, (float(run.times[0]), float(run.times[-1])), run.times[:1])
+        assert data.drawing.bounds == film.drawing.bounds
+        assert list(shapes_of(data.drawing.fixed, None)) == list(shapes_of(film.drawing.fixed, None))
+        moving = (list(shapes_of(one.drawing.moving, one.moment_at(0))) for one in (data, film))
+        assert next(moving) == next(moving)
+
+
+@pytest.mark.parametrize("name", ["porter", "hartung_dubois", "slider_crank", "stephenson_arc_middle", "jansen"])
+def test_a_machine_is_drawn_as_its_film_draws_it(name):
+    assert_drawn_as_its_film(gm.explore(name))
+
+
+def test_a_drawing_grows_with_the_travel_of_the_changed_motion():
+    view = gm.explore("porter", "start.arm_angle")
+    before = show_whole_run(view._session.run)[0].parts[0].drawing.bounds
+    view.set("start.arm_angle", "50 deg")
+    assert view.problem == ""
+    assert show_whole_run(view._session.run)[0].parts[0].drawing.bounds[1] > before[1] + 0.01
+    assert_drawn_as_its_film(view)
 
 
 def test_what_is_set_is_the_scene():
