@@ -136,7 +136,7 @@ DELEGATIONS = {
         "Recorded.as_json",
         *(f"Result.{name}" for name in ("__str__", "to_dataframe", "save_json", "save_csv", "figures", "_draw", "_repr_html_")),
     },
-    "model.scene": {f"Scene.{name}" for name in ("from_dict", "replace", "to_toml", "describe", "_repr_html_")},
+    "model.scene": {f"Scene.{name}" for name in ("from_dict", "replace", "to_toml", "save", "describe", "_repr_html_")},
     "model.mechanism": {"Mechanism.build", "Mechanism._repr_html_"},
     "mechanics.kinematics.kinematic_analysis": {"Kinematics.plot_paths"},
     "statics.speed_curve": {"SpeedCurve._repr_html_"},

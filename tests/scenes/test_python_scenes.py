@@ -30,7 +30,7 @@ def test_the_text_of_every_shipped_scene_is_read_back_as_an_equal_scene(name, tm
     scene = library.load_scene(name)
     untitled = parse_scene_document({key: value for key, value in scene.document.items() if key != "title"})
     path = tmp_path / "named_by_its_file.toml"
-    path.write_text(untitled.to_toml(), encoding="utf-8")
+    assert untitled.save(path) == path
     named_by_its_file = read_scene_file(path)
     assert (untitled.title, named_by_its_file.title) == (untitled.parts[0].machine, "named_by_its_file")
     for one in (scene, named_by_its_file):
@@ -180,6 +180,12 @@ def test_a_scene_that_was_composed_of_objects_has_no_file(porter):
     for method in (composed.to_toml, lambda: composed.replace({"run.duration": 1.0})):
         assert "composed of objects" in refusal(method)
     assert "changed without it" in refusal(porter.with_changes(run=RunSettings(duration=1.0)).to_toml)
+
+
+def test_a_scene_is_saved_as_a_file_that_is_read_back(porter, tmp_path):
+    assert gm.load(porter.save(tmp_path / "mine.toml")) == porter
+    assert refusal(porter.save, "mine.txt") == "the name of a scene file ends in .toml, and 'mine.txt' does not; use 'mine.toml'"
+    assert refusal(porter.save, 3).startswith("path must be a path; found 3")
 
 
 def test_a_description_prints_as_text(porter):

@@ -15,8 +15,6 @@ from governor_mechanism.cli import console
 from governor_mechanism.cli.compare import SideBySideFormat
 from governor_mechanism.cli.options import Changes, SceneName, load_changed, refuse_idle_options, stem_of
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.files.writing import save_text
-from governor_mechanism.model.results.film_options import FilmOptions
 from governor_mechanism.render.figure_files import RESULTS_FOLDER, FigureFiles
 
 OUT = typer.Option(help="Folder for the results.")
@@ -85,7 +83,7 @@ def fit(
         options: dict[str, Any] = {"engine": engine, "starts": starts, "seed": seed, "workers": workers}
         result = gm.fit(loaded, data, over, noise=levels, without=intervals, profile=profile or (), **options)
     stem = f"{stem_of(loaded)}_fit"
-    scene_file = save_text(result.scene.to_toml(), figures.folder / f"{stem}.toml")
+    scene_file = result.scene.save(figures.folder / f"{stem}.toml")
     return console.CommandResult(result, files=[scene_file, *figures.save_all(result, stem)], ok=result.ok)
 
 
@@ -146,12 +144,9 @@ def optimise(
     stem = f"{stem_of(loaded)}_optimum"
     with console.show_status("optimising"), console.first_interrupt_is_answered():
         optimum = gm.optimise(loaded, over, **goals, **options, out=figures.folder / f"{stem}.part")
-    files = [save_text(optimum.scene.to_toml(), figures.folder / f"{stem}.toml"), *figures.save_all(optimum, stem)]
+    files = [optimum.scene.save(figures.folder / f"{stem}.toml"), *figures.save_all(optimum, stem)]
     if film is not None:
-        from governor_mechanism.render.film.writer import write_film
-
         with console.show_progress_bar("film") as progress:
             runs = [gm.run(one) for one in (optimum.before, optimum.scene)]
-            path = figures.folder / f"{stem}.{film.value}"
-            files.append(write_film(runs, path, FilmOptions(), titles=["before", "after"], progress=progress))
+            files.append(gm.film(runs, figures.folder / f"{stem}.{film.value}", titles=["before", "after"], progress=progress))
     return console.CommandResult(optimum, files=files, ok=optimum.ok)

@@ -14,7 +14,6 @@ import governor_mechanism as gm
 from governor_mechanism.cli import console
 from governor_mechanism.cli.options import Changes, SceneName, load_changed, refuse_idle_options, stem_of
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.files.writing import save_text
 from governor_mechanism.render.figure_files import FigureFiles
 
 if TYPE_CHECKING:
@@ -118,7 +117,7 @@ def _write(result: Synthesis | DimensionSynthesis, stem: str, take: int, figures
     """Return what a command prints, after it has written the scene of one row, the table, the record and the figure."""
     if not 1 <= take <= len(result.rows):
         raise MechanismError(f"--take must be the number of a linkage, 1 to {len(result.rows)}; found {take}")
-    scene_file = save_text(result.rows[take - 1].scene.to_toml(), figures.folder / f"{stem}_{take}.toml")
+    scene_file = result.rows[take - 1].scene.save(figures.folder / f"{stem}_{take}.toml")
     return console.CommandResult(result, files=[scene_file, *figures.save_all(result, stem)], ok=ok)
 
 

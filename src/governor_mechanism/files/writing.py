@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from governor_mechanism.errors import MechanismError
+from governor_mechanism.units.problems import PATH, check_arguments
 
 _Unfinished = dict[Path, Path]
 _UNFINISHED: ContextVar[_Unfinished | None] = ContextVar("unfinished", default=None)
@@ -96,6 +97,17 @@ def save_text(text: str, path: Path) -> Path:
     with atomic_write(path) as temporary:
         temporary.write_text(text, encoding="utf-8")
     return path
+
+
+@check_arguments(path=PATH)
+def save_scene_text(text: str, path: str | os.PathLike[str]) -> Path:
+    """Write the text of a scene file; raise MechanismError unless its name ends in .toml."""
+    target = Path(path)
+    if target.suffix != ".toml":
+        raise MechanismError(
+            f"the name of a scene file ends in .toml, and {str(path)!r} does not; use {str(target.with_suffix('.toml'))!r}"
+        )
+    return save_text(text, target)
 
 
 def save_json(value: object, path: Path) -> Path:

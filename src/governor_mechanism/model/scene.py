@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 from governor_mechanism.errors import MechanismError, require_positive
@@ -184,6 +186,28 @@ class Scene:
         from governor_mechanism.scenes.changed_document import scene_to_toml
 
         return scene_to_toml(self)
+
+    def save(self, path: str | os.PathLike[str]) -> Path:
+        """Write the scene as a scene file, which `gm.load` reads.
+
+        Parameters
+        ----------
+        path
+            Path of the file, which ends in .toml as all scene files.
+
+        Returns
+        -------
+        Path
+            The path.
+
+        Raises
+        ------
+        MechanismError
+            If the path does not end in .toml, or this scene was composed of objects and has no document.
+        """
+        from governor_mechanism.files.writing import save_scene_text
+
+        return save_scene_text(self.to_toml(), path)
 
     def describe(self) -> described_scene.SceneDescription:
         """Describe the scene in words.
