@@ -32,7 +32,6 @@ from governor_mechanism.studies.design.skeleton import (
     Design,
     PrintedNumber,
     PrintedNumbers,
-    fill_rows,
     format_rows,
     printed_numbers,
     require_valid,
@@ -105,12 +104,11 @@ class FlywheelInputs:
 
     def engine(self) -> AirEngine:
         """Return the engine under its load."""
-        names = [one.name for one in fields(AirEngine) if one.name != "load_pressure"]
-        dimensions = {name: getattr(self, name) for name in names}
+        dimensions = {one.name: getattr(self, one.name) for one in fields(AirEngine)}
         if self.load_pressure is not None:
-            return AirEngine(**dimensions, load_pressure=self.load_pressure)
+            return AirEngine(**dimensions)
         # Any load serves to find the one that closes the cycle.
-        return closed_cycle(AirEngine(**dimensions, load_pressure=self.atmospheric_pressure))
+        return closed_cycle(AirEngine(**dimensions | {"load_pressure": self.atmospheric_pressure}))
 
 
 PAPER_INPUTS = FlywheelInputs()
@@ -405,7 +403,7 @@ class PaperComparison(PrintedNumbers):
         """Return tables of the numbers with the causes of the differences, of the terms, and of the flywheels."""
         tables = (
             format_columns(PRINTED_COLUMNS, self.numbers),
-            format_rows(fill_rows("flywheel", "bracket", self), "lrrrl"),
+            format_rows("flywheel", "bracket", self, "lrrrl"),
             format_columns(WHEEL_COLUMNS, self.wheels),
         )
         return "\n\n".join([*tables, "proofs, and formulas that are not right: governor-mechanism errata --paper redtenbacher"])

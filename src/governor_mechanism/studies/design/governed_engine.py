@@ -31,7 +31,6 @@ from governor_mechanism.studies.design.engine_governor import (
 from governor_mechanism.studies.design.skeleton import (
     Check,
     CheckedDesign,
-    fill_rows,
     find_checks,
     format_rows,
     mass_ratio_limits,
@@ -148,7 +147,7 @@ class GovernedEngineDesign(CheckedDesign):
     @property
     def throttle_rod(self) -> str:
         """The table of the throttle rod as text."""
-        return format_rows(fill_rows(self.machine, "throttle", self), "lr")
+        return format_rows(self.machine, "throttle", self, "lr")
 
     def scene_values(self, *, mean_torque: bool = False, with_resistance: bool = False) -> Mapping[str, object]:
         """Return what the scene adds: its load falls to the half.

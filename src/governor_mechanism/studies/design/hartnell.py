@@ -12,15 +12,15 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
+import numpy as np
+
 from governor_mechanism.closed_form import hartnell as closed
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.model.results.result import Recorded
 from governor_mechanism.studies.design.skeleton import (
     SPEED_CHANGE,
     Design,
-    fill_rows,
     format_rows,
-    limit,
     refuse,
     relative_range,
     require_valid,
@@ -141,7 +141,7 @@ class HartnellDesign(Design):
         weight = self.inputs.sleeve_mass * self.inputs.gravity
         textbook, exact = ([force + weight for force in spring.forces] for spring in (self.textbook, self.exact))
         values = {"textbook_loads": textbook, "exact_loads": exact, "textbook_power": self.textbook_effort * self.travel.lift}
-        return format_rows(fill_rows(self.machine, "springs", self, **values), "llr")
+        return format_rows(self.machine, "springs", self, "llr", **values)
 
     def scene_values(self) -> Mapping[str, object]:
         """Return what the scene adds: the speed rises from the lowest to the highest in two steps, with stops and a dashpot."""
@@ -151,7 +151,7 @@ class HartnellDesign(Design):
         lift_derivative = governor.sleeve_arm * math.sin(governor.angle - angle)
         inertia = 2 * governor.ball_mass * governor.ball_arm**2 + governor.sleeve_mass * lift_derivative**2
         frequency = self._natural_frequency(angle)
-        step = limit(STEP_PERIODS * math.tau / frequency, STEP_LIMITS)
+        step = float(np.clip(STEP_PERIODS * math.tau / frequency, *STEP_LIMITS))
         times = [step * time for time in STEP_TIMES]
         return {
             "sleeve_mass": inputs.sleeve_mass or None,

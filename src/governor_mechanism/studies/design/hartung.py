@@ -10,7 +10,7 @@ Fr. Dubois, Dinglers Polytechnisches Journal 327 (1912), pp. 618-620.
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -282,8 +282,14 @@ def _max_bell_crank_angle(inputs: HartungInputs) -> float:
 PAPER_SPEEDS = (21.363, 22.201)
 """204 and 212 rpm as the paper rounds them (rad/s)."""
 
+PAPER_ANGLES = (math.radians(15), math.radians(-15))
+"""Angles of the lever at the inner and the outer end, rad."""
+
 SLIDE_RULE_TOLERANCE = 1.0
 """Tolerance of the table (kgf); the errors of the slide rule are within 0.66, the misprint is larger."""
+
+WRONG_DIGIT = (Cause.MISPRINT, "not on the curve of its neighbours; one digit wrong, 189.8 is meant")
+"""The misprint of the table."""
 
 PAPER_GOVERNOR = PAPER_INPUTS.governor(angle=math.radians(132), sleeve_arm=0.170)
 """The governor of the paper's calculations, with bell cranks of 132 deg."""
@@ -312,19 +318,17 @@ class PaperComparison(PrintedNumbers):
 
 def compare_with_paper() -> PaperComparison:
     """Return all numbers of the paper, recomputed."""
+    kinematics = {
+        "sagitta": 115 * (1 - math.cos(math.radians(15))),
+        "radii": [1e3 * float(closed.weight_radius(PAPER_GOVERNOR, lever_angle=angle)) for angle in PAPER_ANGLES],
+        "squares": [speed**2 for speed in PAPER_SPEEDS],
+    }
     counter_example = [float(formulas.regulating_force(static_force=force)) for force in COUNTER_EXAMPLE_FORCES]
     return PaperComparison(
-        numbers=printed_numbers("hartung", "numbers", **_kinematic_values(), **_spring_values(), **_sleeve_forces()),
+        numbers=printed_numbers("hartung", "numbers", **kinematics, **_spring_values(), **_sleeve_forces()),
         table=tuple(_spring_force_table()),
         counter_example=printed_numbers("hartung", "counter_example", forces=counter_example, change=100 * (13.4 - 7.5) / 10.5),
     )
-
-
-def _kinematic_values() -> dict[str, float]:
-    """Return radii and squares of the speeds, recomputed."""
-    inner, outer = (1e3 * float(closed.weight_radius(PAPER_GOVERNOR, lever_angle=math.radians(side))) for side in (15, -15))
-    slow, fast = (speed**2 for speed in PAPER_SPEEDS)
-    return {"sagitta": 115 * (1 - math.cos(math.radians(15))), "inner": inner, "outer": outer, "slow_squared": slow, "fast_squared": fast}
 
 
 def _spring_values() -> dict[str, float]:
@@ -348,16 +352,15 @@ def _spring_values() -> dict[str, float]:
     }
 
 
-def _sleeve_forces() -> dict[str, float]:
-    """Return the forces at the sleeve (kgf), recomputed."""
+def _sleeve_forces() -> dict[str, object]:
+    """Return the forces at the sleeve (kgf) at the inner and the outer end, recomputed."""
     static_force = closed.static_sleeve_force
-    inner, outer = (
-        float(static_force(PAPER_GOVERNOR, lever_angle=math.radians(side), spring_force=force * KILOGRAM_FORCE_1853)) / KILOGRAM_FORCE_1853
-        for side, force in ((15, 173.8), (-15, 345.8))
-    )
-    low, high = (float(formulas.regulating_force(static_force=force)) for force in (inner, outer))
-    change = 100 * (high - low) / (0.5 * (low + high))
-    return {"inner_static": inner, "outer_static": outer, "inner_regulating": low, "outer_regulating": high, "regulating_change": change}
+    static = [
+        float(static_force(PAPER_GOVERNOR, lever_angle=angle, spring_force=force * KILOGRAM_FORCE_1853)) / KILOGRAM_FORCE_1853
+        for angle, force in zip(PAPER_ANGLES, (173.8, 345.8), strict=True)
+    ]
+    low, high = (float(formulas.regulating_force(static_force=force)) for force in static)
+    return {"static": static, "regulating": (low, high), "regulating_change": 100 * (high - low) / (0.5 * (low + high))}
 
 
 def _spring_force_table() -> Iterator[PrintedNumber]:
@@ -366,7 +369,5 @@ def _spring_force_table() -> Iterator[PrintedNumber]:
         lever_angle = math.asin((122 - radius) / 115)
         for rpm, speed, force in zip((204, 212), PAPER_SPEEDS, printed, strict=True):
             found = in_unit(float(closed.astatic_spring_force(PAPER_GOVERNOR, lever_angle=lever_angle, spindle_speed=speed)), "kgf")
-            number = PrintedNumber(f"spring force at {radius:g} mm, {rpm} rpm", "kgf", force, found)
-            is_misprint = abs(force - found) > SLIDE_RULE_TOLERANCE
-            remark = "not on the curve of its neighbours; one digit wrong, 189.8 is meant"
-            yield replace(number, cause=Cause.MISPRINT, remark=remark) if is_misprint else number
+            mark = WRONG_DIGIT if abs(force - found) > SLIDE_RULE_TOLERANCE else ()
+            yield PrintedNumber(f"spring force at {radius:g} mm, {rpm} rpm", "kgf", force, found, *mark)

@@ -30,7 +30,6 @@ from governor_mechanism.studies.design.skeleton import (
     CheckedDesign,
     fill_rows,
     find_checks,
-    limit,
     mass_ratio_limits,
     refuse,
     relative_range,
@@ -331,7 +330,7 @@ class PendulumDesign(CheckedDesign):
         # Stable half way up even with too long an arm: its speed falls faster below the minimum than it rises above.
         frequency = math.sqrt(float(pendulum.squared_oscillation_frequency(governor, arm_angle=middle)))
         inertia = float(pendulum.stiffness(governor, arm_angle=middle)) / frequency**2
-        rise, settling = (limit(periods * math.tau / frequency, DURATION_LIMITS) for periods in (RISE_PERIODS, SETTLING_PERIODS))
+        rise, settling = (float(np.clip(periods * math.tau / frequency, *DURATION_LIMITS)) for periods in (RISE_PERIODS, SETTLING_PERIODS))
         times = (0.0, HOLD_TIME, HOLD_TIME + rise, HOLD_TIME + rise + settling)
         first = self.equilibrium_speed(middle)
         last = self.target_speed()

@@ -244,9 +244,10 @@ class SimulatedEngine(Recorded):
         """Return a table of the wanted and the simulated numbers."""
         full, half, _ = self.wanted_speeds
         settling_times = [f"{study.settling_time:.4g}" if study.ok else "none" for study in self.studies]
-        rows = fill_rows("governed_engine", "simulated", self, settling_times=settling_times, change=half / full - 1)
-        lines = [f"{name}: {study.conclusion}" for name, study in zip(rows[0][2:], self.studies, strict=True) if not study.ok]
-        return "\n".join([format_rows(rows, "lr"), *lines])
+        values = {"settling_times": settling_times, "change": half / full - 1}
+        names = ("mean torque", "cyclic torque", "with resistance")
+        lines = [f"{name}: {study.conclusion}" for name, study in zip(names, self.studies, strict=True) if not study.ok]
+        return "\n".join([format_rows("governed_engine", "simulated", self, "lr", **values), *lines])
 
 
 def _sleeve_motion(study: LoadChangeStudy) -> float:

@@ -4,6 +4,7 @@ import re
 import tomllib
 from abc import abstractmethod
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, fields, replace
 from enum import StrEnum
 from functools import cache, cached_property
@@ -202,13 +203,11 @@ def fill_rows(machine: str, table: str, record: object, **values: object) -> lis
     """
     rows = list[Any]()
     for row in read_tables(machine).get(table, []):
-        try:
-            cells = {
-                key: _fill_cell(cell, record, values) for key, cell in (row if isinstance(row, dict) else dict(enumerate(row))).items()
-            }
-        except NoValueError:
-            continue
-        rows.append(cells if isinstance(row, dict) else list(cells.values()))
+        with suppress(NoValueError):
+            if isinstance(row, dict):
+                rows.append({key: _fill_cell(cell, record, values) for key, cell in row.items()})
+            else:
+                rows.append([_fill_cell(cell, record, values) for cell in row])
     return rows
 
 
@@ -224,9 +223,10 @@ def _fill_cell(cell: Any, record: object, values: Mapping[str, object]) -> Any:
     return value
 
 
-def format_rows(rows: Sequence[Sequence[str]], justify: str) -> str:
-    """Return rows as a text table, the first with the headings; the letters are those of `format_table`."""
-    return format_table(rows[0], rows[1:], justify)
+def format_rows(machine: str, table: str, record: object, justify: str, **values: object) -> str:
+    """Return a table of a machine as text, its first row as the headings; the letters are those of `format_table`."""
+    headings, *rows = fill_rows(machine, table, record, **values)
+    return format_table(headings, rows, justify)
 
 
 class _ScenePlaces(Places):
@@ -261,11 +261,6 @@ def sleeve_damping(inertia: float, frequency: float, lift_derivative: float) -> 
     the angle (m/rad), a damping ratio D takes c z'^2 = 2 D I w.
     """
     return 2 * DAMPING_RATIO * inertia * frequency / lift_derivative**2
-
-
-def limit(value: float, limits: tuple[float, float]) -> float:
-    """Return a value, or the limit that it is beyond."""
-    return min(max(limits[0], value), limits[1])
 
 
 SPEED_CHANGE = 0.01
