@@ -176,9 +176,9 @@ FRAME_RATES = (25.0, 20.0, 50 / 3, 100 / 7, 12.5, 100 / 9, 10.0)
 """Frame rates (1/s) to choose from: frames last 4 to 10 hundredths of a second."""
 _N_PROBES = 12
 """Number of frames whose changes are measured where a film is too large."""
-_CLEARLY_TOO_LARGE, _MIN_JUDGED = 2.0, 24
-"""Size, in largest sizes, that a film would have if it went on as it began, from which on it is given up, and the number of frames after
-which this is judged."""
+_MAX_EXCESS, _MIN_JUDGED = 0.5, 24
+"""Excess over the largest size that a film would have if it went on as it began, from which on it is given up at first, falling to none at
+its end; and the number of frames after which this is judged."""
 _SAFETY = 1.04
 """Factor of the estimated size: with 12 frames it is within 4 % of that of the films of the shipped scenes."""
 
@@ -396,7 +396,8 @@ def _encode(film: FilmFrames, path: Path, request: _Request, largest: float = ma
     with open_encoder(path, film) as add_frame:
         for k in range(film.n_frames):
             add_frame(k)
-            if exceeds(largest * min(_CLEARLY_TOO_LARGE * max(k + 1, _MIN_JUDGED) / film.n_frames, 1.0)):
+            share = min(max(k + 1, _MIN_JUDGED) / film.n_frames, 1.0)
+            if exceeds(largest * share * (1.0 + _MAX_EXCESS * (1.0 - share))):
                 return False
             if request.progress is not None:
                 request.progress(k + 1, film.n_frames)
