@@ -1,5 +1,10 @@
 // The page: it makes the drawings and the plots, and connects them with the clock and the controls.
 
+/** Arrows that belong to a drawing, on a scale of its own: their role, kind and name. */
+const DRAWN_FORCES = [
+  ["force", "load", "applied load"],
+  ["reaction", "joint", "force of a joint, on the scale of the drawing"],
+];
 const FORCE_NAMES = { weight: "weight", centrifugal: "centrifugal force", spring: "spring", damping: "damper", reaction: "force of a joint" };
 const HINT = "Point at a part to see what it is; take it, and it goes along its path.";
 /** Width over height of all drawings together from which on the plots stand below them. */
@@ -134,17 +139,16 @@ function connectParts() {
 /** Arrows of all pictures, and the legend of the forces; the switch is hidden if there are none. */
 function listForces(pictures) {
   const groups = pictures.map((picture) => picture.forces).filter(Boolean);
-  const hasLoads = document.querySelector("#stage :is(.role-force, .role-reaction)") !== null;
-  find("forces-switch").hidden = !groups.length && !hasLoads;
+  const drawn = DRAWN_FORCES.filter(([role]) => document.querySelector(`#stage .role-${role}`));
+  find("forces-switch").hidden = !groups.length && !drawn.length;
   find("force-legend").replaceChildren();
-  for (const kind of new Set(groups.flatMap((group) => group.kinds))) {
-    find("force-legend").append(makeNode("span", `key force-${kind}`, FORCE_NAMES[kind]));
-  }
-  if (hasLoads) find("force-legend").append(makeNode("span", "key force-load", "applied load"));
+  const add = (kind, name) => find("force-legend").append(makeNode("span", kind && `key force-${kind}`, name));
+  for (const kind of new Set(groups.flatMap((group) => group.kinds))) add(kind, FORCE_NAMES[kind]);
   const largest = Math.max(0, ...groups.map((group) => group.largest));
-  if (largest) find("force-legend").append(makeNode("span", "", `longest arrow ${Number(largest.toPrecision(3))} N`));
+  if (largest) add("", `longest arrow ${Number(largest.toPrecision(3))} N`);
+  for (const [, kind, name] of drawn) add(kind, name);
   // Applied loads belong to the drawing, and forces of joints are requested: they are shown at first.
-  return { groups, areShownFirst: hasLoads || groups.some((group) => group.kinds.includes("reaction")) };
+  return { groups, areShownFirst: drawn.length > 0 || groups.some((group) => group.kinds.includes("reaction")) };
 }
 
 /** Show or hide the forces, as their switch stands. */

@@ -75,6 +75,7 @@ function makePlot(plot, data, onSeek) {
     return number;
   };
   if (plot.isStated) {
+    node.classList.add("is-stated");
     node.append(heading);
     return { node, update: write, peek: (place) => place && write(place) };
   }
