@@ -12,6 +12,7 @@ from governor_mechanism.engines.initial_state import initial_state
 from governor_mechanism.engines.multibody.engine import MultibodyEngine, MultibodyRunner
 from governor_mechanism.engines.multibody.implicit import RadauLimits
 from governor_mechanism.mechanics.curves.curve_kernels import evaluate_curve, evaluate_polar_curve
+from governor_mechanism.mechanics.curves.outline_kernels import least_depth
 from governor_mechanism.mechanics.curves.segments import make_curve_segments
 from governor_mechanism.mechanics.dynamics.equations.equations_of_motion import evaluate_state_derivative
 from governor_mechanism.mechanics.dynamics.forces.contact_modes import ContactMode
@@ -140,6 +141,11 @@ def follow_curve() -> None:
     evaluate_polar_curve(segments, 0, len(segments), 0.1)
 
 
+def look_behind_outline() -> None:
+    """Look how deep the inside of an outline is, as every lowering of a contact with hollow corners does."""
+    least_depth(np.array([[0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 1.0, 0.0]]), np.array([[0.5, 0.5]]))
+
+
 USES: Mapping[str, Callable[[], object]] = {
     "reduced": partial(run, "reduced", "porter"),
     "reduced, contacts": partial(strike_stop, "reduced", 1e-3),
@@ -152,6 +158,7 @@ USES: Mapping[str, Callable[[], object]] = {
     "impulse, contacts": partial(run, "impulse", "porter_cyclic", (0.0, 0.15), 1e-1),
     "impulse, outlines": rest_on_outline,
     "impulse, point on a curve": follow_curve,
+    "inside of outlines": look_behind_outline,
     "equilibria": partial(gm.equilibria, "porter"),
     "equilibria with several coordinates": accelerate_coordinates,
     "equation of motion of one coordinate": accelerate_coordinate,

@@ -103,5 +103,65 @@ def test_two_rollers_of_a_body_that_touch_at_once_end_the_run_by_name():
     document["start"] = {"height": -0.01, "turn": 0.0, "turn_rate": 0.0}
     run = gm.run(gm.Scene.from_dict(document))
     assert run.outcome is gm.Outcome.STALLED
-    assert "two of the rollers" in run.detail
+    assert "more rollers" in run.detail
+    assert "at_once" in run.detail
     assert run.events[0].time == pytest.approx(math.sqrt(2 * 0.05 / GRAVITY), rel=1e-9)
+
+
+TABLE = [[-1, -0.3], [1, -0.3], [1, -0.2], [-1, -0.2]]
+
+
+def drum_document(contacts, turn, **run):
+    """A drum with six pins that falls on a table in the plane; contacts are those of its pins."""
+    points = {f"pin_{k}": [0.1 * math.cos(math.pi / 3 * k), 0.1 * math.sin(math.pi / 3 * k)] for k in range(6)}
+    return {
+        "machine": "custom",
+        "size": 0.1,
+        "ground": {"O": [0, 0]},
+        "body": [
+            {"name": "drum", "mass": 2.0, "inertia": 0.01, "at": [0.0, 0.0], "angle": turn, "points": points},
+            {"name": "table", "mass": 1.0, "inertia": 1.0, "outline": TABLE},
+        ],
+        "joint": [{"type": "weld", "first": "ground.O", "second": "table.origin"}],
+        "contact": contacts,
+        "readings": {"x": {"x": "drum.centre"}, "y": {"y": "drum.centre"}, "turn": {"angle": "drum"}},
+        "effects": {"gravity": GRAVITY},
+        "start": {"x": 0.0, "y": 0.0, "turn": turn, "x_rate": 0.0, "y_rate": 0.0, "turn_rate": 0.0},
+        "run": {"duration": 0.6, "output_interval": 0.05, "accuracy": 1e-9, **run},
+    }
+
+
+def pin(name, point, **more):
+    """The contact of a pin."""
+    return {"name": name, "first": f"drum.{point}", "radius": 0.01, "second": "table", **more}
+
+
+def test_a_drum_rests_on_two_of_its_pins_at_once():
+    contacts = [pin("pins", "pin_0", repeat=6, at_once=2)]
+    run = gm.run(gm.Scene.from_dict(drum_document(contacts, 0.0, readings=["contact.pins"])))
+    assert run.outcome is gm.Outcome.DONE
+    assert {event.time for event in run.events} == {run.events[0].time}
+    fall = 0.2 - 0.01 - 0.1 * math.cos(math.pi / 6)
+    assert run.events[0].time == pytest.approx(math.sqrt(2 * fall / GRAVITY), rel=1e-10)
+    assert run.readings["y"][-1] == pytest.approx(-fall, rel=1e-12)
+    rest = run.times > run.events[0].time
+    np.testing.assert_allclose(run.readings["contact.pins.force"][rest], 2.0 * GRAVITY, rtol=1e-12)
+
+
+@pytest.mark.parametrize("friction", [0.0, 0.4])
+def test_a_drum_that_tips_from_pin_to_pin_moves_as_with_a_contact_for_each_pin(friction):
+    """It strikes with one pin, tips over, and strikes with the next one while that one rests."""
+    dealt = [pin("pins", "pin_0", repeat=6, at_once=2, friction=friction)]
+    single = [pin(f"pin_{k}", f"pin_{k}", friction=friction) for k in range(6)]
+    dealt_run, single_run = (gm.run(gm.Scene.from_dict(drum_document(one, 0.2)), certify=False) for one in (dealt, single))
+    assert [event.kind for event in dealt_run.events].count(EventKind.IMPACT) >= 2
+    events, expected = (run.events for run in (dealt_run, single_run))
+    assert [one.kind for one in events] == [one.kind for one in expected]
+    np.testing.assert_allclose([one.time for one in events], [one.time for one in expected], atol=1e-11)
+    for name in ("x", "y", "turn"):
+        np.testing.assert_allclose(dealt_run.readings[name], single_run.readings[name], atol=1e-10)
+
+
+def test_more_rollers_at_once_than_there_are_are_refused():
+    with pytest.raises(gm.MechanismError, match="at_once is 7, and there are 6 rollers"):
+        gm.Scene.from_dict(drum_document([pin("pins", "pin_0", repeat=6, at_once=7)], 0.0))

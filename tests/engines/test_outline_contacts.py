@@ -269,3 +269,13 @@ def test_a_run_is_the_same_bit_for_bit_twice_and_from_a_state_on():
     np.testing.assert_array_equal(first.readings["lift"], second.readings["lift"])
     later = gm.run(scene, start=first.state(0.02), times=[0.0, 0.02], accuracy=1e-9)
     assert later.readings["lift"][-1] == pytest.approx(first.readings["lift"][-1], abs=1e-7)
+
+
+@pytest.mark.parametrize(("place", "rates"), [((0.05, 0.01), (0.0, -20.0)), ((0.09, 0.01), (10.0, -10.0))], ids=["bottom", "hollow corner"])
+def test_a_small_fast_roller_strikes_a_pit_through_which_a_step_would_lead(place, rates):
+    """The roller is 0.1 mm wide, and moves by millimetres from one sample of a step to the next."""
+    run = run_ball(CUP, place, rates, radius=5e-5)
+    wait = rates[1] / GRAVITY
+    strike = wait + math.sqrt(wait**2 + 2 * (0.01 - 5e-5) / GRAVITY)
+    assert events_of(run, EventKind.IMPACT)[0] == pytest.approx(strike, rel=1e-9)
+    assert min(run.readings[name].min() for name in ("ball_gap_1", "ball_gap_2")) > -1e-12

@@ -255,3 +255,26 @@ def test_the_distance_from_a_corner_is_that_of_two_points(outline):
         assert (found.value, found.normal_x, found.normal_y) == pytest.approx((5e-3, 0.6, -0.8), rel=1e-12)
         assert found.curvature == pytest.approx(200.0, rel=1e-12)
     assert {tuple(np.round(one, 9)) for one in corners.values()} == {tuple(map(float, one[:2])) for one in outline}
+
+
+COMB = [[-0.1, -0.05], [0.1, -0.05], [0.1, 0.05], [0.06, 0.05], [0.06, 0.0], [0.02, 0.0], [0.02, 0.05], [-0.1, 0.05, -0.3]]
+"""A slot 40 mm wide in a block, and behind a hollow corner a hollow arc as its last edge."""
+
+
+@pytest.mark.parametrize(("outline", "deepest"), [(COMB, 0.05), (CUP, 0.1)])
+def test_behind_hollow_corners_the_distance_is_negative_inside_up_to_half_the_way_to_the_next_parts(outline, deepest):
+    """Never outside; inside wherever the outline is nearer than half of its least thickness."""
+    mechanism = make_mechanism(outline)
+    polygon = outline_points(mechanism.outlines[0].outline)
+    names = [reading.name for reading in mechanism.readings if reading.name.startswith("c_gap")]
+    count = 2000
+    poses, _ = random_states(np.random.default_rng(4), count)
+    distances = np.array([evaluate_output(mechanism, name, poses).value for name in names]) + 0.01
+    places = [place_of_roller(pose) for pose in poses]
+    inside = np.array([is_inside(polygon, *place) for place in places])
+    nearest = distances[np.abs(distances).argmin(axis=0), np.arange(count)]
+    assert inside.sum() > 100
+    assert np.all(distances[:, ~inside] > 0)
+    shallow = inside & (np.abs(nearest) < 0.4 * deepest * 0.4)
+    assert shallow.sum() > 50
+    assert np.all(nearest[shallow] < 0)

@@ -64,8 +64,8 @@ def describe_stall(scene: Scene, status: IntegrationStatus) -> str:
         )
     if status == IntegrationStatus.TWO_ROLLERS:
         return (
-            "two of the rollers of a [[contact]] with repeat touch at once, and it looks at one of them at a time; give each roller a "
-            "[[contact]] of its own, or more room"
+            "more rollers of a [[contact]] with repeat touch at once than it looks at; give it at_once, up to the number of its rollers, "
+            "or give them more room"
         )
     if status == IntegrationStatus.ENDLESS_EVENTS:
         return "contacts change between rest and motion without end; change the restitution of a stop, add a dashpot, or try engine impulse"

@@ -24,10 +24,6 @@ FINAL_FOOT_STEP = 1e-8
 """Step of the angle (rad) after which the next of Newton's, which would be its square, is rounding."""
 
 
-CLOSED = 1.0
-"""First value of a piece of an outline whose corners all stand out, so that it has an inside; 0 of others."""
-
-
 class PointOffset(NamedTuple):
     """Place of a body in the axes of an outline: its origin (m), and the cosine and the sine of its angle."""
 
@@ -55,7 +51,7 @@ class NearestPoint(NamedTuple):
 class OutlineDistance(NamedTuple):
     """Distance of a point from an outline (m), the unit normal toward the point, and the curvature of the line at that distance, 1/m.
 
-    The side of the nearest piece is 1 to its right, outside, -1 to its left, and 0 where a corner is nearest.
+    The side of the nearest piece is 1 to its right, outside, -1 to its left, and 0 where a corner is nearest that stands out.
     """
 
     value: float
@@ -66,10 +62,27 @@ class OutlineDistance(NamedTuple):
 
 
 @jit_in_place
-def _distance_from_point(dx: float, dy: float) -> OutlineDistance:
-    """Return the distance from a corner, for the vector from there."""
-    distance = math.hypot(dx, dy)
-    return OutlineDistance(distance, dx / distance, dy / distance, 1.0 / distance, 0.0)
+def _distance_from_end(dx: float, dy: float, ux: float, uy: float, goes_on: bool) -> OutlineDistance:
+    """Return the distance from an end of a piece, for the vector from there and the direction of the piece.
+
+    Behind a hollow corner, where the chain does not go on, what is to the left of the piece is inside.
+    """
+    distance, is_inside = math.hypot(dx, dy), not goes_on and ux * dy - uy * dx > 0.0
+    return OutlineDistance(distance, dx / distance, dy / distance, 1.0 / distance, -1.0 if is_inside else 0.0)
+
+
+@jit_in_place
+def _goes_on_before(pieces: FloatArray, i: int) -> bool:
+    """Return whether the chain goes on before the start of a piece."""
+    c = pieces.shape[1] - N_PIECE_VALUES
+    return bool(pieces[i, c - 4] != 0.0 or pieces[i, c - 3] != 0.0)
+
+
+@jit_in_place
+def _goes_on_behind(pieces: FloatArray, i: int) -> bool:
+    """Return whether the chain goes on behind the end of a piece."""
+    c = pieces.shape[1] - N_PIECE_VALUES
+    return bool(pieces[i, c - 2] != 0.0 or pieces[i, c - 1] != 0.0)
 
 
 @jit_in_place
@@ -79,9 +92,9 @@ def _distance_from_line(pieces: FloatArray, i: int, x: float, y: float) -> Outli
     dx, dy, ux, uy, length = x - pieces[i, c], y - pieces[i, c + 1], pieces[i, c + 2], pieces[i, c + 3], pieces[i, c + 4]
     along, across = dx * ux + dy * uy, ux * dy - uy * dx
     if along <= 0.0:
-        return _distance_from_point(dx, dy)
+        return _distance_from_end(dx, dy, ux, uy, _goes_on_before(pieces, i))
     if along >= length:
-        return _distance_from_point(dx - length * ux, dy - length * uy)
+        return _distance_from_end(dx - length * ux, dy - length * uy, ux, uy, _goes_on_behind(pieces, i))
     side = 1.0 if across > 0.0 else -1.0
     return OutlineDistance(abs(across), -side * uy, side * ux, 0.0, -side)
 
@@ -99,9 +112,10 @@ def _distance_from_arc(pieces: FloatArray, i: int, x: float, y: float) -> Outlin
         angle += 2.0 * math.pi
     if angle > span:
         if angle - span > 2.0 * math.pi - angle:
-            return _distance_from_point(dx, dy)
+            return _distance_from_end(dx, dy, ux, uy, _goes_on_before(pieces, i))
         cosine, sine = math.cos(span), math.copysign(1.0, radius) * math.sin(span)
-        return _distance_from_point(ex - (cosine * start_x - sine * start_y), ey - (sine * start_x + cosine * start_y))
+        dx, dy = ex - (cosine * start_x - sine * start_y), ey - (sine * start_x + cosine * start_y)
+        return _distance_from_end(dx, dy, cosine * ux - sine * uy, sine * ux + cosine * uy, _goes_on_behind(pieces, i))
     from_centre = math.hypot(ex, ey)
     side = 1.0 if from_centre > abs(radius) else -1.0
     value, normal_x, normal_y = side * (from_centre - abs(radius)), side * ex / from_centre, side * ey / from_centre
@@ -120,9 +134,10 @@ def distance_from_pieces(
 ) -> OutlineDistance:
     """Return the distance of a point from lines and arcs, and the normal, which points toward the point.
 
-    Pieces of a closed outline have an inside, where the distance is negative and the normal points outward; others have two outsides.
+    To their left they have an inside up to the depth in the first column, infinity for a closed outline without hollow corners; there
+    the distance is negative and the normal points outward. Deeper there may be an outside again.
     """
-    c, nearest, kind = pieces.shape[1] - N_PIECE_VALUES, OutlineDistance(bound, 0.0, 0.0, 0.0, 0.0), 0.0
+    c, nearest, depth = pieces.shape[1] - N_PIECE_VALUES, OutlineDistance(bound, 0.0, 0.0, 0.0, 0.0), 0.0
     for i in range(first_piece, first_piece + n_pieces):
         dx, dy, reach = x - pieces[i, c], y - pieces[i, c + 1], nearest.value + pieces[i, c + 4]
         if dx * dx + dy * dy > reach * reach:
@@ -131,10 +146,21 @@ def distance_from_pieces(
         distance = _distance_from_line(pieces, i, x, y) if is_straight else _distance_from_arc(pieces, i, x, y)
         if distance.value < nearest.value:
             nearest = distance
-            kind = pieces[i, 0]
-    if nearest.side < 0.0 and kind == CLOSED:
+            depth = pieces[i, 0]
+    if nearest.side < 0.0 and nearest.value < depth:
         return OutlineDistance(-nearest.value, -nearest.normal_x, -nearest.normal_y, -nearest.curvature, nearest.side)
     return nearest
+
+
+@jit_in_place
+def least_depth(pieces: FloatArray, points: FloatArray) -> float:
+    """Return the least distance of points (points, 2) to the left of pieces whose first column is 0, or infinity."""
+    least = math.inf
+    for k in range(points.shape[0]):
+        distance = distance_from_pieces(pieces, 0, pieces.shape[0], points[k, 0], points[k, 1], least)
+        if distance.side < 0.0:
+            least = min(least, distance.value)
+    return least
 
 
 @jit_in_place

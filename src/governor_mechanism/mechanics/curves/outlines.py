@@ -8,9 +8,11 @@ from itertools import pairwise
 import numpy as np
 
 from governor_mechanism.mechanics.curves.curve_kernels import evaluate_polar_curve
-from governor_mechanism.mechanics.curves.outline_kernels import CLOSED, N_CURVE_SAMPLES
+from governor_mechanism.mechanics.curves.join_kernels import ON_FEATURE
+from governor_mechanism.mechanics.curves.outline_kernels import N_CURVE_SAMPLES, least_depth
 from governor_mechanism.mechanics.curves.segments import make_curve_segments
 from governor_mechanism.model.curves import CornerOutline, CurveOutline, Outline, PolarHarmonics
+from governor_mechanism.numerics.once_per_object import once_per_object
 from governor_mechanism.types import FloatArray, Vector2
 
 SMOOTH_TURN = 1e-9
@@ -101,17 +103,55 @@ def chains_of(outline: CornerOutline) -> list[list[Edge]]:
 def make_pieces(outline: CornerOutline, chain: int) -> FloatArray:
     """Return the pieces of a chain for the kernels, each behind the directions of the edges before and behind it.
 
-    At a hollow corner there is no such edge. The first column is CLOSED, or 0, as that of a curve's start. Shape (edges, 11).
+    At a hollow corner there is no such edge. The first column is the depth up to which the left side is inside. Shape (edges, 11).
     """
-    chains = chains_of(outline)
-    edges, is_closed = chains[chain], len(chains) == 1 and all(turn >= -SMOOTH_TURN for turn in _turns(edges_of(outline)))
-    closing = [edges[-1], edges[0]] if is_closed else [None, None]
+    pieces = _pieces_without_depth(outline, chain)
+    pieces[:, 0] = _depths(outline)[chain]
+    return pieces
+
+
+def _is_without_hollow_corners(outline: CornerOutline) -> bool:
+    return all(turn >= -SMOOTH_TURN for turn in _turns(edges_of(outline)))
+
+
+def _pieces_without_depth(outline: CornerOutline, chain: int) -> FloatArray:
+    """Return the pieces of a chain with 0 in the first column."""
+    edges = chains_of(outline)[chain]
+    closing = [edges[-1], edges[0]] if _is_without_hollow_corners(outline) else [None, None]
     rows = []
     for before, edge, behind in zip([closing[0], *edges[:-1]], edges, [*edges[1:], closing[1]], strict=True):
         start = [0.0, 0.0] if before is None else [math.cos(before.end_direction), math.sin(before.end_direction)]
         end = [0.0, 0.0] if behind is None else [math.cos(behind.direction), math.sin(behind.direction)]
-        rows.append([CLOSED if is_closed else 0.0, *start, *end, *edge.values()])
+        rows.append([0.0, *start, *end, *edge.values()])
     return np.array(rows)
+
+
+DEPTH_SAMPLES = tuple(12 * 4**k for k in range(4))
+"""Numbers of points along each edge with which the depth behind a chain is looked for, until they stand close enough."""
+
+
+@once_per_object
+def _depths(outline: CornerOutline) -> list[float]:
+    """Return for each chain the depth (m) up to which what is to its left is inside the outline: half of that to the other chains.
+
+    A way from the chain straight to a point outside leads through another chain. Points of those that are no farther from each other than
+    half of the least distance find it but for half of it.
+    """
+    chains = chains_of(outline)
+    if _is_without_hollow_corners(outline):
+        return [math.inf]
+    depths, longest = [0.0] * len(chains), max(edge.length for edge in edges_of(outline))
+    for n in DEPTH_SAMPLES:
+        points = [np.array([edge.point(k / n) for edge in chain for k in range(n + 1)]) for chain in chains]
+        for k, chain in enumerate(chains):
+            others = np.concatenate([points[i] for i in range(len(chains)) if i != k] or [np.empty((0, 2))])
+            ends = [np.hypot(*(others - end).T) for end in (chain[0].start, chain[-1].point(1.0))]
+            others = others[np.minimum(*ends) > ON_FEATURE * longest]  # but for the corners that it shares with them
+            least = least_depth(_pieces_without_depth(outline, k), others)
+            depths[k] = least / 2 if longest / n <= least / 2 else 0.0
+        if all(depths):
+            break
+    return depths
 
 
 def bounding_circle(chain: Sequence[Edge]) -> tuple[float, float, float]:

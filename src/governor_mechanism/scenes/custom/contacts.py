@@ -3,7 +3,7 @@
 import math
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Final
 
 from governor_mechanism.machines.base import rotate_point
@@ -191,24 +191,39 @@ class WrittenContact:
     )
 
     repeat: int = entry("count", default=1, meaning="how often the roller stands round the origin of its body, as the tips of a wheel")
+    at_once: int = entry(
+        "count",
+        default=1,
+        meaning="how many rollers that follow one another may touch a part of the outline at once; each costs time in every step",
+    )
 
     def gaps(self, registry: PointRegistry) -> list[OutlineGap]:
-        """Return the gaps of the contact, one for each part of the outline between hollow corners."""
+        """Return the gaps of the contact, one for each part of the outline between hollow corners, and for each roller at once."""
         touching = self._find_touching(registry)
         where = f"{KEY} of {format_value(self._first_body)} and {format_value(self.second)}"
         if problem := touching.find_problem():
             raise mistake(ProblemCode.OUT_OF_RANGE, f"{where}: {problem}")
-        n_gaps = len(chains_of(touching.outline)) if isinstance(touching.outline, CornerOutline) else 1
+        n_chains = len(chains_of(touching.outline)) if isinstance(touching.outline, CornerOutline) else 1
+        rollers = self._rollers(registry, touching)
+        if self.at_once > len(rollers):
+            text = f"{KEY}.at_once is {self.at_once}, and there are {len(rollers)} rollers"
+            raise mistake(ProblemCode.OUT_OF_RANGE, f"{text}; it is at most the number that repeat gives")
+        n_gaps = n_chains * self.at_once
         if n_gaps > MAX_GAPS:
-            problem = f"the outline has {n_gaps} hollow corners, and at most {MAX_GAPS} parts between them are looked at"
+            each = f" for each of {self.at_once} rollers at once" if self.at_once > 1 else ""
+            problem = f"the outline has {n_chains} hollow corners{each}, and at most {MAX_GAPS} parts between them are looked at"
             raise mistake(ProblemCode.OUT_OF_RANGE, f"{where}: {problem}; round them with hollow arcs")
-        others = self._other_rollers(registry, touching)
-        return [self._gap(touching, chain, n_gaps, others) for chain in range(n_gaps)]
+        dealt = [rollers[start :: self.at_once] for start in range(self.at_once)]
+        pairs = [(chain, group) for chain in range(n_chains) for group in dealt]
+        return [
+            self._gap(replace(touching, roller=group[0]), chain, f"_{number}" if n_gaps > 1 else "", group[1:])
+            for number, (chain, group) in enumerate(pairs, start=1)
+        ]
 
-    def _other_rollers(self, registry: PointRegistry, touching: Touching) -> tuple[Point, ...]:
-        """Return the centres of all rollers but the first one."""
+    def _rollers(self, registry: PointRegistry, touching: Touching) -> tuple[Point, ...]:
+        """Return the centres of all rollers."""
         if self.repeat == 1:
-            return ()
+            return (touching.roller,)
         body = registry.bodies.get(self._first_body)
         if body is None or not (isinstance(self.first, Point) and isinstance(touching.outline, CornerOutline)):
             text = f"{KEY}.repeat is for rollers of a body that touch an outline of corners"
@@ -216,7 +231,7 @@ class WrittenContact:
         origin = body.point((0.0, 0.0))
         x, y = self.first.x - origin.x, self.first.y - origin.y
         places = [rotate_point(x, y, math.tau * k / self.repeat) for k in range(1, self.repeat)]
-        return tuple(body.point(place) for place in places)
+        return (self.first, *(body.point(place) for place in places))
 
     @property
     def _first_body(self) -> str:
@@ -236,11 +251,11 @@ class WrittenContact:
             raise mistake(ProblemCode.CONFLICT, text)
         return _pair_outlines(first, second)
 
-    def _gap(self, touching: Touching, chain: int, n_gaps: int, others: tuple[Point, ...]) -> OutlineGap:
-        """Return the gap to a part of the outline."""
+    def _gap(self, touching: Touching, chain: int, suffix: str, others: tuple[Point, ...]) -> OutlineGap:
+        """Return the gap to a part of the outline, of a roller or of the nearest one of several."""
         name = self.name or "_".join(re.sub(r"\W+", "_", body) for body in (self._first_body, self.second))
         return OutlineGap(
-            name=f"{name}_gap" + (f"_{chain + 1}" if n_gaps > 1 else ""),
+            name=f"{name}_gap{suffix}",
             quantity="length",
             contact=name,
             origin=touching.origin,
