@@ -83,7 +83,7 @@ INNER_FOLDERS = {
     "studies": [
         {"compared_quantities", "effect_ablation", "equilibrium_report", "kinematics", "plain_runs"},
         {"sweep"},
-        {"comparison", "hard_cases", "regulation", "unknowns", "valve_gears", "work_precision_results"},
+        {"assemblies", "comparison", "hard_cases", "regulation", "unknowns", "valve_gears", "work_precision_results"},
         {"design", "fitting", "optimisation", "sensitivities", "synthesis", "work_precision"},
     ],
     "verification": [{"report"}, {"laws"}, {"machines", "user_kernel"}],
@@ -147,7 +147,7 @@ DELEGATIONS = {
 DELEGATED_TYPES = {
     "model.scene": {"described_scene"},
     "model.mechanism": {"mechanism_builder"},
-    "building.mechanism_builder": {"kinematics"},
+    "building.mechanism_builder": {"assemblies"},
 }
 """Modules with what such methods return: a type checker alone imports them upwards, and otherwise who reads an annotation."""
 

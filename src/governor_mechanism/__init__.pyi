@@ -66,6 +66,7 @@ from governor_mechanism.statics.linearisation import Linearisation as Linearisat
 from governor_mechanism.statics.linearisation import StabilityLimit as StabilityLimit
 from governor_mechanism.statics.speed_curve import InsensitivityBand as InsensitivityBand
 from governor_mechanism.statics.speed_curve import SpeedCurve as SpeedCurve
+from governor_mechanism.studies.assemblies import Assemblies as Assemblies
 from governor_mechanism.studies.comparison import Comparison as Comparison
 from governor_mechanism.studies.design.flywheel import FlywheelDesign as FlywheelDesign
 from governor_mechanism.studies.design.governed_engine import GovernedEngineDesign as GovernedEngineDesign
@@ -74,7 +75,6 @@ from governor_mechanism.studies.design.pendulum import PendulumDesign as Pendulu
 from governor_mechanism.studies.effect_ablation import EffectsStudy as EffectsStudy
 from governor_mechanism.studies.fitting.results import Fit as Fit
 from governor_mechanism.studies.hard_cases.study import HardCasesReport as HardCasesReport
-from governor_mechanism.studies.kinematics import Assemblies as Assemblies
 from governor_mechanism.studies.kinematics import KinematicStudy as KinematicStudy
 from governor_mechanism.studies.optimisation.question import Objective as Objective
 from governor_mechanism.studies.optimisation.results import Optimum as Optimum

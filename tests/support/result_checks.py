@@ -18,9 +18,6 @@ from governor_mechanism.studies.design.skeleton import Design
 WITHOUT_FIGURE = (gm.Equilibrium, gm.SceneDescription)
 """Results without anything to draw: one state, and values of different units."""
 
-OWN_RECORDS = (gm.Trajectory, gm.Assemblies)
-"""Results whose JSON groups its values otherwise than in columns: by what a run is, and poses by body."""
-
 
 def returned_results(function: object) -> set[type]:
     """The classes of what a public function returns that are results."""
@@ -33,7 +30,7 @@ def check_declarations(kind: type[Result]) -> None:
     """A class declares; what follows from it is written once, for all classes."""
     written_once = {"to_dataframe", "save_csv", "save_json", "figures"} - ({"to_dataframe"} if kind is gm.Trajectory else set())
     assert all(getattr(kind, name) is getattr(Result, name) for name in written_once)
-    assert kind in OWN_RECORDS or kind.as_json is Result.as_json
+    assert kind is gm.Trajectory or kind.as_json is Result.as_json
     assert kind.columns is not Result.columns or kind is gm.Equilibrium or issubclass(kind, Design)
 
 

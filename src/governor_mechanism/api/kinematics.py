@@ -94,7 +94,7 @@ def assemblies(scene: gm.SceneSource) -> gm.Assemblies:
     >>> len(gm.assemblies("quick_return"))
     2
     """
-    from governor_mechanism.studies.kinematics import list_scene_assemblies
+    from governor_mechanism.studies.assemblies import list_scene_assemblies
 
     return list_scene_assemblies(as_scene(scene))
 

@@ -24,9 +24,9 @@ from governor_mechanism.model.scene import Scene
 from governor_mechanism.units.quantities import format_value
 
 if TYPE_CHECKING:
-    from governor_mechanism.studies import kinematics
+    from governor_mechanism.studies import assemblies
 else:
-    kinematics = LaterModule("studies.kinematics")
+    assemblies = LaterModule("studies.assemblies")
 
 
 class MechanismBuilder(BodyBuilder, JointBuilder, ForceBuilder):
@@ -253,7 +253,7 @@ class MechanismBuilder(BodyBuilder, JointBuilder, ForceBuilder):
         self._checks.check_assembly(take)
         self._keys["assembly"] = take
 
-    def assemblies(self) -> kinematics.Assemblies:
+    def assemblies(self) -> assemblies.Assemblies:
         """Return all ways in which the joints close at the given angles, with numbers for `choose_assembly`.
 
         Returns
@@ -279,7 +279,7 @@ class MechanismBuilder(BodyBuilder, JointBuilder, ForceBuilder):
         >>> len(m.assemblies())
         2
         """
-        from governor_mechanism.studies.kinematics import list_builder_assemblies
+        from governor_mechanism.studies.assemblies import list_builder_assemblies
 
         return list_builder_assemblies(self)
 

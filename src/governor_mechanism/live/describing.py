@@ -21,7 +21,7 @@ from governor_mechanism.render.geometry.primitives import BoundingBox, Vec2
 from governor_mechanism.render.page.views import ShownRun, show_run
 from governor_mechanism.render.page.writer import MAX_TRUE_TIME_DURATION, choose_sample_times
 from governor_mechanism.render.shown_readings import format_closing_lines, format_name
-from governor_mechanism.studies.kinematics import list_scene_assemblies
+from governor_mechanism.studies.assemblies import list_scene_assemblies
 from governor_mechanism.studies.valve_gears import tabulate_valve_timing
 from governor_mechanism.types import FloatArray
 from governor_mechanism.units.quantities import format_quantity

@@ -1,17 +1,14 @@
-"""The kinematics of a mechanism over its drive, what holds of the whole linkage, and the list of all ways in which its joints close."""
+"""The kinematics of a mechanism over its drive, and what holds of the whole linkage."""
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from contextlib import suppress
 from dataclasses import dataclass, fields, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, Final
+from typing import Final
 
 import numpy as np
 
-from governor_mechanism.building.first_configuration import list_assemblies
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.mechanics.dynamics.forces.contacts import outline_gaps_of
 from governor_mechanism.mechanics.kinematics.assembly import PositionSolver
@@ -22,27 +19,15 @@ from governor_mechanism.model.links import bodies_of_reading
 from governor_mechanism.model.mechanism import Mechanism
 from governor_mechanism.model.motion_readings import KINEMATIC_KINDS, MechanicalAdvantage, find_named_readings, find_transmissions
 from governor_mechanism.model.output_variables import BodyAngle, DerivedReading
-from governor_mechanism.model.results.result import Column, Result, item_column
+from governor_mechanism.model.results.result import Column, item_column
 from governor_mechanism.model.scene import Scene
-from governor_mechanism.observables.assemblies.block_equations import CLOSED_FORM
-from governor_mechanism.observables.assemblies.enumeration import (
-    SAME_TOLERANCE,
-    ClosedConfigurations,
-    enumerate_configurations,
-    largest_difference,
-)
 from governor_mechanism.observables.derived_readings import analyse_kinematics
 from governor_mechanism.observables.linkage import DeadCentre, DriveTravel, FourBar, Mobility, Toggle, find_four_bars, find_mobility
 from governor_mechanism.observables.motion_readings import REST_RATIO, Motion, evaluate_motion_reading
-from governor_mechanism.scenes.custom.assembly import explain_no_assembly, hold_given_values, written_angles
 from governor_mechanism.statics.rests import OVERLAP_TOLERANCE
 from governor_mechanism.types import FloatArray
-from governor_mechanism.units.quantities import DISPLAY_UNITS, format_value, parse_quantity
+from governor_mechanism.units.quantities import DISPLAY_UNITS
 from governor_mechanism.units.text_table import format_table, short_repr
-
-if TYPE_CHECKING:
-    from governor_mechanism.building.mechanism_builder import MechanismBuilder
-
 
 DEFAULT_COUNT = 361
 """Number of positions of a study that names none: one for each degree of a turn."""
@@ -258,7 +243,7 @@ def _led_by(mechanism: Mechanism, over: str) -> Mechanism:
     return replace(mechanism, joints=undriven, coordinate=over)
 
 
-def _find_driven_angle(mechanism: Mechanism) -> str:
+def find_driven_angle(mechanism: Mechanism) -> str:
     """Return the angle of the body that a driver turns; empty if there is none."""
     driven = {joint.second.body for joint in mechanism.joints if isinstance(joint, RotationalDriver) and joint.first.body == GROUND}
     angles = [one for one in mechanism.readings if isinstance(one, BodyAngle) and one.reference_body == GROUND]
@@ -267,7 +252,7 @@ def _find_driven_angle(mechanism: Mechanism) -> str:
 
 def find_drive(mechanism: Mechanism) -> str:
     """Return the angle of the body that a driver turns, or else the leading coordinate. Raise MechanismError if there is neither."""
-    drive = _find_driven_angle(mechanism) or mechanism.coordinate
+    drive = find_driven_angle(mechanism) or mechanism.coordinate
     if not drive:
         names = [reading.name for reading in mechanism.readings]
         raise MechanismError(f"no driver and no leading coordinate says what drives this mechanism; name it as over, one of {names}")
@@ -333,167 +318,3 @@ def _find_output(mechanism: Mechanism, drive: str) -> str:
     others = [reading for reading in mechanism.readings if reading.name != drive]
     outputs = [one.name for one in others if links.intersection(bodies_of_reading(one))]
     return next(iter(outputs or [one.name for one in others]), "")
-
-
-POSE_UNITS: Final = {"x": "m", "y": "m", "angle": "rad"}
-"""Units of the numbers of a pose."""
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class Assemblies(Result):
-    """All ways in which the joints of a mechanism close at given drives, numbered from 1.
-
-    The order does not depend on the initial guess: it is that of the senses in which the loops close, and then of the angles.
-
-    Attributes
-    ----------
-    scene
-        The scene.
-    poses
-        Poses (x, y, angle) of the mass centres in each assembly, m and rad; shape (n, bodies, 3).
-    methods
-        How they were found, as "closed form", "homotopy of 6 paths" or "many starts".
-    complete
-        Whether there are certainly no others.
-    taken
-        Number of the assembly in which the scene starts; None if it starts in none of them.
-    held_by
-        What holds the mechanism beside its drives, in words.
-    """
-
-    scene: Scene
-    poses: FloatArray
-    methods: tuple[str, ...]
-    complete: bool
-    taken: int | None
-    held_by: tuple[str, ...] = ()
-
-    figure = "render.figures.kinematics.assemblies_figure"
-
-    __repr__ = short_repr
-
-    def __len__(self) -> int:
-        """Return the number of assemblies."""
-        return len(self.poses)
-
-    @property
-    def columns(self) -> tuple[Column, ...]:
-        """Number of the assembly and poses of the bodies, m and rad."""
-        bodies = self.scene.part.mechanism.bodies
-        places = [(f"{body.name}.{axis}", unit, k, n) for k, body in enumerate(bodies) for n, (axis, unit) in enumerate(POSE_UNITS.items())]
-        poses = (item_column(key, "poses", (slice(None), k, n), unit=unit) for key, unit, k, n in places)
-        return Column("number", value=lambda one: np.arange(1, len(one) + 1)), *poses
-
-    @property
-    def angles(self) -> dict[str, FloatArray]:
-        """Angles of the bodies that rotate by name, rad, within half a turn; shape (n,)."""
-        bodies = self.scene.part.mechanism.bodies
-        wrapped = np.remainder(self.poses[..., 2] + math.pi, math.tau) - math.pi
-        return {body.name: wrapped[:, k] for k, body in enumerate(bodies) if body.can_rotate}
-
-    @cached_property
-    def travels(self) -> tuple[str, ...]:
-        """How far a motor turns in each assembly, in words; empty where it does not determine the motion, or turns nothing."""
-        mechanism = self.scene.part.mechanism
-        over = _find_driven_angle(mechanism)
-        found = []
-        for poses in self.poses:
-            words = ""
-            with suppress(MechanismError):
-                words = DriveTravel(mechanism, over, poses).words if over else ""
-            found.append(words)
-        return tuple(found)
-
-    def nearest(self, angles: Mapping[str, float | str]) -> int:
-        """Return the number of the assembly that is nearest to some angles.
-
-        Parameters
-        ----------
-        angles
-            Angles by body, rad or text with a unit, as {"rocker": "80 deg"}.
-
-        Returns
-        -------
-        int
-            The number, from 1.
-
-        Raises
-        ------
-        MechanismError
-            If there is no such body, or a value is no angle.
-        """
-        if not isinstance(angles, Mapping) or not angles:
-            raise MechanismError(f'nearest takes angles by body, as {{"rocker": "80 deg"}}; found {format_value(angles)}')
-        known, deviations = self.angles, np.zeros(len(self))
-        for name, angle in angles.items():
-            if name not in known:
-                raise MechanismError(f"no body {format_value(name)} rotates here; those that do are {', '.join(known)}")
-            difference = known[name] - parse_quantity(angle, "angle", f"angle of {name}")
-            deviations += (np.remainder(difference + math.pi, math.tau) - math.pi) ** 2
-        return int(np.argmin(deviations)) + 1
-
-    def __str__(self) -> str:
-        """Return the count, how it was found, and a table of the angles, deg, and of how far the drive goes."""
-        numbers = [f"{k + 1}{' *' if k + 1 == self.taken else ''}" for k in range(len(self))]
-        columns = {
-            "number": numbers,
-            **{f"{name}, deg": [f"{one:.3f}" for one in np.degrees(values)] for name, values in self.angles.items()},
-        }
-        if any(self.travels):
-            columns["drive"] = list(self.travels)
-        footer = [f"* is the one in which {self.scene.source or 'the scene'} starts"] if self.taken else []
-        return "\n".join([self.summary, format_table([*columns], zip(*columns.values(), strict=True), "lr"), *footer])
-
-    @property
-    def summary(self) -> str:
-        """Their number in a sentence, with what holds the mechanism and whether there may be more."""
-        ways = "one way" if len(self) == 1 else f"{len(self)} ways"
-        where = f" with {' and '.join(self.held_by)}" if self.held_by else ""
-        how = " and ".join("in closed form" if method == CLOSED_FORM else f"by {method}" for method in self.methods)
-        are_all = f"these are all, found {how}" if how else "these are all"
-        verdict = are_all if self.complete else "there may be more, which no start reached"
-        return f"{self.scene.title}: the joints close in {ways}{where}; {verdict}"
-
-    def as_json(self) -> dict[str, Any]:
-        """Return all poses as plain values in SI."""
-        names = [body.name for body in self.scene.part.mechanism.bodies]
-        assemblies = [
-            {"number": number, "poses": {name: pose.tolist() for name, pose in zip(names, one, strict=True)}, "drive": travel or None}
-            for number, (one, travel) in enumerate(zip(self.poses, self.travels, strict=True), start=1)
-        ]
-        header = {"title": self.scene.title, "count": len(self), "complete": self.complete, "methods": list(self.methods)}
-        return {**header, "held_by": list(self.held_by), "taken": self.taken, "assemblies": assemblies}
-
-
-def list_scene_assemblies(scene: Scene) -> Assemblies:
-    """Return all assemblies of the only part of a scene, at its drives, start values and given angles."""
-    mechanism, document = scene.part.mechanism, scene.document
-    written = document.get("assembly")
-    at = tuple(written.get("at", ())) if isinstance(written, Mapping) else ()
-    held, held_by = hold_given_values(mechanism, scene.start, written_angles(document, mechanism), at)
-    return _as_assemblies(scene, enumerate_configurations(PositionSolver(held)), held_by)
-
-
-def list_builder_assemblies(builder: MechanismBuilder) -> Assemblies:
-    """Return all assemblies of a mechanism that is composed in Python, at its given angles."""
-    configurations, held_by = list_assemblies(builder.given_document)
-    return _as_assemblies(builder.scene(), configurations, held_by)
-
-
-def _as_assemblies(scene: Scene, configurations: ClosedConfigurations, held_by: list[str]) -> Assemblies:
-    solver = configurations.solver
-    if not len(configurations.poses):
-        explain_no_assembly(solver)
-    start = np.array(scene.part.mechanism.initial_guess)
-    with suppress(MechanismError):  # a guess that does not close leads to none
-        start = solver.solve({}, start)
-    differences = [largest_difference(solver, poses, start, configurations.closing.tolist()) for poses in configurations.poses]
-    nearest = int(np.argmin(differences))
-    return Assemblies(
-        scene=scene,
-        poses=configurations.poses,
-        methods=configurations.methods,
-        complete=configurations.complete,
-        taken=nearest + 1 if differences[nearest] < SAME_TOLERANCE else None,
-        held_by=tuple(held_by),
-    )

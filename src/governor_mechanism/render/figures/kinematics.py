@@ -20,7 +20,7 @@ from governor_mechanism.render.part_run import motion_at_rest
 from governor_mechanism.render.range_bands import note_coarse_turns
 from governor_mechanism.render.shown_readings import axis_limits_for, choose_multiple, display_unit_of, format_label, format_name
 from governor_mechanism.render.style import BLUE, INK, MUTED, PAPER, SERIES_COLOURS, VERMILLION
-from governor_mechanism.studies.kinematics import Assemblies
+from governor_mechanism.studies.assemblies import Assemblies
 from governor_mechanism.types import FloatArray
 from governor_mechanism.units.problems import TEXT, check_arguments
 
