@@ -12,7 +12,7 @@ from matplotlib.text import Text
 from governor_mechanism.model.results.film_options import FilmOptions
 from governor_mechanism.render.film.frame_canvas import NAME_HEIGHTS, FrameCanvas, HeadingRow, PlotHeading
 from governor_mechanism.render.film.frame_painter import ElevationOverlay, FramePainter
-from governor_mechanism.render.film.label_places import LABEL_PITCH, place_labels, separate_words
+from governor_mechanism.render.film.label_places import LABEL_PITCH, place_labels, separate_words, thin_out_numbers
 from governor_mechanism.render.film.labels import Label, break_lines, find_labels, shares_within
 from governor_mechanism.render.film.moving_parts import CurvePanel
 from governor_mechanism.render.frame_data import FrameData
@@ -204,6 +204,14 @@ def test_columns_of_words_stand_one_below_the_other_where_there_is_no_space():
     assert [first, second] == words[:2]
     assert third.x == fourth.x == first.x
     assert second.y > third.y > fourth.y
+
+
+def test_numbers_of_a_scale_do_not_touch():
+    scale = [TextShape("scale", 0.0, 0.01 * k, f"{k} bar" if k == 4 else str(k), 0.1) for k in range(5)]
+    roomy, small, tiny = (fit_view((0.0, 0.2, -0.1, 0.1), (0.0, 0.0, size, size)) for size in (240.0, 120.0, 60.0))
+    assert thin_out_numbers(scale, roomy) == scale
+    assert [word.text for word in thin_out_numbers(scale, small)] == ["0", "2", "4 bar"]
+    assert [word.text for word in thin_out_numbers(scale, tiny)] == ["0", "4 bar"]
 
 
 def test_a_line_is_broken_at_boxes():

@@ -14,7 +14,14 @@ from governor_mechanism.model.results.film_options import DEFAULT_OPTIONS, FilmO
 from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.render.film import layout
 from governor_mechanism.render.film.frame_canvas import LINE_PITCH, FrameCanvas, HeadingRow, PlotHeading
-from governor_mechanism.render.film.label_places import LABEL_HEIGHT, LETTER_WIDTH, PlacedLabel, place_labels, separate_words
+from governor_mechanism.render.film.label_places import (
+    LABEL_HEIGHT,
+    LETTER_WIDTH,
+    PlacedLabel,
+    place_labels,
+    separate_words,
+    thin_out_numbers,
+)
 from governor_mechanism.render.film.labels import AngleArc, find_labels
 from governor_mechanism.render.film.layout import PLOT_GAP, frame_layout, shift_rect
 from governor_mechanism.render.film.moving_parts import Panel, plot_panel
@@ -201,7 +208,7 @@ class ElevationOverlay:
 
     def place_labels(self, view: PixelView, add_text: AddText, shift: float) -> None:
         """Write the names at the right of a view, and add the shapes of the drawing that do not move to the static ones."""
-        resting = self._data.drawing.static_shapes
+        resting = thin_out_numbers(list(self._data.drawing.static_shapes), view)
         self.static_shapes += separate_words(resting, view) if self._labels else resting
         self._placed = place_labels(self._data, self._labels, view, self.static_shapes)
         for label in self._placed:

@@ -3,6 +3,7 @@
 A name keeps its height while its part moves. Where two lines cross all the same, the lower one has a gap.
 """
 
+import math
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations, pairwise, product
@@ -26,6 +27,8 @@ _SCALE_ROLES = frozenset({"scale", "pointer"})
 """Roles of shapes off which a value is read."""
 _EMPTY_BOX: BoundingBox = (1e9, -1e9, 1e9, -1e9)
 """A box (m) that no line passes."""
+_MIN_NUMBER_PITCH = 10.0
+"""Smallest distance (pixels) of the middles of two numbers of a scale."""
 _MAX_FRAMES = 24
 """Number of frames at which crossings are counted: a line moves little between them."""
 _STEP = 4.0
@@ -87,6 +90,20 @@ def separate_words(shapes: Sequence[DrawnShape], view: PixelView) -> list[DrawnS
             rows = sorted(right, key=lambda word: -word.y)
             moved |= {id(word): replace(word, x=left[0].x, y=lowest - (row + 1) * 1.2 * height) for row, word in enumerate(rows)}
     return [moved.get(id(shape), shape) for shape in shapes]
+
+
+def thin_out_numbers(shapes: Sequence[DrawnShape], view: PixelView) -> list[DrawnShape]:
+    """Return shapes without the numbers of a scale that would touch the one above them in a view: words do not shrink with it."""
+    lowest: dict[float, float] = {}
+    touching = set[int]()
+    for shape in sorted((one for one in shapes if isinstance(one, TextShape)), key=lambda one: -one.y):
+        column = round(shape.x, 9)
+        is_near = lowest.get(column, math.inf) - shape.y < _MIN_NUMBER_PITCH / view.scale
+        if is_near and shape.text.replace(".", "").isdigit():
+            touching.add(id(shape))
+        else:
+            lowest[column] = shape.y
+    return [shape for shape in shapes if id(shape) not in touching]
 
 
 class _Places:

@@ -199,7 +199,7 @@ class CurvePanel(Panel):
     bands: Sequence[RangeBand]
 
 
-_LOWEST_TICK = 0.09
+_LOWEST_TICK = 0.06
 """Height, relative to that of a plot, below which a label would touch the heading of the next plot."""
 
 
