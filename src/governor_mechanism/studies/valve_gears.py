@@ -29,7 +29,7 @@ from governor_mechanism.observables.valve_motion import (
 from governor_mechanism.scenes.changed_document import parse_scene_with
 from governor_mechanism.studies.sweep.parameters import parse_axes
 from governor_mechanism.types import FloatArray
-from governor_mechanism.units.text_table import format_table, short_repr
+from governor_mechanism.units.text_table import short_repr
 
 
 class ClosedFormEvent(NamedTuple):
@@ -216,11 +216,11 @@ class ValveGear(Recorded):
 
     def format_events(self) -> str:
         """Return a table of the valve events in some positions: crank angles, and strokes where there is a piston."""
-        columns = [self._event_column(self.nearest(position)) for position in TABLE_POSITIONS]
-        header = ("event", *(f"gear {self.positions[self.nearest(position)]:+.2f}" for position in TABLE_POSITIONS))
-        rows = [(name, *(column[name] for column in columns)) for name in columns[0]]
+        places = [self.nearest(position) for position in TABLE_POSITIONS]
+        cells = [self._event_column(k) for k in places]
+        gears = [Column("", f"gear {self.positions[k]:+.2f}", one.__getitem__, side="r") for k, one in zip(places, cells, strict=True)]
         footer = "crank angles in deg in the direction of rotation, which reverses with the gear; strokes from the event's own end"
-        return "\n".join([self.title, format_table(header, rows, "lr"), footer])
+        return "\n".join([self.title, format_columns((Column("", "event", str), *gears), cells[0]), footer])
 
     def nearest(self, position: float) -> int:
         """Return the index of the position nearest to one."""
