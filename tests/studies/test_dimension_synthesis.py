@@ -5,6 +5,7 @@ import pytest
 
 import governor_mechanism as gm
 from governor_mechanism.studies.synthesis.dimensions import _PathDistance, find_nearest
+from interruptions import interrupt_at_call
 
 OVER = {f"dimensions.{name}": ("1.5 m", "3.5 m") for name in ("base", "rocker", "rod", "extension")}
 START = {"dimensions.base": "1.7 m", "dimensions.rocker": "2.2 m", "dimensions.rod": "2.3 m", "dimensions.extension": "2.7 m"}
@@ -72,15 +73,7 @@ def test_impossible_dimensions_lie_outside(wrong):
 
 
 def test_ctrl_c_keeps_the_best_values_so_far(wrong, monkeypatch):
-    residuals, calls = _PathDistance.residuals, []
-
-    def interrupted(self, place):
-        calls.append(place)
-        if len(calls) == 12:
-            raise KeyboardInterrupt
-        return residuals(self, place)
-
-    monkeypatch.setattr(_PathDistance, "residuals", interrupted)
+    interrupt_at_call(monkeypatch, _PathDistance, "residuals", 12)
     found = gm.synthesise_dimensions(wrong, OVER, "rod.end", LINE, starts=1)
     assert not found.ok
     assert "interrupted in start 1 of 1" in str(found)

@@ -8,6 +8,7 @@ import pytest
 import governor_mechanism as gm
 from governor_mechanism.studies.fitting import search
 from governor_mechanism.studies.sweep import workers
+from interruptions import interrupt_at_call
 from reference.mechanisms import ANDREWS
 
 NOISE = 1e-4
@@ -175,15 +176,7 @@ def test_results_of_a_run_are_data(worn, tmp_path):
 
 
 def test_an_interrupted_fit_keeps_the_best_values(worn, lift, monkeypatch):
-    residuals, calls = search.Misfit.residuals, []
-
-    def interrupted(self, place):
-        calls.append(place)
-        if len(calls) == 20:
-            raise KeyboardInterrupt
-        return residuals(self, place)
-
-    monkeypatch.setattr(search.Misfit, "residuals", interrupted)
+    interrupt_at_call(monkeypatch, search.Misfit, "residuals", 20)
     fit = gm.fit(worn.replace(FIRST), measure(lift, 5), OVER, noise=NOISE, starts=1)
     assert not fit.ok
     assert "interrupted; these are the best values so far" in str(fit)

@@ -10,6 +10,7 @@ from governor_mechanism.closed_form import pendulum
 from governor_mechanism.studies.optimisation.question import Question
 from governor_mechanism.studies.sweep import workers
 from governor_mechanism.studies.unknowns import parse_unknowns
+from interruptions import interrupt_at_call
 
 SPEED = 130.0 * np.pi / 30.0
 """Highest speed that is wanted, rad/s."""
@@ -173,16 +174,8 @@ def test_the_optimum_does_not_depend_on_the_number_of_processes(options, governo
 
 
 def test_an_interrupted_search_keeps_the_best_and_continues(tmp_path, monkeypatch):
-    evaluate, calls = Question.evaluate, []
-
-    def interrupted(self, place):
-        calls.append(place)
-        if len(calls) == 5:
-            raise KeyboardInterrupt
-        return evaluate(self, place)
-
     journal, over = tmp_path / "folder" / "optimum.part", ["dimensions.arm=280mm:400mm", "dimensions.offset=20mm:60mm"]
-    monkeypatch.setattr(Question, "evaluate", interrupted)
+    calls = interrupt_at_call(monkeypatch, Question, "evaluate", 5)
     stopped = gm.optimise("porter", over, minimise=bowl, out=journal)
     assert not stopped.converged
     assert "interrupted" in stopped.outcome
