@@ -182,6 +182,19 @@ def test_an_interrupted_fit_keeps_the_best_values(worn, lift, monkeypatch):
     assert "interrupted; these are the best values so far" in str(fit)
 
 
+def test_a_fit_of_one_unknown_descends_from_as_many_starts_as_are_wanted(worn, lift, monkeypatch):
+    starts = []
+
+    def descend(_, start):
+        starts.append(start)
+        return start, True, "the search converged"
+
+    monkeypatch.setattr(search, "_descend", descend)
+    key = next(iter(OVER))
+    gm.fit(worn.replace(FIRST), measure(lift, 5), {key: OVER[key]}, noise=NOISE, starts=12)
+    assert len(starts) == 12
+
+
 def test_a_geometry_that_cannot_be_assembled_lies_outside():
     """Half of the bounds of the angle lies beyond the travel; the search ends inside."""
     run = gm.run("porter", times=TIMES[:100], accuracy=1e-8)

@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Final
 
 import numpy as np
 
@@ -16,6 +16,10 @@ from governor_mechanism.units.quantities import QUANTITY_KINDS, format_quantity,
 
 OVER_EXAMPLE = '{"dimensions.arm": ("280 mm", "320 mm")}, or dimensions.arm=280mm:320mm'
 """Example of bounds in messages."""
+
+
+SCREENED_PER_UNKNOWN: Final = 8
+"""Number of places per unknown among which further starts of a search are chosen."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -115,6 +119,14 @@ def _make_unknown(document: Mapping[str, Any], key: str, pair: tuple[Any, Any], 
         shown = format_quantity(start, axis.unit)
         raise MechanismError(f"{what}: the scene has {key} = {shown}, outside its bounds; widen them, or begin with another value")
     return Unknown(key=key, kind=axis.kind, low=low, high=high, start=start)
+
+
+def spread_places(n_unknowns: int, n_further: int, seed: int, per_unknown: int = SCREENED_PER_UNKNOWN) -> FloatArray:
+    """Return random places between the bounds, 0 to 1, among which at least a number of further starts is chosen; shape (n, unknowns)."""
+    from scipy.stats import qmc  # slow to import
+
+    places: FloatArray = qmc.LatinHypercube(n_unknowns, rng=seed).random(max(per_unknown * n_unknowns, n_further))
+    return places
 
 
 def scene_with(scene: Scene, unknowns: Sequence[Unknown], values: Sequence[float] | FloatArray) -> Scene:

@@ -2,7 +2,6 @@
 
 import math
 from collections.abc import Callable, Sequence
-from contextlib import closing
 from copy import copy
 from dataclasses import dataclass, replace
 from functools import partial
@@ -16,8 +15,8 @@ from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.studies.fitting.data import Measurement
 from governor_mechanism.studies.fitting.results import CONFIDENCE, Fit, FittedValue, root_mean_square
-from governor_mechanism.studies.sweep.workers import RowComputer, compute_alone
-from governor_mechanism.studies.unknowns import Unknown, scene_with
+from governor_mechanism.studies.sweep.workers import RowComputer, compute_all, compute_alone
+from governor_mechanism.studies.unknowns import Unknown, scene_with, spread_places
 from governor_mechanism.types import FloatArray
 from governor_mechanism.units.quantities import format_quantity
 
@@ -29,9 +28,6 @@ DERIVATIVE_STEP: Final = 1e-3
 
 SEARCH_STEP: Final = 1e-5
 """Step of the differences to one side, relative to the width of the bounds."""
-
-SCREENED_PER_UNKNOWN: Final = 8
-"""Number of points per unknown among which further starts are chosen."""
 
 RANK_TOLERANCE: Final = 1e-8
 """Effect of a combination of unknowns on the data, relative to the largest, below which it has none but the errors of the differences."""
@@ -200,29 +196,26 @@ _End = tuple[FloatArray, bool, str]
 
 def _search(misfit: Misfit, start: FloatArray, compute: RowComputer[Any]) -> _End:
     """Return the best minimum that is found from the scene's own values and from the best of random points."""
-    n_unknowns, n_further = len(start), misfit.question.n_starts - 1
+    n_further = misfit.question.n_starts - 1
     starts = [start]
     if n_further:
-        from scipy.stats import qmc  # slow to import
-
-        points = qmc.LatinHypercube(n_unknowns, seed=misfit.question.seed).random(SCREENED_PER_UNKNOWN * n_unknowns)
+        points = spread_places(len(start), n_further, misfit.question.seed)
         costs = [float(np.sum(misfit.residuals(point) ** 2)) for point in points]
         starts += [points[k] for k in np.argsort(costs)[:n_further]]
     if compute is compute_alone or len(starts) == 1:
         found = [_descend(misfit, one) for one in starts]
     else:
-        with closing(compute(partial(_descend_elsewhere, misfit, starts), range(len(starts)))) as rows:
-            ends = sorted((one for some in rows for one in some), key=lambda one: one[0])
-        found = [end for _, end, _ in ends]
-        misfit.n_runs += sum(n_runs for _, _, n_runs in ends)
+        ends = compute_all(compute, partial(_descend_elsewhere, misfit, starts), len(starts))
+        found = [end for end, _ in ends]
+        misfit.n_runs += sum(n_runs for _, n_runs in ends)
     return min(found, key=lambda one: float(np.sum(misfit.residuals(one[0]) ** 2)))
 
 
-def _descend_elsewhere(misfit: Misfit, starts: Sequence[FloatArray], index: int) -> tuple[int, _End, int]:
-    """Return the number of a start, where the search from it ends, and its number of runs."""
+def _descend_elsewhere(misfit: Misfit, starts: Sequence[FloatArray], index: int) -> tuple[_End, int]:
+    """Return where the search from a start ends, and its number of runs."""
     own = copy(misfit)
     end = _descend(own, starts[index])
-    return index, end, own.n_runs - misfit.n_runs
+    return end, own.n_runs - misfit.n_runs
 
 
 def _descend(misfit: Misfit, start: FloatArray) -> _End:

@@ -2,7 +2,6 @@
 
 import math
 from collections.abc import Iterable, Iterator, MutableMapping, Sequence
-from contextlib import closing
 from dataclasses import dataclass
 from functools import partial
 from typing import Any, Final, NamedTuple
@@ -11,7 +10,8 @@ import numpy as np
 
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.studies.optimisation.question import Question, Values
-from governor_mechanism.studies.sweep.workers import RowComputer, compute_alone
+from governor_mechanism.studies.sweep.workers import RowComputer, compute_all, compute_alone
+from governor_mechanism.studies.unknowns import spread_places
 from governor_mechanism.types import FloatArray
 
 EXACT_STEP, RUN_STEP = 1e-6, 2e-3
@@ -26,9 +26,6 @@ EQUALITY_TOLERANCE: Final = 1e-5
 
 PENALTY: Final = 1e3
 """Objective and violation where there is no such mechanism, in scales of the objective and of the limits."""
-
-SCREENED_PER_UNKNOWN: Final = 8
-"""Number of points per unknown among which further starts are chosen."""
 
 MAX_STEPS: Final = 60
 """Largest number of steps from one start."""
@@ -138,11 +135,11 @@ class Search:
             self._take(self.journal.get(key) or self.question.evaluate(place))
         return self._known[key]
 
-    def at_all(self, places: Sequence[FloatArray], compute: RowComputer[Values]) -> list[Values]:
+    def at_all(self, places: Sequence[FloatArray], compute: RowComputer[Any]) -> list[Values]:
         """Return the values at places, computed here or elsewhere."""
         missing = [place for place in places if place.tobytes() not in self.journal]
-        with closing(compute(partial(_evaluate, self.question, missing), range(len(missing)))) as rows:
-            found = {one.place.tobytes(): one for some in rows for one in some}
+        computed = compute_all(compute, partial(_evaluate, self.question, missing), len(missing))
+        found = {one.place.tobytes(): one for one in computed}
         self.take_all(self.journal.get(place.tobytes()) or found[place.tobytes()] for place in places)  # in their order
         return [self._known[place.tobytes()] for place in places]
 
@@ -191,11 +188,8 @@ def search_locally(search: Search, n_starts: int, seed: int, compute: RowCompute
     starts = [question.start]
     first = search.at(question.start)
     if n_starts > 1:
-        from scipy.stats import qmc  # slow to import
-
-        n_unknowns = len(question.unknowns)
-        points = list(qmc.LatinHypercube(n_unknowns, rng=seed).random(max(SCREENED_PER_UNKNOWN * n_unknowns, n_starts - 1)))
-        screened = search.at_all(points, compute)
+        points = spread_places(len(question.unknowns), n_starts - 1, seed)
+        screened = search.at_all(list(points), compute)
         scales = _scales(search, first)
         starts += [one.place for one in sorted(screened, key=scales.merit)[: n_starts - 1] if not one.problem]
     scales = _scales(search, first)
@@ -203,10 +197,9 @@ def search_locally(search: Search, n_starts: int, seed: int, compute: RowCompute
     if compute is compute_alone or len(starts) == 1:
         ends = [_descend_within(search, first, start) for start in starts]
     else:
-        with closing(compute(partial(_descend_elsewhere, question, first, starts), range(len(starts)))) as rows:
-            found = sorted((one for some in rows for one in some), key=lambda one: one[0])
-        ends = [end for _, end, _ in found]
-        search.take_all(values for _, _, tried in found for values in tried)
+        found = compute_all(compute, partial(_descend_elsewhere, question, first, starts), len(starts))
+        ends = [end for end, _ in found]
+        search.take_all(values for _, tried in found for values in tried)
     return min(ends, key=lambda end: scales.merit(end.values))
 
 
@@ -220,11 +213,11 @@ def _descend_within(search: Search, first: Values, start: FloatArray) -> End:
         search.take_all(own.tried)
 
 
-def _descend_elsewhere(question: Question, first: Values, starts: Sequence[FloatArray], index: int) -> tuple[int, End, list[Values]]:
-    """Return the number of a start, where a search from it ends, and all places that it tried."""
+def _descend_elsewhere(question: Question, first: Values, starts: Sequence[FloatArray], index: int) -> tuple[End, list[Values]]:
+    """Return where a search from a start ends, and all places that it tried."""
     search = Search(question)
     end = _descend_within(search, first, starts[index])
-    return index, end, search.tried
+    return end, search.tried
 
 
 def _scales(search: Search, first: Values) -> Scales:

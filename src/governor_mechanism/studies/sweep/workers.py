@@ -8,6 +8,7 @@ from collections import deque
 from collections.abc import Callable, Generator, Iterator, Sequence
 from contextlib import closing, contextmanager
 from functools import partial
+from operator import itemgetter
 from types import FrameType
 from typing import Any, Protocol, TypeVar
 
@@ -60,6 +61,17 @@ def compute_alone(function: RowFunction[Row], indices: Sequence[int]) -> Generat
             if was_interrupted():
                 raise KeyboardInterrupt
             yield [row]
+
+
+def compute_all(compute: RowComputer[tuple[int, Row]], function: RowFunction[Row], count: int) -> list[Row]:
+    """Return the rows of the indices below a count, in their order."""
+    with closing(compute(partial(_number_row, function), range(count))) as computed:
+        numbered = [one for some in computed for one in some]
+    return [row for _, row in sorted(numbered, key=itemgetter(0))]
+
+
+def _number_row(function: RowFunction[Row], index: int) -> tuple[int, Row]:
+    return index, function(index)
 
 
 def compute_in_parallel(function: RowFunction[Row], indices: Sequence[int], n_workers: int) -> Generator[Sequence[Row], None, None]:

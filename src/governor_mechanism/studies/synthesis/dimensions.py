@@ -16,7 +16,7 @@ from governor_mechanism.model.results.result import Column, Recorded, Result, fo
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.studies.kinematics import default_values, find_drive
 from governor_mechanism.studies.synthesis.tables import PointSource, parse_pair, read_points
-from governor_mechanism.studies.unknowns import Unknown, parse_unknowns, scene_with
+from governor_mechanism.studies.unknowns import Unknown, parse_unknowns, scene_with, spread_places
 from governor_mechanism.types import FloatArray, IntArray
 from governor_mechanism.units.problems import ProblemCollector
 from governor_mechanism.units.quantities import format_quantity
@@ -333,14 +333,11 @@ def synthesise_dimensions(task: DimensionTask) -> DimensionSynthesis:
 
 def _choose_starts(distance: _PathDistance) -> list[FloatArray]:
     """Return the scene's own values, and the best of random points."""
-    from scipy.stats import qmc  # slow to import
-
     task = distance.task
     own = np.array([(one.start - one.low) / (one.high - one.low) for one in task.unknowns])
     if task.n_starts == 1:
         return [own]
-    n_unknowns = len(own)
-    points = qmc.LatinHypercube(n_unknowns, rng=task.seed).random(max(SCREENED_PER_UNKNOWN * n_unknowns, task.n_starts - 1))
+    points = spread_places(len(own), task.n_starts - 1, task.seed, SCREENED_PER_UNKNOWN)
     costs = [float(np.sum(distance.residuals(point) ** 2)) for point in points]
     return [own, *(points[k] for k in np.argsort(costs)[: task.n_starts - 1])]
 
