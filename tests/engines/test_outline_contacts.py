@@ -246,13 +246,6 @@ def test_a_cam_that_runs_out_gives_its_energy_to_spring_and_follower():
     np.testing.assert_allclose(energy, energy[0], rtol=1e-7)
 
 
-@pytest.mark.parametrize("engine", ["reduced"])
-def test_other_engines_refuse_by_name(engine):
-    with pytest.raises(gm.UnsupportedEffect, match=f"engine '{engine}' cannot model contact 'roller' of a roller and an outline"):
-        gm.run("disc_cam", engine=engine)
-    assert gm.load("disc_cam").describe()
-
-
 def test_what_overlaps_at_the_start_is_refused_with_depth_and_place():
     with pytest.raises(gm.MechanismError, match=r"contact 'ball', with its centre at \(0 mm, 15 mm\), overlaps .*'block' by 5 mm"):
         run_ball(CUP, (0.0, 0.015))

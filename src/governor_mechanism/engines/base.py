@@ -11,7 +11,6 @@ import numpy as np
 from governor_mechanism.errors import MechanismError, UnsupportedEffect
 from governor_mechanism.machines.custom import CUSTOM_MACHINE
 from governor_mechanism.mechanics.dynamics.forces.contact_modes import has_contacts
-from governor_mechanism.mechanics.dynamics.forces.contacts import outline_gaps_of
 from governor_mechanism.model.effect import Effect
 from governor_mechanism.model.joints import Joint
 from governor_mechanism.model.results.outcome import Cost, Outcome
@@ -70,8 +69,6 @@ class Engine(ABC):
     ----------
     name
         Name of the engine in scene files and messages.
-    models_outlines
-        Whether the engine can model rollers that touch outlines.
     effects
         Types of effects the engine can model.
     joints
@@ -79,7 +76,6 @@ class Engine(ABC):
     """
 
     name: ClassVar[str]
-    models_outlines: ClassVar[bool] = False
     effects: ClassVar[frozenset[type[Effect]]]
     joints: ClassVar[frozenset[type[Joint]]]
 
@@ -157,8 +153,6 @@ class Engine(ABC):
         if missing := (effect_types - self.effects) | (joint_types - self.joints):
             names = sorted(missing_type.__name__ for missing_type in missing)
             return f"engine {self.name!r} cannot model {names}; choose another engine or remove them from the scene"
-        if not self.models_outlines and (gaps := outline_gaps_of(scene)):
-            return f"engine {self.name!r} cannot model contact {gaps[0].contact!r} of a roller and an outline; choose engine 'multibody'"
         return self._refuses(scene)
 
     def _refuses(self, scene: Scene) -> str:

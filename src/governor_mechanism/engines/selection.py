@@ -21,6 +21,7 @@ from governor_mechanism.engines.reduced.engine import ReducedEngine
 from governor_mechanism.errors import MechanismError, did_you_mean
 from governor_mechanism.mechanics.dynamics.characteristic_scales import max_step_scale
 from governor_mechanism.mechanics.dynamics.forces.contact_modes import has_contacts
+from governor_mechanism.mechanics.dynamics.forces.contacts import outline_gaps_of
 from governor_mechanism.model.results.outcome import Outcome
 from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.model.scene import Scene
@@ -150,11 +151,13 @@ def select_engine(
     requested_accuracy = scene.run.accuracy if accuracy is None else accuracy
     engines = {name: engine_class() for name, engine_class in ENGINES.items()}
     capable = {name: engine for name, engine in engines.items() if not engine.refusal(scene)}
+    missing = ", ".join(name for name in engines if name not in capable)
+    if outline_gaps_of(scene):  # a gap has kinks where another edge becomes the nearest, at which a table may end
+        capable.pop("reduced", None)
     if not capable:  # multibody models most, so its refusal is the most specific
         return engines["multibody"], "the engine that can model most"
     cheapest = min(capable.values(), key=lambda engine: estimate_run_time(engine, scene, requested_accuracy))
     others = [engine for engine in capable.values() if engine is not cheapest]
-    missing = ", ".join(name for name in engines if name not in capable)
     reason = partial(_explain_choice, cheapest, others, missing, scene, requested_accuracy)
     return (ReducedWithFallback() if cheapest.name == "reduced" else cheapest), reason
 

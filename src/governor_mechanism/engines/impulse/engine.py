@@ -93,7 +93,6 @@ class ImpulseEngine(ImpulseSettings, Engine):
     """
 
     name: ClassVar[str] = "impulse"
-    models_outlines: ClassVar[bool] = True
     effects: ClassVar[frozenset[type[Effect]]] = EFFECT_TYPES - {Clearance}
     # pymunk has no constraint for the others.
     joints: ClassVar[frozenset[type[Joint]]] = frozenset(joint for joint in JOINT_TYPES if joint.impulse_parts is not Joint.impulse_parts)

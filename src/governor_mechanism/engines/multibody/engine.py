@@ -45,7 +45,6 @@ class MultibodyEngine(ErrorControlledEngine):
     """
 
     name: ClassVar[str] = "multibody"
-    models_outlines: ClassVar[bool] = True
     effects: ClassVar[frozenset[type[Effect]]] = EFFECT_TYPES
     joints: ClassVar[frozenset[type[Joint]]] = JOINT_TYPES
 

@@ -21,7 +21,7 @@ from governor_mechanism.errors import MechanismError
 from governor_mechanism.integrators.stages import StepCounter
 from governor_mechanism.integrators.time_grid import divide_intervals, make_time_grid
 from governor_mechanism.mechanics.dynamics.forces.contact_modes import ContactMode
-from governor_mechanism.mechanics.dynamics.forces.contacts import FRICTION_LAW_NAME
+from governor_mechanism.mechanics.dynamics.forces.contacts import FRICTION_LAW_NAME, outline_gaps_of
 from governor_mechanism.mechanics.dynamics.forces.loads import reading_functions_of
 from governor_mechanism.mechanics.kinematics.assembly import mobility_of
 from governor_mechanism.mechanics.kinematics.constraint_equations import constraint_equations_of
@@ -64,6 +64,10 @@ class ReducedEngine(ErrorControlledEngine):
             return f"engine 'reduced' integrates one free coordinate, but drives move this mechanism; {remedy}"
         if (mobility := mobility_of(part.mechanism)) != 1:
             return f"engine 'reduced' integrates one degree of freedom; this mechanism has mobility {mobility}; {remedy}"
+        for gap in outline_gaps_of(scene):
+            if gap.friction > 0.0 or gap.others:
+                what = "friction of" if gap.friction > 0.0 else "several rollers of"
+                return f"engine 'reduced' cannot model the {what} contact {gap.contact!r}; {remedy}"
         own_readings = {prefix + reading.name for reading in (*part.mechanism.readings, *part.mechanism.internal_outputs)}
         for problem in _shaft_problems(scene, find_shaft_train(scene), own_readings):
             return f"engine 'reduced' cannot model {problem}; {remedy}"

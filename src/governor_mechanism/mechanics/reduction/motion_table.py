@@ -173,7 +173,7 @@ def _lower_table(scene: Scene, prefix: str, part: Part, train: ShaftTrain, names
         steady_speed=abs(spindle.speeds[0]) if is_steady else -1.0,
         low=low,
         high=high,
-        is_conservative=is_steady and not scene.mechanism.force_elements and not scene.output_effects and not train.motion,
+        is_conservative=is_steady and not (scene.mechanism.force_elements or contacts_of(scene) or scene.output_effects or train.motion),
     )
 
 

@@ -1,0 +1,147 @@
+"""Parts that touch on one coordinate: `reduced` against `multibody`, closed forms, and what it refuses."""
+
+import math
+
+import numpy as np
+import pytest
+
+import governor_mechanism as gm
+from contact_scenes import GRAVITY
+from governor_mechanism.observables.error_scales import EVENT_TIMES
+
+WALL = [[0.1, -2], [0.5, -2], [0.5, 2], [0.1, 2]]
+BLOCK = [[0.1, -0.7], [0.3, -0.7], [0.3, -0.49], [0.1, -0.49]]
+"""A block with a corner at x = 0.1 m, y = -0.49 m, round which a bob comes before its face is the nearest."""
+LENGTH, BOB = 0.5, 0.02
+
+
+def document(bodies, joints, contacts, start, **readings):
+    """A scene with its obstacles welded to the ground."""
+    return {
+        "machine": "custom",
+        "size": LENGTH,
+        "ground": {"O": [0, 0], "right": [0.25, -0.06], "left": [-0.25, -0.06]},
+        "body": bodies,
+        "joint": joints,
+        "contact": contacts,
+        "readings": readings,
+        "effects": {"gravity": GRAVITY},
+        "start": start,
+        "run": {"duration": 2.0, "output_interval": 0.02, "accuracy": 1e-9},
+    }
+
+
+def obstacle(name, outline):
+    """A body and the weld that holds it."""
+    body = {"name": name, "mass": 1.0, "inertia": 1.0, "outline": outline}
+    return body, {"type": "weld", "first": "ground.O", "second": f"{name}.origin"}
+
+
+def pendulum(outline, restitution, start=-0.8):
+    """A pendulum with a round bob that strikes an obstacle."""
+    body, weld = obstacle("wall", outline)
+    swinging = {"name": "arm", "mass": 1.0, "inertia": 0.01, "at": [0, 0], "centre": [0, -LENGTH], "points": {"bob": [0, -LENGTH]}}
+    pin = {"type": "pin", "first": "ground.O", "second": "arm.origin"}
+    contact = {"name": "c", "first": "arm.bob", "radius": BOB, "second": "wall", "restitution": restitution}
+    return document([swinging, body], [pin, weld], [contact], {"angle": start, "angle_rate": 0.0}, angle={"angle": "arm"})
+
+
+def slider_crank(restitution):
+    """A crank that falls from above, and whose slider strikes a block before the dead centre."""
+    block, weld = obstacle("block", [[0.41, -0.1], [0.6, -0.1], [0.6, 0.1], [0.41, 0.1]])
+    angle, crank, rod = 1.2, 0.1, 0.3
+    slope = -math.asin(crank * math.sin(angle) / rod)
+    end = crank * math.cos(angle) + rod * math.cos(slope)
+    bodies = [
+        {"name": "crank", "mass": 2.0, "inertia": 0.02, "at": [0, 0], "angle": angle, "centre": [0.05, 0], "points": {"pin": [crank, 0]}},
+        {
+            "name": "rod",
+            "mass": 0.5,
+            "inertia": 0.01,
+            "at": [crank * math.cos(angle), crank * math.sin(angle)],
+            "angle": slope,
+            "centre": [0.15, 0],
+            "points": {"small": [rod, 0]},
+        },
+        {"name": "slider", "mass": 1.0, "inertia": 0.01, "at": [end, 0], "points": {"nose": [0.01, 0]}},
+    ]
+    joints = [
+        {"type": "pin", "first": "ground.O", "second": "crank.origin"},
+        {"type": "pin", "first": "crank.pin", "second": "rod.origin"},
+        {"type": "pin", "first": "rod.small", "second": "slider.origin"},
+        {"type": "prismatic", "first": "ground.O", "second": "slider.origin", "angle": 0},
+    ]
+    contact = {"name": "c", "first": "slider.nose", "radius": 0.01, "second": "block", "restitution": restitution}
+    start = {"angle": angle, "angle_rate": 0.0}
+    return document([*bodies, block], [*joints, weld], [contact], start, angle={"angle": "crank"})
+
+
+def lever(restitution):
+    """A lever with a heavy end that falls from one pin onto another, and bounces until it rests."""
+    arm = {
+        "name": "arm",
+        "mass": 1.0,
+        "inertia": 0.02,
+        "at": [0, 0],
+        "centre": [0.1, 0],
+        "outline": [[-0.3, -0.01], [0.3, -0.01], [0.3, 0.01], [-0.3, 0.01]],
+    }
+    pins = [
+        {"name": name, "mass": 1.0, "inertia": 1.0, "at": place} for name, place in (("right", [0.25, -0.06]), ("left", [-0.25, -0.06]))
+    ]
+    joints = [
+        {"type": "pin", "first": "ground.O", "second": "arm.origin"},
+        *({"type": "weld", "first": f"ground.{name}", "second": f"{name}.origin"} for name in ("right", "left")),
+    ]
+    contacts = [
+        {"name": name, "first": f"{name}.origin", "radius": 0.01, "second": "arm", "restitution": restitution} for name in ("right", "left")
+    ]
+    return document([arm, *pins], joints, contacts, {"angle": 0.1, "angle_rate": 2.0}, angle={"angle": "arm"})
+
+
+@pytest.mark.parametrize("restitution", [0.0, 0.5])
+@pytest.mark.parametrize(
+    "make",
+    [lambda e: pendulum(WALL, e), lambda e: pendulum(BLOCK, e), lever, slider_crank],
+    ids=["wall", "round a corner", "lever between pins", "slider crank"],
+)
+def test_along_one_coordinate_parts_touch_as_in_multibody(make, restitution):
+    """The gap is a function of the coordinate, and the contact a stop along it; both agree within their estimates."""
+    scene = gm.Scene.from_dict(make(restitution))
+    reduced, multibody = (gm.run(scene, engine) for engine in ("reduced", "multibody"))
+    assert reduced.outcome is multibody.outcome is gm.Outcome.DONE
+    assert [(one.kind, one.subject) for one in reduced.events] == [(one.kind, one.subject) for one in multibody.events]
+    assert reduced.events
+    for name, values in multibody.readings.items():
+        bound = reduced.reading_errors[name] + multibody.reading_errors[name]
+        assert np.abs(reduced.readings[name] - values).max() <= bound, name
+    bound = sum(run.reading_errors[EVENT_TIMES] for run in (reduced, multibody))
+    times = [[one.time for one in run.events] for run in (reduced, multibody)]
+    np.testing.assert_allclose(*times, atol=max(bound, 1e-12))
+
+
+def test_a_pendulum_leaves_a_wall_with_the_share_of_its_speed_that_restitution_gives():
+    """It strikes at the angle at which its bob touches; the height to which it swings back has the square of the restitution."""
+    start, restitution = -0.8, 0.6
+    run = gm.run(gm.Scene.from_dict(pendulum(WALL, restitution, start)), "reduced", times=np.linspace(0.0, 1.0, 4001))
+    touch = math.asin((0.1 - BOB) / LENGTH)
+    fallen = math.cos(touch) - math.cos(start)
+    lowest = math.acos(math.cos(touch) - restitution**2 * fallen)
+    assert run.readings["c_gap"].min() > -1e-12
+    assert run.readings["angle"].max() == pytest.approx(touch, abs=1e-3)
+    after = run.times > run.events[0].time
+    assert run.readings["angle"][after].min() == pytest.approx(-lowest, abs=1e-6)
+    assert run.energy.drift < 1e-9
+
+
+def test_auto_takes_multibody_for_parts_that_touch():
+    run = gm.run(gm.Scene.from_dict(pendulum(WALL, 0.5)), times=[0.0, 0.1])
+    assert run.cost.engine == "multibody"
+
+
+@pytest.mark.parametrize(("more", "what"), [({"friction": 0.2}, "friction"), ({"repeat": 2}, "several rollers")])
+def test_friction_of_contacts_and_repeated_rollers_are_refused(more, what):
+    scene = pendulum(BLOCK, 0.5)
+    scene["contact"][0] |= more
+    with pytest.raises(gm.UnsupportedEffect, match=f"{what}.*contact 'c'.*choose engine 'multibody'"):
+        gm.run(gm.Scene.from_dict(scene), "reduced")
