@@ -98,3 +98,16 @@ def test_recoil_makes_the_clock_gain():
     assert gain > 5e-4
     assert run.recurrences["beat"].interval / free - 1 == pytest.approx(expected / free - 1, rel=0.1)
     assert run.recurrences["beat"].interval < free
+
+
+@pytest.mark.long
+def test_two_hundred_beats_miss_no_tooth():
+    """At each turn of the pendulum another tooth rests: half a tooth a beat, within what the recoil of the swing changes."""
+    run = run_clock(101.0, times=np.array([0.0, 101.0]))
+    beats = [event.time for event in run.events if event.subject == "beat"]
+    again = run_clock(101.0, times=np.array([0.0, *beats]))
+    wheel = again.readings["wheel_angle"][1:]
+    advances = -np.diff(wheel) / math.radians(6)
+    assert len(beats) == 202
+    np.testing.assert_allclose(advances, 1.0, atol=0.05)
+    assert (wheel[0] - wheel[-1]) / math.radians(6) == pytest.approx(201, abs=0.05)

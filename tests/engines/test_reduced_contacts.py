@@ -145,3 +145,26 @@ def test_friction_of_contacts_and_repeated_rollers_are_refused(more, what):
     scene["contact"][0] |= more
     with pytest.raises(gm.UnsupportedEffect, match=f"{what}.*contact 'c'.*choose engine 'multibody'"):
         gm.run(gm.Scene.from_dict(scene), "reduced")
+
+
+@pytest.mark.long
+def test_pendulums_and_random_blocks_touch_as_in_multibody():
+    """Polygons of three to five corners, round which the bob comes: the gap has kinks where another edge is the nearest."""
+    rng, count = np.random.default_rng(5), 0
+    for _ in range(60):
+        angles = np.sort(rng.uniform(0.0, math.tau, rng.integers(3, 6)))
+        centre = rng.uniform([0.1, -0.7], [0.5, -0.3])
+        start, restitution = rng.uniform(-2.5, -0.3), rng.choice([0.0, 0.3, 0.8])
+        if max(np.diff([*angles, angles[0] + math.tau])) > 3.0:
+            continue
+        block = (centre + 0.08 * np.column_stack([np.cos(angles), np.sin(angles)])).tolist()
+        scene = gm.Scene.from_dict(pendulum(block, float(restitution), float(start)))
+        runs = [gm.run(scene, engine) for engine in ("reduced", "multibody")]
+        count += 1
+        assert all(run.outcome is gm.Outcome.DONE for run in runs)
+        events = [[(event.kind, event.subject) for event in run.events] for run in runs]
+        assert events[0] == events[1]
+        for name in ("angle", "c_gap"):
+            bound = sum(run.reading_errors[name] for run in runs)
+            assert np.abs(runs[0].readings[name] - runs[1].readings[name]).max() <= bound
+    assert count > 25

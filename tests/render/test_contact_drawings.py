@@ -1,12 +1,18 @@
 """Parts that touch are drawn so that the contact is seen: what is fixed looks fixed, what rolls has a mark, nothing covers the outlines."""
 
+import json
 import math
 
+import numpy as np
 import pytest
 
 import governor_mechanism as gm
+from decoding import unpack_numbers
 from governor_mechanism.render.geometry.primitives import Polygon
 from governor_mechanism.render.machines.registry import drawing_of
+from governor_mechanism.render.page.page_data import collect_data
+from governor_mechanism.render.page.views import show_run
+from governor_mechanism.render.page.writer import choose_sample_times
 
 SLOPE = """
 machine = "custom"
@@ -21,7 +27,7 @@ contact = [{ name = "disc", first = "disc.origin", radius = "30 mm", second = "s
 readings = { x = { x = "disc.origin" }, y = { y = "disc.origin" } }
 effects = { gravity = true }
 start = { x = "-0.15 m", disc_gap = 0, x_rate = 0, y_rate = 0 }
-run = { duration = "0.2 s", output_interval = "20 ms" }
+run = { duration = "0.2 s", output_interval = "20 ms", readings = ["contact.disc"] }
 """
 
 
@@ -74,3 +80,22 @@ def test_the_outline_of_a_follower_stands_in_front_of_its_block():
     outlines = [number for number, shape in enumerate(shapes) if isinstance(shape, Polygon) and shape.role == "plate"]
     assert outlines
     assert block < min(outlines)
+
+
+def test_a_page_has_the_profile_that_is_touched_and_the_forces_of_the_contact(slope):
+    """A disc that rolls presses with m g cos(a), and a third of m g sin(a) keeps it from sliding; the film draws the same profile."""
+    run, _ = slope
+    span = 0.0, float(run.times[-1])
+    shown = show_run(run, None, span, choose_sample_times(run, span, 1.0), 1.0)
+    data = json.loads(json.dumps(collect_data(shown, 1.0)))
+    corners = [(-0.3, -0.2), (0.5, -0.2), (0.5, -0.1), (-0.3, 0.0)]
+    expected = {tuple(np.round(point)) for point in shown.views[0].picture.place(np.array(corners))}
+    plates = [shape for shape in data["views"][0]["shapes"] if shape["role"] == "plate"]
+    drawn = [{tuple(point) for point in np.array(shape["points"], dtype=float).reshape(-1, 2)} for shape in plates]
+    assert any(all(min(math.dist(corner, point) for point in points) <= 1.5 for corner in expected) for points in drawn)
+    slope_angle = math.atan(0.125)
+    for name, force in (("force", 0.2 * 9.81 * math.cos(slope_angle)), ("friction", 0.2 * 9.81 * math.sin(slope_angle) / 3)):
+        plot = next(plot for plot in data["plots"] if name in plot["name"])
+        curve = plot["curves"][0]
+        values = plot["limits"][0] + curve["quantum"] * unpack_numbers(curve["values"], curve["count"])
+        assert np.abs(values) == pytest.approx(force, abs=max(curve["quantum"], 1e-6))
