@@ -11,7 +11,6 @@ import governor_mechanism as gm
 from governor_mechanism.engines.initial_state import initial_state
 from governor_mechanism.observables.derived_readings import evaluate_static_forces
 from governor_mechanism.render.figures.designs.governors import sleeve_force_figure, spring_lines_figure
-from governor_mechanism.scenes.changed_document import format_scene_toml
 from governor_mechanism.studies.design.hartung import (
     SLIDE_RULE_TOLERANCE,
     HartungInputs,
@@ -162,7 +161,7 @@ def test_inputs_that_no_governor_comes_of_are_refused() -> None:
 def test_the_scene_of_a_design_runs_and_is_the_design(tmp_path: Path) -> None:
     design = design_hartung()
     path = tmp_path / "mine.toml"
-    path.write_text(format_scene_toml(design.scene_document, "designed"), encoding="utf-8")
+    design.save_scene(path)
     scene = gm.load(path)
     assert scene.document == design.scene_document
     run = gm.run(scene, times=np.linspace(0.0, 7.0, 71))

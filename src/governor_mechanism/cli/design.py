@@ -13,7 +13,6 @@ import typer
 
 from governor_mechanism.cli import console
 from governor_mechanism.cli.options import remember_options
-from governor_mechanism.files.writing import save_text
 from governor_mechanism.render.figure_files import FigureFiles
 
 _OPTIONS = ("--with", "--out", "--no-figure", "--format", "--theme", "--json", "--help")
@@ -90,9 +89,7 @@ def _design(
     machine: str, context: typer.Context, changes: Sequence[str] | None, figures: FigureFiles, *, as_json: bool
 ) -> console.CommandResult:
     """Design a machine, simulate it, compare it with its paper, and write the scene and the figures."""
-    from governor_mechanism.scenes.changed_document import format_scene_toml
     from governor_mechanism.studies.design.simulated import PROCEDURES, report_design
-    from governor_mechanism.studies.design.skeleton import scene_comment
 
     console.prepare_folder(figures.folder)
     procedure = PROCEDURES[machine]
@@ -101,8 +98,7 @@ def _design(
         designed = procedure.design(inputs)
     with console.show_status("simulating"):
         report = report_design(designed)
-    text = format_scene_toml(designed.scene_document, scene_comment(designed.machine))
-    files = [save_text(text, figures.folder / f"{designed.machine}_design.toml")]
+    files = [designed.save_scene(figures.folder / f"{designed.machine}_design.toml")]
     with console.show_status("drawing"):
         files += figures.save_all(report, "")
     if as_json:

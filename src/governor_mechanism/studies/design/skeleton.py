@@ -1,5 +1,6 @@
 """What all designs have in common: records, printed texts and tables with named places, rules, and the scene from a template."""
 
+import os
 import re
 import tomllib
 from abc import abstractmethod
@@ -9,13 +10,15 @@ from dataclasses import dataclass, fields
 from enum import StrEnum
 from functools import cache, cached_property
 from importlib import resources
+from pathlib import Path
 from typing import Any, ClassVar
 
 from governor_mechanism.effects.gravity import DEFAULT_GRAVITY
 from governor_mechanism.errors import MechanismError
+from governor_mechanism.files.writing import save_scene_text
 from governor_mechanism.model.results.result import Column, Recorded, Result
 from governor_mechanism.model.scene import Scene
-from governor_mechanism.scenes.changed_document import format_toml_value
+from governor_mechanism.scenes.changed_document import format_scene_toml, format_toml_value
 from governor_mechanism.scenes.parser import parse_scene_document
 from governor_mechanism.units.constants import RPM
 from governor_mechanism.units.fields import Declaration, fields_of
@@ -244,6 +247,10 @@ class Design(Result):
     def scene(self) -> Scene:
         """The scene of that document."""
         return parse_scene_document(self.scene_document)
+
+    def save_scene(self, path: str | os.PathLike[str]) -> Path:
+        """Write the scene as a scene file, with a comment on how it was designed; its name ends in .toml."""
+        return save_scene_text(format_scene_toml(self.scene_document, scene_comment(self.machine)), path)
 
 
 class CheckedDesign(Design):
