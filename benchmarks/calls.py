@@ -65,11 +65,10 @@ def print_events() -> None:
     print("| model, engine auto | run, ms | events, ms | events |\n|---|---|---|---|")
     for name in (*MODELS, *MODELS_OF_SEVERAL_LOOPS):
         scene = gm.load(name)
-        run = gm.run(scene)
-        n_events = len(run.events)
-        run_time = best_time(lambda scene=scene: gm.run(scene))
-        event_time = best_time(lambda run=run: run.deferred_results.events())
-        print(f"| {name} | {run_time:.1f} | {event_time:.1f} | {n_events} |")
+        run_time, n_events = best_time(lambda scene=scene: gm.run(scene)), len(gm.run(scene).events)
+        # A run keeps its events once they are found.
+        both = best_time(lambda scene=scene: gm.run(scene).events)
+        print(f"| {name} | {run_time:.1f} | {max(both - run_time, 0.0):.1f} | {n_events} |")
 
 
 def main() -> None:
