@@ -225,6 +225,7 @@ TESTS = (
     "mechanics/test_inputs.py",
     "mechanics/test_joint_residuals.py::test_slots_follow_their_curves_over_all_segments",
     "mechanics/test_motion_table.py",
+    "mechanics/test_outlines.py::test_a_roller_that_keeps_no_edge_is_beyond_the_end_of_none",
     "mechanics/test_outlines.py::test_round_a_square_edges_and_corners_take_turns_both_ways",
     "mechanics/test_outlines.py::test_round_a_stadium_there_are_no_corners",
     "mechanics/test_outlines.py::test_the_way_ends_at_hollow_corners",

@@ -7,11 +7,23 @@ import pytest
 
 import governor_mechanism as gm
 from contact_scenes import BOWL, CUP
-from governor_mechanism.mechanics.curves.join_kernels import EdgePoint, distance_from_feature, extent_of_feature, find_feature, next_feature
+from governor_mechanism.engines.initial_state import initial_state
+from governor_mechanism.mechanics.curves.join_kernels import (
+    NO_FEATURE,
+    EdgePoint,
+    distance_from_feature,
+    extent_of_feature,
+    find_feature,
+    next_feature,
+)
 from governor_mechanism.mechanics.curves.outline_kernels import N_PIECE_VALUES
 from governor_mechanism.mechanics.curves.outlines import bounding_circle, chains_of, edges_of, is_inside, make_pieces, outline_points
+from governor_mechanism.mechanics.dynamics.system.arrays import from_mass_centres
+from governor_mechanism.mechanics.dynamics.system.lowering import make_system
+from governor_mechanism.mechanics.kinematics.constraint_kernels import evaluate_join, keep_features, release_features
 from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output
 from governor_mechanism.model.curves import CornerOutline, CurveOutline
+from governor_mechanism.model.joints.base import RowKind
 
 MIXED = [[0, 0, -0.08], [0.1, 0], [0.12, 0.05, 0.05], [0.08, 0.08], [0, 0.07]]
 """Straight edges, an arc that bulges and a hollow one, with corners that stand out."""
@@ -189,6 +201,19 @@ def walk(pieces, feature, is_at_end):
         seen.append(feature)
         feature = next_feature(pieces, 0, len(pieces), feature, is_at_end)
     return [*seen, feature]
+
+
+def test_a_roller_that_keeps_no_edge_is_beyond_the_end_of_none():
+    scene = gm.load("ratchet")
+    system = make_system(scene)[0]
+    rows, motion = system.output_rows, from_mass_centres(system, *initial_state(scene))
+    i = int(np.flatnonzero(rows.table["kind"] == RowKind.PIECES_DISTANCE)[0])
+    assert evaluate_join(rows, i, *motion) == -1.0
+    keep_features(rows, *motion)
+    assert rows.table["kept_feature"][i] != NO_FEATURE
+    assert -1.0 < evaluate_join(rows, i, *motion) <= 0.0
+    release_features(rows)
+    assert evaluate_join(rows, i, *motion) == -1.0
 
 
 def test_round_a_square_edges_and_corners_take_turns_both_ways():
