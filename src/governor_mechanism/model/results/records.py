@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from governor_mechanism.model.results.result import Recorded
 from governor_mechanism.types import FloatArray
 from governor_mechanism.units.quantities import format_quantity, format_reading_name
 from governor_mechanism.units.text_table import short_repr
@@ -90,8 +91,10 @@ class Reaction:
 
 
 @dataclass(frozen=True, kw_only=True)
-class SpeedFluctuation:
+class SpeedFluctuation(Recorded):
     """Extreme speeds of a shaft in the last complete turn of a run."""
+
+    derived = ("mean", "coefficient")
 
     # lowest, highest: lowest and highest speed, rad/s
     lowest: float
@@ -117,11 +120,6 @@ class SpeedFluctuation:
     @property
     def _extremes(self) -> tuple[tuple[float, float], ...]:
         return (self.lowest, self.lowest_angle), (self.highest, self.highest_angle)
-
-    def as_json(self) -> dict[str, float]:
-        """Return the speeds, angles, mean and coefficient by name."""
-        names = ("lowest", "highest", "lowest_angle", "highest_angle", "mean", "coefficient")
-        return {name: getattr(self, name) for name in names}
 
 
 @dataclass(frozen=True, kw_only=True)
