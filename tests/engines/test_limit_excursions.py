@@ -7,6 +7,7 @@ import pytest
 
 import governor_mechanism as gm
 from governor_mechanism.engines import ImpulseEngine, MultibodyEngine, ReducedEngine
+from governor_mechanism.engines.exit_location import is_searched_between_samples
 from governor_mechanism.scenes.parser import parse_scene_document
 from scene_documents import governor_document
 
@@ -91,3 +92,14 @@ def test_bounces_just_before_the_limit_do_not_end_the_run(engine):
     run = gm.run(scene, engine=engine)
     assert run.outcome in (gm.Outcome.DONE, gm.Outcome.ACCURACY_MISSED)
     assert sum(event.kind == "strikes its stop" for event in run.events) > 5
+
+
+@pytest.mark.parametrize("name", ["porter", "geneva", "governed_engine_hartung"])
+def test_between_samples_change_points_and_controls_are_searched_for(name):
+    assert is_searched_between_samples(gm.load(name))
+
+
+def test_between_samples_of_contacts_alone_only_crossings_are_searched_for():
+    rubbing = gm.load("porter_dry_friction")
+    assert not is_searched_between_samples(rubbing)
+    assert is_searched_between_samples(rubbing.replace({"events": {"high": {"reading": "arm_angle", "value": "40 deg"}}}))
