@@ -163,5 +163,5 @@ def test_a_drum_that_tips_from_pin_to_pin_moves_as_with_a_contact_for_each_pin(f
 
 
 def test_more_rollers_at_once_than_there_are_are_refused():
-    with pytest.raises(gm.MechanismError, match="at_once is 7, and there are 6 rollers"):
+    with pytest.raises(gm.MechanismError, match="at_once is at most the number of the rollers, 6; found 7"):
         gm.Scene.from_dict(drum_document([pin("pins", "pin_0", repeat=6, at_once=7)], 0.0))

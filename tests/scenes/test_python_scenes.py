@@ -184,7 +184,8 @@ def test_a_scene_that_was_composed_of_objects_has_no_file(porter):
 
 def test_a_scene_is_saved_as_a_file_that_is_read_back(porter, tmp_path):
     assert gm.load(porter.save(tmp_path / "mine.toml")) == porter
-    assert refusal(porter.save, "mine.txt") == "the name of a scene file ends in .toml, and 'mine.txt' does not; use 'mine.toml'"
+    for name in ("mine.txt", "mine", ""):
+        assert refusal(porter.save, name) == f"the name of a scene file ends in .toml, as my_scene.toml; found {name!r}"
     assert refusal(porter.save, 3).startswith("path must be a path; found 3")
 
 

@@ -104,9 +104,7 @@ def save_scene_text(text: str, path: str | os.PathLike[str]) -> Path:
     """Write the text of a scene file; raise MechanismError unless its name ends in .toml."""
     target = Path(path)
     if target.suffix != ".toml":
-        raise MechanismError(
-            f"the name of a scene file ends in .toml, and {str(path)!r} does not; use {str(target.with_suffix('.toml'))!r}"
-        )
+        raise MechanismError(f"the name of a scene file ends in .toml, as my_scene.toml; found {str(path)!r}")
     return save_text(text, target)
 
 

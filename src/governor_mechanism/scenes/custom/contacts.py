@@ -206,8 +206,8 @@ class WrittenContact:
         n_chains = len(chains_of(touching.outline)) if isinstance(touching.outline, CornerOutline) else 1
         rollers = self._rollers(registry, touching)
         if self.at_once > len(rollers):
-            text = f"{KEY}.at_once is {self.at_once}, and there are {len(rollers)} rollers"
-            raise mistake(ProblemCode.OUT_OF_RANGE, f"{text}; it is at most the number that repeat gives")
+            text = f"{KEY}.at_once is at most the number of the rollers, {len(rollers)}; found {self.at_once}"
+            raise mistake(ProblemCode.OUT_OF_RANGE, f"{text}; raise repeat, or leave at_once out")
         n_gaps = n_chains * self.at_once
         if n_gaps > MAX_GAPS:
             each = f" for each of {self.at_once} rollers at once" if self.at_once > 1 else ""
