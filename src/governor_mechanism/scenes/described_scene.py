@@ -133,7 +133,7 @@ class DescribedItem(Recorded):
     kind: str  # what it is, as "gear"
     text: str  # the rest in words
     values: tuple[DescribedValue, ...] = ()  # its numbers, if it has any
-    key: str = ""  # dotted key of its value or table in the scene file; empty if it is not told
+    key: str = ""  # dotted key of its value or table in the scene file; empty if it is not stated
 
     def as_json(self) -> dict[str, Any]:
         """Return the fields by name, without values and key if there are none."""
