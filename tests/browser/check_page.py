@@ -10,6 +10,7 @@ import pytest
 
 import governor_mechanism as gm
 from chromium import open_browser
+from governor_mechanism.render.page.page_data import PLOT_SIZE, choose_panels
 from governor_mechanism.render.page.views import Picture, show_run
 from governor_mechanism.render.style import PAPER, darken, parse_rgb
 
@@ -213,6 +214,29 @@ def test_a_click_in_a_plot_goes_there_and_a_pointer_reads_it(tab, pages, runs):
     tab.point("mouseReleased", x, y)
     # A pixel of the plot is 10 s / 300.
     assert shown_time(tab) == pytest.approx(5.0, abs=0.05)
+
+
+@pytest.mark.parametrize("is_dark", [False, True])
+def test_oscillations_too_narrow_for_a_plot_are_a_band_with_its_mean(tab, tmp_path, is_dark):
+    """As the record of the panel has them: of speed (its mean is a curve), sleeve lift and throttle, not of the torque."""
+    run = gm.run(gm.load("governed_engine").replace({"run.duration": "25 s"}), accuracy=1e-4, certify=False)
+    panels, _ = choose_panels(show_run(run, None, (0.0, 25.0), run.times, 1.0))
+    tab.open(gm.film(run, tmp_path / "engine.html"), width=1366, dark=is_dark, reduced_motion=True)
+    script = "[...document.querySelectorAll('#plots .plot')].map((plot) => [...plot.querySelectorAll('.band, .curve')].map((path) => ["
+    drawn = tab.evaluate(
+        script + "path.getAttribute('class').split(' series')[0], path.getAttribute('d'), getComputedStyle(path).opacity]))"
+    )
+    assert [[kind for kind, *_ in paths] for paths in drawn] == [["band", "curve"], *2 * [["pale band", "curve"]], ["curve", "curve"]]
+    assert [[float(opacity) for *_, opacity in paths] for paths in drawn] == [[1, 1], [0.35, 1], [0.35, 1], [1, 1]]
+    for panel, paths in zip(panels[:3], drawn, strict=False):
+        band = next(filter(None, panel.find_bands(*PLOT_SIZE)))
+        values = np.concatenate([band.low, band.high[::-1]])
+        expected = np.column_stack(
+            [40.0 * np.concatenate([band.times, band.times[::-1]]), 300 * (panel.limits[1] - values) / np.ptp(panel.limits)]
+        )
+        points = np.array([point.split() for point in paths[0][1].strip("MZ").split("L")], dtype=float)
+        np.testing.assert_allclose(points, expected, atol=0.6)  # of 1000 by 300, rounded to one
+    assert tab.evaluate("document.querySelector('.time-axis').innerText").split("\n")[1] == "band: range within a turn"
 
 
 def test_parts_have_names(tab, pages):

@@ -1,16 +1,21 @@
 """Panels of curves: films and pages plot the same readings, with the same units, axes and colours, over the shown time."""
 
 import dataclasses
+import re
 
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
 import governor_mechanism as gm
+from decoding import unpack_numbers
 from governor_mechanism.model.results.film_options import FilmOptions
+from governor_mechanism.render.figures.page import Page
+from governor_mechanism.render.film.moving_parts import CURVE_WIDTH, plot_panel
 from governor_mechanism.render.film.painters import make_painter
+from governor_mechanism.render.film.svg_animation import write_animation
 from governor_mechanism.render.frame_data import FrameData
-from governor_mechanism.render.page.page_data import choose_panels, collect_data
+from governor_mechanism.render.page.page_data import PLOT_SIZE, choose_panels, collect_data
 from governor_mechanism.render.page.views import show_run
 from governor_mechanism.render.plot_panels import choose_part_panels, choose_room_panels
 from governor_mechanism.render.style import CURVE_COLOURS, SERIES_COLOURS
@@ -50,6 +55,73 @@ def test_film_and_page_have_the_same_axes_and_colours(shown):
     assert len(drawn) >= 2
     for limits, colours in drawn:
         assert CURVE_COLOURS[by_limits[limits]] in colours
+
+
+@pytest.fixture(scope="module")
+def steady():
+    """An engine of 2 turns a second, whose load falls at 6 s, over more turns than a plot can show."""
+    run = gm.run(gm.load("governed_engine").replace({"run.duration": "25 s"}), accuracy=1e-4, certify=False)
+    return show_run(run, None, (0.0, 25.0), np.linspace(0.0, 25.0, 200), 1.0)
+
+
+def numbers_on_page(plot):
+    """The bands of a plot of a page and their means, by curve: points (n, 2) around a band and along a mean, s and display units."""
+    found = {}
+    for curve in plot["curves"]:
+        if band := curve.get("band"):
+
+            def points(x, values, band=band, curve=curve):
+                places = 1e-3 * unpack_numbers(band[x], 0)
+                return np.column_stack([25.0 * places, plot["limits"][0] + curve["quantum"] * unpack_numbers(band[values], len(places))])
+
+            low, high = points("x", "low"), points("x", "high")
+            found[curve["name"]] = np.concatenate([low, high[::-1]]), points("meanX", "means") if "means" in band else None
+    return found
+
+
+def test_film_and_page_paint_the_same_bands_means_marks_and_limits_in_plots_of_one_size(steady):
+    """The page rounds times to a thousandth of its width, and values to its quantum."""
+    panels, _ = choose_panels(steady)
+    plots = [plot for plot in collect_data(steady, 1.0)["plots"] if plot["isFirst"]]
+    width, height, line_width = PLOT_SIZE
+    shown = set()
+    for panel, plot in zip(panels, plots, strict=True):
+        axes = Page(width / 100, height / 100, dpi=100).add_panel((0.0, 0.0, 1.0, 1.0))
+        painted = plot_panel(axes, panel, steady.parts[0], line_width / CURVE_WIDTH * 0.72, has_time_labels=False)
+        on_page = numbers_on_page(plot)
+        shown |= set(on_page)
+        assert axes.get_ylim() == tuple(plot["limits"])
+        marks = [line.get_xdata()[0] for line in axes.lines if list(line.get_ydata()) == [0, 1]]
+        assert marks == plot["marks"] == [6.0]
+        tolerance = np.array([0.5e-3 * 25.0, 0.51 * plot["curves"][0]["quantum"]])
+        for patch, (outline, _) in zip(reversed(axes.patches), on_page.values(), strict=True):
+            assert np.all(np.abs(patch.get_xy()[:-1] - outline) <= tolerance)
+        assert len(painted.curves) == sum(not curve.has_own_mean for curve in panel.curves)
+        means = [mean for _, mean in on_page.values() if mean is not None]
+        lines = [points for points in painted.curves if any(len(points) == len(mean) for mean in means)]
+        for points, mean in zip(reversed(lines), means, strict=True):
+            assert np.all(np.abs(points - mean) <= tolerance)
+    assert shown == {"actual", "sleeve lift", "throttle"}
+
+
+def test_an_animated_drawing_has_the_bands_of_its_film(steady, tmp_path):
+    """Outlines in the SVG, in points from the top, against the numbers of the record at the size of the plots."""
+    painter = make_painter((steady.run,), (0.0, 25.0), np.linspace(0.0, 25.0, 3), 1.0, FilmOptions())
+    (canvas,) = painter.canvases
+    write_animation(tmp_path / "film.svg", canvas, 1.0, 3)
+    text = (tmp_path / "film.svg").read_text(encoding="utf-8")
+    outlines = [np.array(re.findall(r"[-.\d]+", path), dtype=float).reshape(-1, 2) for path in re.findall(r'<path d="([^"]*)z', text)]
+    all_axes = [one.artists[0].artist.axes for one in canvas.panels if hasattr(one, "bands")]
+    n_bands = 0
+    for panel, axes in zip(choose_panels(steady)[0], all_axes, strict=True):
+        for band in filter(None, panel.find_bands(axes.bbox.width, axes.bbox.height, CURVE_WIDTH)):
+            low, high = (np.column_stack([band.times, values]) for values in (band.low, band.high))
+            pixels = axes.transData.transform(np.concatenate([low, high[::-1]]))
+            place = 72 / 64 * (pixels * (1, -1) + (0, 480))
+            closest = min(float(np.abs(one - place).max()) for one in outlines if one.shape == place.shape)
+            assert closest < 1e-3
+            n_bands += 1
+    assert n_bands == 3
 
 
 def test_curves_fill_the_shown_time_and_the_axis_just_holds_them(shown):

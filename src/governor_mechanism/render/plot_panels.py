@@ -3,6 +3,7 @@
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import zip_longest
 from typing import Final
 
@@ -13,6 +14,7 @@ from governor_mechanism.render.frame_data import FrameData, ShownParts
 from governor_mechanism.render.geometry.primitives import Vec2
 from governor_mechanism.render.machines.engine_room.arrangement import CUT_OFF, EngineRoomParts, engine_torque, load_steps, mean_speed
 from governor_mechanism.render.machines.engine_room.drawing import EngineRoomDrawing
+from governor_mechanism.render.range_bands import PlotSize, RangeBand, count_turns, find_range_band
 from governor_mechanism.render.shown_readings import (
     READING_NOISE_RATIO,
     axis_limits_for,
@@ -44,11 +46,17 @@ class PanelCurve:
     values: FloatArray  # in the display unit; shape (n,)
     series: int  # index of its colour in CURVE_COLOURS
     has_own_mean: bool = False
+    turns: FloatArray | None = None  # turns of a shaft at its times, since any moment; shape (n,)
+    error: float = 0.0  # error estimate, in the display unit
 
     @property
     def colour(self) -> str:
         """The colour by day."""
         return CURVE_COLOURS[self.series]
+
+    def find_band(self, size: PlotSize) -> RangeBand | None:
+        """Return the band that stands for it in a plot of a size; None if its oscillations are seen."""
+        return find_range_band(self.times, self.values, size, self.turns)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -68,6 +76,11 @@ class PlotPanel:
     def decimals(self) -> int:
         """Number of decimals of the shown number."""
         return choose_decimals(self.curves[0].values)
+
+    def find_bands(self, width: float, height: float, line_width: float) -> list[RangeBand | None]:
+        """Return the band of each curve in a plot of a size with lines of a width, pixels; None for a curve that is drawn as it is."""
+        size = PlotSize(width=width, height=height, line_width=line_width, limits=self.limits)
+        return [curve.find_band(size) if self.may_have_bands else None for curve in self.curves]
 
     def numbers_at(self, times: FloatArray) -> list[str]:
         """Return the shown number at times (m,) s."""
@@ -206,6 +219,11 @@ class _RoomRun:
     room: EngineRoomDrawing
     time_span: Vec2
 
+    @cached_property
+    def _turns(self) -> FloatArray | None:
+        """Turns (n,) of the shaft at the times of the run."""
+        return count_turns(self.run)
+
     def chosen_panels(self, names: Sequence[str]) -> Iterator[PlotPanel]:
         """Yield the panels of readings by name."""
         readings = chosen_readings(self.run, names).items()
@@ -254,4 +272,5 @@ class _RoomRun:
         ends = (first, last) if first < last else self.time_span
         shown = np.concatenate([ends[:1], times[inside], ends[1:]])
         within = np.concatenate([np.interp(ends[:1], times, values), values[inside], np.interp(ends[1:], times, values)])
-        return PanelCurve(name=name, times=shown, values=within, series=series, has_own_mean=has_own_mean)
+        turns = None if self._turns is None else np.interp(shown, self.run.times, self._turns)
+        return PanelCurve(name=name, times=shown, values=within, series=series, has_own_mean=has_own_mean, turns=turns)

@@ -3,7 +3,7 @@
 import math
 import textwrap
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -29,7 +29,8 @@ from governor_mechanism.render.figures.page import (
 )
 from governor_mechanism.render.machines.engine_room.arrangement import find_governed_engine
 from governor_mechanism.render.machines.registry import find_drawing_class
-from governor_mechanism.render.range_bands import PlotSize, RangeBand, count_turns, find_range_band, note_coarse_turns, refine_curve
+from governor_mechanism.render.plot_panels import PanelCurve, PlotPanel
+from governor_mechanism.render.range_bands import PlotSize, RangeBand, count_turns, note_coarse_turns, refine_curve
 from governor_mechanism.render.shown_readings import (
     READING_NOISE_RATIO,
     ShownReading,
@@ -44,7 +45,7 @@ from governor_mechanism.render.shown_readings import (
     name_to_plot,
     shown_readings,
 )
-from governor_mechanism.render.style import BLUE, GREEN, INK, MUTED, PAPER, SANS_FONT, SERIES_COLOURS, SKY, VERMILLION
+from governor_mechanism.render.style import BLUE, CURVE_COLOURS, GREEN, INK, MUTED, PAPER, SANS_FONT, SERIES_COLOURS, SKY, VERMILLION
 from governor_mechanism.types import FloatArray
 
 MAX_EVENT_LINES = 30
@@ -177,22 +178,8 @@ _MAX_FOOTER_LETTERS = 140
 """Largest number of letters in a footer line."""
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
-class _Curve:
-    """A reading in its panel: values (n,) at times (n,) s and error in the display unit, limits of its axis, and its band, or None."""
-
-    name: str
-    unit: str
-    times: FloatArray
-    values: FloatArray
-    error: float
-    limits: tuple[float, float]
-    band: RangeBand | None
-
-    @property
-    def colour(self) -> str:
-        """Colour of the curve: readings of a spindle are green."""
-        return GREEN if self.name.rpartition(".")[2].startswith("spindle") else BLUE
+ShownPanel = tuple[PlotPanel, RangeBand | None]
+"""The panel of a reading, and the band of its curve."""
 
 
 def readings_figure(
@@ -214,17 +201,17 @@ def readings_figure(
     constants = {} if chosen else {name: one for name, one in readings.items() if _is_constant(one)}
     moving = {name: one for name, one in readings.items() if name not in constants} or readings
     drawn = moving if chosen else choose_overview(run, moving)
-    curves = _make_curves(run, drawn)
+    panels = _make_panels(run, drawn)
     events = [event for event in run.events if event.kind != EventKind.TURNING_POINT and run.times[0] <= event.time <= run.times[-1]]
     event_times = group_event_times(events)
     has_strip = len(events) > MAX_EVENT_LINES
     above: list[str | list[Artist]] = [_list_constants(constants)] if len(moving) < len(readings) else []
-    keys = ([] if has_strip else event_handles(event_times), band_handles([curve.band for curve in curves if curve.band is not None]))
+    keys = ([] if has_strip else event_handles(event_times), band_handles([band for _, band in panels if band is not None]))
     above += [handles for handles in keys if handles]
     below = _list_others(run, [name for name in moving if name not in drawn])
-    if any(curve.band is None and curve.name not in run.rates for curve in curves):  # a rate rounds the curve between reports
+    if any(band is None and panel.name not in run.rates for panel, band in panels):  # a rate rounds the curve between reports
         below = [*note_coarse_turns(run), *below]
-    page = _draw_panels(run, curves, event_times, len(above), len(below), has_strip=has_strip)
+    page = _draw_panels(run, panels, event_times, len(above), len(below), has_strip=has_strip)
     height = float(page.get_figheight())
     for number, line in enumerate(above):
         y = (height - 0.55 - number * _LINE_HEIGHT) / height
@@ -236,26 +223,27 @@ def readings_figure(
     return page
 
 
-def _make_curves(run: Trajectory, readings: Mapping[str, ShownReading]) -> list[_Curve]:
-    """Return the curves of readings, with a band where the oscillations are too narrow for the narrowest panels of a figure."""
+def _make_panels(run: Trajectory, readings: Mapping[str, ShownReading]) -> list[ShownPanel]:
+    """Return the panels of readings, with a band where the oscillations are too narrow for the narrowest panels of a figure."""
     n_columns = min(len(readings), 2)
     width = FIGURE_DPI * _FIGURE_WIDTH * (_RIGHT - _LEFT) / (n_columns + _COLUMN_GAP * (n_columns - 1))
     height = FIGURE_DPI * _row_height(len(readings)) / (1 + _ROW_GAP)
-    line_width = LINE_WIDTH * FIGURE_DPI / 72
     turns = count_turns(run)
-    curves = []
+    panels = []
     for name, reading in readings.items():
         unit, factor = choose_multiple(reading.unit, reading.values)
         values = reading.values * factor
         limits = axis_limits_for(values, READING_NOISE_RATIO * reading.scale * factor)
-        size = PlotSize(width=width, height=height, line_width=line_width, limits=limits)
-        band = find_range_band(run.times, values, size, turns)
-        times = run.times
+        size = PlotSize(width=width, height=height, line_width=LINE_WIDTH * FIGURE_DPI / 72, limits=limits)
+        colour = GREEN if name.rpartition(".")[2].startswith("spindle") else BLUE
+        series, error = CURVE_COLOURS.index(colour), reading.error * factor
+        curve = PanelCurve(name=name, times=run.times, values=values, series=series, turns=turns, error=error)
+        band = curve.find_band(size)
         if band is None and reading.values is run.readings.get(name) and name in run.rates:
-            times, values = refine_curve(times, values, run.rates[name] * factor, size)
-        shown_unit, error = unit.replace("°", "deg"), reading.error * factor
-        curves.append(_Curve(name=name, unit=shown_unit, times=times, values=values, error=error, limits=limits, band=band))
-    return curves
+            times, refined = refine_curve(run.times, values, run.rates[name] * factor, size)
+            curve = replace(curve, times=times, values=refined)
+        panels.append((PlotPanel(name=name, unit=unit.replace("°", "deg"), curves=(curve,), limits=limits), band))
+    return panels
 
 
 def _row_height(n_panels: int) -> float:
@@ -263,12 +251,12 @@ def _row_height(n_panels: int) -> float:
 
 
 def _draw_panels(
-    run: Trajectory, curves: Sequence[_Curve], event_times: EventTimes, n_above: int, n_below: int, *, has_strip: bool
+    run: Trajectory, panels: Sequence[ShownPanel], event_times: EventTimes, n_above: int, n_below: int, *, has_strip: bool
 ) -> Page:
-    """Return a page with the panels of curves and the events, with room for lines above and below."""
-    n_columns = min(len(curves), 2)
-    n_rows = math.ceil(len(curves) / n_columns)
-    row_heights = [_row_height(len(curves))] * n_rows
+    """Return a page with the panels of readings and the events, with room for lines above and below."""
+    n_columns = min(len(panels), 2)
+    n_rows = math.ceil(len(panels) / n_columns)
+    row_heights = [_row_height(len(panels))] * n_rows
     row_heights += [STRIP_BORDER_HEIGHT + STRIP_ROW_HEIGHT * len(event_times)] * has_strip
     header, footer = _HEADER_HEIGHT + _LINE_HEIGHT * n_above, _FOOTER_HEIGHT + _LINE_HEIGHT * n_below
     # The gap below the last row of plots is part of the footer.
@@ -276,10 +264,10 @@ def _draw_panels(
     page = Page(_FIGURE_WIDTH, height)
     margins = {"left": _LEFT, "right": _RIGHT, "top": 1 - header / height, "bottom": footer / height}
     grid = page.add_gridspec(len(row_heights), n_columns, hspace=_ROW_GAP, wspace=_COLUMN_GAP, height_ratios=row_heights, **margins)
-    for k, curve in enumerate(curves):
+    for k, shown in enumerate(panels):
         row, column = divmod(k, n_columns)
-        cell = grid[row, column:] if k == len(curves) - 1 else grid[row, column]  # the last one fills its row
-        panel = _plot_curve(page, cell, curve)
+        cell = grid[row, column:] if k == len(panels) - 1 else grid[row, column]  # the last one fills its row
+        panel = _plot_reading(page, cell, *shown)
         if not has_strip:
             draw_event_lines(panel, event_times)
         if row == n_rows - 1:
@@ -354,19 +342,20 @@ def _write_closing_lines(page: Page, run: Trajectory, others: Sequence[str] = ()
         page.write_footnote(text, y=y / height, size=8.5, va="center", color=VERMILLION if is_failure else MUTED)
 
 
-def _plot_curve(page: Page, cell: SubplotSpec, curve: _Curve) -> Panel:
+def _plot_reading(page: Page, cell: SubplotSpec, shown: PlotPanel, band: RangeBand | None) -> Panel:
     """Plot one reading with its error estimate."""
-    heading = format_label(curve.name, curve.unit)
+    (curve,) = shown.curves
+    heading = format_label(shown.name, shown.unit)
     panel = _add_panel(page, cell, heading)
-    if curve.band is None:
+    if band is None:
         panel.plot(curve.times, curve.values, color=curve.colour, linewidth=LINE_WIDTH)
     else:
-        draw_range_band(panel, curve.band, curve.colour)
+        draw_range_band(panel, band, curve.colour)
         panel.set_xlim(curve.times[0], curve.times[-1])
-    panel.set_ylim(curve.limits)
-    format_plain_ticks(panel.yaxis, curve.limits)
+    panel.set_ylim(shown.limits)
+    format_plain_ticks(panel.yaxis, shown.limits)
     if curve.error > 0:
-        note = f"error estimate {format_rounded_up(curve.error)} {curve.unit}".rstrip()
+        note = f"error estimate {format_rounded_up(curve.error)} {shown.unit}".rstrip()
         is_narrow = _LETTER_PIXELS * (len(heading) + len(note)) > panel.bbox.width
         _write_side_note(panel, note.replace("error estimate", "error") if is_narrow else note)
     return panel

@@ -16,7 +16,6 @@ from matplotlib.path import Path
 from matplotlib.text import Text
 from matplotlib.ticker import MaxNLocator
 
-from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.render.artists import artist_paths, group_shapes
 from governor_mechanism.render.figures.page import plain_labels
 from governor_mechanism.render.film.gif_encoder import RgbaPixels
@@ -24,7 +23,7 @@ from governor_mechanism.render.frame_data import FrameData
 from governor_mechanism.render.geometry.attached import Attached, DrawnPart, Flexible, Frame, own_shapes, shapes_of
 from governor_mechanism.render.geometry.primitives import SMALL_TEXT, DrawnShape, PoseTuple, Vec2
 from governor_mechanism.render.plot_panels import PanelCurve, PlotPanel
-from governor_mechanism.render.range_bands import PlotSize, RangeBand, count_turns, find_range_band
+from governor_mechanism.render.range_bands import RangeBand
 from governor_mechanism.render.style import MUTED, PAPER, RULE, parse_rgb
 from governor_mechanism.types import FloatArray
 
@@ -244,9 +243,9 @@ def plot_panel(axes: Axes, panel: PlotPanel, frame_data: FrameData, points_per_p
         axes.axvline(mark, color=MUTED, linewidth=0.8 * points_per_pixel, dashes=(3.0, 2.0), zorder=1)
     width = CURVE_WIDTH * points_per_pixel
     artists, tracks, bands = [], [], []
-    for curve in reversed(panel.curves):
+    of_curves = panel.find_bands(axes.bbox.width, axes.bbox.height, width * float(axes.figure.dpi) / 72)
+    for curve, band in reversed(list(zip(panel.curves, of_curves, strict=True))):
         samples: FloatArray = np.column_stack([curve.times, curve.values])
-        band = _find_band(axes, samples, frame_data.drawing.run, width) if panel.may_have_bands else None
         if band is not None:
             _add_band(axes, band, curve)
             bands.append(band)
@@ -282,14 +281,6 @@ class _Track:
             for one, shown in zip((self.points, self.dots), is_within, strict=True)
         )
         return np.concatenate([before, end]), dot
-
-
-def _find_band(axes: Axes, samples: FloatArray, run: Trajectory, line_width: float) -> RangeBand | None:
-    """Return the band of a curve through samples (n, 2) on axes, whose lines have a width in points; None for one that is seen as it is."""
-    line_pixels = line_width * float(axes.figure.dpi) / 72
-    size = PlotSize(width=axes.bbox.width, height=axes.bbox.height, line_width=line_pixels, limits=axes.get_ylim())
-    turns = count_turns(run)
-    return find_range_band(samples[:, 0], samples[:, 1], size, None if turns is None else np.interp(samples[:, 0], run.times, turns))
 
 
 def _add_band(axes: Axes, band: RangeBand, curve: PanelCurve) -> None:

@@ -19,12 +19,15 @@ from governor_mechanism.render.geometry.recording import SEEN_AS, RecordedShape,
 from governor_mechanism.render.page.part_names import name_part
 from governor_mechanism.render.page.views import PICTURE_SIZE, PageView, Picture, ShownRun, Track, TrackTable, Trail
 from governor_mechanism.render.plot_panels import PanelCurve, PlotPanel, all_part_panels, choose_part_panels, choose_room_panels
+from governor_mechanism.render.range_bands import RangeBand, name_cycles
 from governor_mechanism.types import FloatArray
 
 MAX_FIRST_PLOTS = 4
 """Number of plots beside the drawing; the others wait under a heading."""
 MAX_PLOTS = 24
 """Largest number of plots: a page holds no more without becoming a table."""
+PLOT_SIZE = (250.0, 80.0, 1.6)
+"""Width and height of a plot of a governed engine on a screen of 1366 pixels, and the width of its curves, pixels."""
 _MAX_TICKS = 3
 
 
@@ -280,16 +283,23 @@ def _collect_plot(panel: PlotPanel, times: FloatArray, has_parts: bool) -> dict[
     """Return the data of a plot with curves at sample times (n,) s; where there are several parts, it has the name of its own too."""
     low, high = panel.limits
     quantum = max(RELATIVE_QUANTUM * (high - low), DIGIT_QUANTUM * 10.0**-panel.decimals)
-    state = {"isStated": True} if panel.is_stated else {}
-    return state | {
-        "name": f"{panel.part} {panel.name}".strip() if has_parts else panel.name,
-        "unit": panel.unit,
-        "decimals": panel.decimals,
-        "limits": [low, high],
-        "ticks": [float(f"{tick:.6g}") for tick in _choose_ticks(low, high)],
-        "marks": [float(f"{mark:.6g}") for mark in panel.marks if times[0] <= mark <= times[-1]],
-        "curves": [_collect_curve(curve, times, low, quantum) for curve in panel.curves],
-    }
+    bands = panel.find_bands(*PLOT_SIZE)
+    drawn = [band for band in bands if band is not None]
+    state: dict[str, Any] = {"isStated": True} if panel.is_stated else {}
+    note = {"note": f"band: range within {name_cycles(drawn)}"} if drawn else {}
+    return (
+        state
+        | note
+        | {
+            "name": f"{panel.part} {panel.name}".strip() if has_parts else panel.name,
+            "unit": panel.unit,
+            "decimals": panel.decimals,
+            "limits": [low, high],
+            "ticks": [float(f"{tick:.6g}") for tick in _choose_ticks(low, high)],
+            "marks": [float(f"{mark:.6g}") for mark in panel.marks if times[0] <= mark <= times[-1]],
+            "curves": [_collect_curve(curve, band, times, low, quantum) for curve, band in zip(panel.curves, bands, strict=True)],
+        }
+    )
 
 
 def _choose_ticks(low: float, high: float) -> list[float]:
@@ -298,7 +308,7 @@ def _choose_ticks(low: float, high: float) -> list[float]:
     return [k * step for k in range(math.ceil(low / step - 1e-9), math.floor(high / step + 1e-9) + 1)]
 
 
-def _collect_curve(curve: PanelCurve, times: FloatArray, low: float, quantum: float) -> dict[str, Any]:
+def _collect_curve(curve: PanelCurve, band: RangeBand | None, times: FloatArray, low: float, quantum: float) -> dict[str, Any]:
     """Return the data of a curve at those of sample times (n,) s at which it is; its values count from the lower end of the axis."""
     margin = END_TOLERANCE * float(np.abs(times).max())
     inside = np.flatnonzero((times >= curve.times[0] - margin) & (times <= curve.times[-1] + margin))
@@ -311,7 +321,17 @@ def _collect_curve(curve: PanelCurve, times: FloatArray, low: float, quantum: fl
         "count": len(rows),
         "quantum": quantum,
         "values": pack_numbers(values - low, quantum),
-    }
+    } | ({} if band is None else {"band": _collect_band(band, curve, times, low, quantum)})
+
+
+def _collect_band(band: RangeBand, curve: PanelCurve, times: FloatArray, low: float, quantum: float) -> dict[str, Any]:
+    """Return the data of the band of a curve, and of its mean unless that is a curve: x in thousandths of the plot's width, values."""
+
+    def x_of(moments: FloatArray) -> Packed:
+        return pack_numbers((moments - times[0]) / (times[-1] - times[0]), 1e-3)
+
+    ends = {"x": x_of(band.times), "low": pack_numbers(band.low - low, quantum), "high": pack_numbers(band.high - low, quantum)}
+    return ends | ({} if curve.has_own_mean else {"meanX": x_of(band.mean_times), "means": pack_numbers(band.means - low, quantum)})
 
 
 def _whole_numbers(points: FloatArray) -> list[int]:

@@ -24,29 +24,43 @@ function formatTime(time, times) {
   return formatNumber(time, decimals);
 }
 
+/** The values of a channel, which count from the lower end of the axis, by number. */
+function decodeValues(packed, quantum, low) {
+  const values = decodeNumbers(packed, quantum);
+  return (k) => low + (typeof values === "number" ? values : values[k]);
+}
+
 /** A curve with its values decoded: value at a place, or null where it has none. */
 function decodeCurve(curve, low) {
-  const packed = decodeNumbers(curve.values, curve.quantum);
-  const valueOf = (k) => low + (typeof packed === "number" ? packed : packed[k]);
+  const valueOf = decodeValues(curve.values, curve.quantum, low);
   const at = ({ k, fraction }) => {
     const index = k - curve.first;
     if (index < 0 || index > curve.count - 1) return null;
     const next = Math.min(index + 1, curve.count - 1);
     return valueOf(index) + fraction * (valueOf(next) - valueOf(index));
   };
-  return { at, valueOf, first: curve.first, count: curve.count, name: curve.name, series: curve.series };
+  return { ...curve, at, valueOf };
 }
 
-/** Path of a curve over all samples. */
-function curvePath(curve, plot, times) {
-  const [low, high] = plot.limits;
-  const pieces = [];
-  for (let k = 0; k < curve.count; k += 1) {
-    const x = (PLOT_WIDTH * (curve.first + k)) / Math.max(times.count - 1, 1);
-    const y = PLOT_HEIGHT * (1 - (curve.valueOf(k) - low) / (high - low));
-    pieces.push(`${k ? "L" : "M"}${x.toFixed(1)} ${y.toFixed(1)}`);
+/** Points of a line in a plot, as texts, from their x and values. */
+function linePoints(xs, valueOf, [low, high]) {
+  return Array.from(xs, (x, k) => `${x.toFixed(1)} ${((PLOT_HEIGHT * (high - valueOf(k))) / (high - low)).toFixed(1)}`);
+}
+
+/** Draw a curve over all samples, or its band with the mean, unless that is another curve. */
+function drawCurve(curve, plot, times, picture) {
+  const series = `series-${curve.series}`;
+  const draw = (kind, points) => makeElement("path", { class: `${kind} ${series}`, d: `M${points.join("L")}` }, picture);
+  const { band, quantum } = curve;
+  if (!band) {
+    const xs = Array.from({ length: curve.count }, (_, k) => (PLOT_WIDTH * (curve.first + k)) / Math.max(times.count - 1, 1));
+    draw("curve", linePoints(xs, curve.valueOf, plot.limits));
+    return;
   }
-  return pieces.join("");
+  const decode = (x, values) => linePoints(decodeNumbers(x, 1), decodeValues(values, quantum, plot.limits[0]), plot.limits);
+  const [low, high] = [band.low, band.high].map((values) => decode(band.x, values));
+  draw(band.means === undefined ? "band" : "pale band", [...low, ...high.reverse()]);
+  if (typeof band.meanX === "string") draw("curve", decode(band.meanX, band.means));
 }
 
 /** Heading of a plot: name, names of several curves, and the value with its unit. */
@@ -86,7 +100,7 @@ function makePlot(plot, data, onSeek) {
   node.append(heading, frame);
   const axis = makeNode("div", "time-axis");
   const [first, last] = [data.times.start, data.times.stop].map((time) => Number(time.toPrecision(4)));
-  axis.append(makeNode("span", "", `${first}`), makeNode("span", "", `${last} s`));
+  axis.append(...[`${first}`, plot.note || "", `${last} s`].map((words) => makeNode("span", "", words)));
   node.append(axis);
   node.setAttribute("aria-label", `${plot.name} over time`);
   makeSeekable(frame, data.times, onSeek);
@@ -119,10 +133,7 @@ function makeCurves(plot, curves, times) {
     const x = (PLOT_WIDTH * (mark - times.start)) / (times.stop - times.start);
     makeElement("path", { class: "mark", d: `M${x.toFixed(1)} 0V${PLOT_HEIGHT}` }, picture);
   }
-  for (let k = curves.length - 1; k >= 0; k -= 1) {
-    const className = `curve series-${curves[k].series}`;
-    makeElement("path", { class: className, d: curvePath(curves[k], plot, times) }, picture);
-  }
+  for (const curve of [...curves].reverse()) drawCurve(curve, plot, times, picture);
   return picture;
 }
 
