@@ -202,10 +202,7 @@ class BuiltBody:
         # radius of a solid ball, m or text with a unit; None for a mass in a point
         radius: Quantity | None = None,
     ) -> None:
-        """Add a mass that is fixed to the body.
-
-        Raises MechanismError if the position is none of this body, or a quantity is wrong.
-        """
+        """Add a mass that is fixed to the body; raise MechanismError if the position is none of this body, or a quantity is wrong."""
         position = self._position_of(at) if isinstance(at, BuiltPoint) else list(at) if isinstance(at, Iterable) else at
         ball = {"mass": mass, "at": position} | ({} if radius is None else {"radius": radius})
         check_mass(f"mass on body {self.name!r}", ball)
@@ -219,10 +216,7 @@ class BuiltBody:
         # curve, as in scene files
         outline: Sequence[Any] | Mapping[str, Any],
     ) -> None:
-        """Give the body an outline, which rollers of other bodies may touch.
-
-        Raises MechanismError if it crosses itself, or a value is wrong.
-        """
+        """Give the body an outline for rollers of other bodies; raise MechanismError if it crosses itself, or a value is wrong."""
         table = {**self.table, "outline": plain_list(outline)}
         self.check(table)
         self.table["outline"] = table["outline"]

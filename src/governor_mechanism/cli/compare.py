@@ -1,7 +1,4 @@
-"""The command `compare`: several scenes in one table, one figure and one film.
-
-Heavy imports are made when a command needs them.
-"""
+"""The command `compare`: several scenes in one table, one figure and one film; heavy imports are made when it needs them."""
 
 from __future__ import annotations
 

@@ -1,7 +1,4 @@
-"""The command `crosscheck`: a scene against closed forms, or against a function of the user.
-
-Heavy imports are made when the command needs them.
-"""
+"""The command `crosscheck`: a scene against closed forms or a user's function; heavy imports are made when it needs them."""
 
 from __future__ import annotations
 

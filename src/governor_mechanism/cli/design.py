@@ -1,7 +1,4 @@
-"""The command `design`: machines designed by the procedures of their papers.
-
-Heavy imports are made when a command needs them.
-"""
+"""The command `design`: machines designed by the procedures of their papers; heavy imports are made when it needs them."""
 
 from __future__ import annotations
 

@@ -1,7 +1,4 @@
-"""The command `equilibria`: equilibria, linearised equations and limits of stability.
-
-Heavy imports are made when a command needs them.
-"""
+"""The command `equilibria`: equilibria, linearised equations, limits of stability; heavy imports are made when it needs them."""
 
 from __future__ import annotations
 

@@ -1,7 +1,4 @@
-"""The commands `sensitivities`, `fit` and `optimise`: how numbers follow from the values of a scene, and values from what is wanted.
-
-Heavy imports are made when a command needs them.
-"""
+"""The commands `sensitivities`, `fit` and `optimise`; heavy imports are made when one needs them."""
 
 from __future__ import annotations
 

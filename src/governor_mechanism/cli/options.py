@@ -59,10 +59,9 @@ def refuse_idle_options(*names: str, condition: str) -> None:
 
 
 def in_typed_words(problem: str) -> str:
-    """Return a sentence with options, as typed, in the place of the names of arguments.
-
-    A name of one word stands for an argument where the sentence begins; elsewhere it may be a word like others.
-    """
+    """Return a sentence with options, as typed, in the place of the names of arguments."""
+    # A name of one word stands for an argument where the sentence begins; elsewhere it may be a word
+    # like others.
     for name, option in _typed_options.get(_NONE).items():
         word = _ARGUMENT_WORDS.get(name, name)
         start = "^" if "_" not in word else r"(?<![\w.-])"

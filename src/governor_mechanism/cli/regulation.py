@@ -1,7 +1,4 @@
-"""The commands `regulation ...`: how a governor regulates.
-
-Heavy imports are made when a command needs them.
-"""
+"""The commands `regulation ...`: how a governor regulates; heavy imports are made when one needs them."""
 
 from __future__ import annotations
 

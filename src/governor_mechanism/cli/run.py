@@ -1,7 +1,4 @@
-"""The commands `run`, which simulates a scene and writes its results, and `open`, which shows it in the browser.
-
-Heavy imports are made when the command needs them.
-"""
+"""The commands `run`, which simulates a scene, and `open`, which shows it in the browser; heavy imports are made when needed."""
 
 from __future__ import annotations
 

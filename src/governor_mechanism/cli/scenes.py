@@ -1,7 +1,4 @@
-"""The commands about scenes: `models`, `catalogue`, `init`, `describe`, `assemblies`, `kinematics`, `schema`.
-
-Heavy imports are made when a command needs them.
-"""
+"""The commands about scenes: `models`, `catalogue`, `init`, `describe`, `assemblies`, `kinematics`, `schema`; they import late."""
 
 from __future__ import annotations
 

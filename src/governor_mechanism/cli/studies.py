@@ -1,7 +1,4 @@
-"""The commands of the studies: `accuracy`, `effects`, `sweep`, `hard-cases`, `valve-gears`, `errata`.
-
-Heavy imports are made when a command needs them.
-"""
+"""The commands of the studies: `accuracy`, `effects`, `sweep`, `hard-cases`, `valve-gears`, `errata`; they import late."""
 
 from __future__ import annotations
 

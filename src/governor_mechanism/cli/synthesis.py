@@ -1,7 +1,4 @@
-"""The commands `synthesise`: dimensions of four-bars, and of any mechanism, for what is wanted.
-
-Heavy imports are made when a command needs them.
-"""
+"""The commands `synthesise`: dimensions of four-bars, and of any mechanism, for what is wanted; they import late."""
 
 from __future__ import annotations
 

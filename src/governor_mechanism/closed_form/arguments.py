@@ -1,7 +1,4 @@
-"""Validation of the arguments of the closed forms, and the form of their results.
-
-A number is a float or an array that broadcasts; floats give a float. An invalid value raises MechanismError and is shown.
-"""
+"""Arguments of the closed forms, floats or arrays that broadcast, checked with the value shown, and results: a float for floats."""
 
 import math
 from collections.abc import Mapping
@@ -14,10 +11,7 @@ from governor_mechanism.types import FloatArray, FloatOrArray
 
 
 def raise_where(invalid: Any, message: str, *arguments: tuple[str, FloatOrArray, str], hint: str = "") -> None:
-    """Raise MechanismError where `invalid` holds; the message shows the first offending value of each argument.
-
-    Each argument is (name, value, unit); the hint says how to correct the input.
-    """
+    """Raise MechanismError where `invalid` holds, with the first offending value of each (name, value, unit) and a hint at the cure."""
     if not np.asarray(invalid).any():
         return
     first_index = np.argwhere(invalid)[0]

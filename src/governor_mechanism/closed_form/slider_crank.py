@@ -127,10 +127,8 @@ def crosshead_distance(train: CrankTrain, *, crank_angle: FloatOrArray) -> Float
 
 
 def rod_error(train: CrankTrain, *, crank_angle: FloatOrArray) -> FloatOrArray:
-    """Return how much nearer to the shaft the crosshead is than on an infinitely long rod (m), Z = L - sqrt(L^2 - R^2 sin^2 t).
-
-    It is the sagitta of Marks' circle of radius L over R sin t, and exact.
-    """
+    """Return how much nearer to the shaft (m) the crosshead is than on an infinite rod, Z = L - sqrt(L^2 - R^2 sin^2 t)."""
+    # It is the sagitta of Marks' circle of radius L over R sin t, and exact.
     angle = _validate_crank_angle(crank_angle)
     return as_scalar_or_array(train.crank * np.sin(angle) * train.crank_to_rod_ratio * np.sin(angle) / (1 + _cos_rod_angle(train, angle)))
 

@@ -78,10 +78,7 @@ class GasPressure(ForceLaw):
 
     @staticmethod
     def force_in_phase(coefficients: Any, value: Any, phase: Any) -> Any:
-        """Return the force along the travel, N, as it is in a phase of the cycle, also where that has not begun or is over.
-
-        It is smooth there, so that a step may try more than a phase.
-        """
+        """Return the force along the travel, N, of a phase of the cycle, smooth also outside of it, where a step may try more than that."""
         is_return = np.floor(0.5 * phase)
         sense, switch = 1.0 - 2.0 * is_return, coefficients[4]
         travel = is_return + sense * value / coefficients[7]

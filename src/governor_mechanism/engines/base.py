@@ -253,11 +253,10 @@ class Runner(ABC):
         return self.evaluator.make_trajectory(replace(self.complete_result(best), outcome=outcome), cost=cost, settings=settings)
 
     def _end_at_unresolved_branch(self, result: RunResult) -> RunResult:
-        """Return a result that ends where the motion goes straight through between branches that avoid each other.
-
-        Both runs of a certificate go through alike, so that their difference does not show it. The travel of a machine ends before such a
-        configuration; a mechanism of the user's own may pass it.
-        """
+        """Return a result that ends where the motion goes straight through between branches that avoid each other."""
+        # Both runs of a certificate go through alike, so that their difference does not show it.
+        # The travel of a machine ends before such a configuration; a mechanism of the user's own
+        # may pass it.
         states = result.monitor_states
         if not isinstance(states, StateHistory) or all(part.machine != CUSTOM_MACHINE for part in self.scene.parts):
             return result

@@ -204,10 +204,7 @@ class ErrorControlSettings:
 
 
 def initial_tolerance(accuracy: float) -> float:
-    """Return the first tolerance to try for an accuracy.
-
-    Result: error of one step, relative to the scales of the state.
-    """
+    """Return the first tolerance to try for an accuracy: the error of one step, relative to the scales of the state."""
     tolerance = max(min(FIRST_TOLERANCE_RATIO * accuracy, MAX_STEP_TOLERANCE), MIN_STEP_TOLERANCE)
     return tolerance if tolerance > MAX_DECADE_TOLERANCE else float(10.0 ** math.floor(math.log10(tolerance) + 1e-9))
 
@@ -235,10 +232,7 @@ class ErrorControlledEngine(Engine):
 
 @dataclass(frozen=True, kw_only=True)
 class StepPlan:
-    """Steps of one run: those of a coarser run, of which it takes at most half, the record of its own, and how many it may take.
-
-    `level` counts the halvings since the first run.
-    """
+    """Steps of a run: those of a coarser run, of which it takes half, its own record, the most it may take, and its halvings."""
 
     max_steps: int
     level: int = 0
@@ -395,11 +389,9 @@ class CertifiedRunner(Runner):
         return ExpectedWork(first_run_time=first_run_time, n_evaluations=ratio * n_evaluations, n_reported=n_reported)
 
     def _estimate_passage_error(self, run: RecordedRun) -> float:
-        """Return the error of passing singular configurations, relative to the scales.
-
-        At an angle e (rad) from one, a constraint violation d changes accelerations by d / e^3. Each passage adds its own error, by
-        chance, which two runs may share.
-        """
+        """Return the error of passing singular configurations, relative to the scales."""
+        # At an angle e (rad) from one, a constraint violation d changes accelerations by d / e^3.
+        # Each passage adds its own error, by chance, which two runs may share.
         scales = run.result.observables.scales
         motion_rate = max((scales[name_of_rate(name)] / scales[name] for name in run.result.observables.rates), default=0.0)
         amplification = motion_rate * float(run.plan.steps.singular_amplification[0])

@@ -1,7 +1,4 @@
-"""Location of the time at which a motion leaves the range in which its description is valid; the same for all engines.
-
-A motion that passes a limit between two monitor times and comes back has ended there.
-"""
+"""The time at which a motion leaves the range in which its description is valid, also between two monitor times; for all engines."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -66,10 +63,7 @@ def find_first_excursion(
 
 
 def _largest_within(times: FloatArray, values: FloatArray, rates: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return the least certain value (n - 1,) of a maximum within each interval, and its time (n - 1,) s, by cubic interpolation.
-
-    The value is minus infinity without a maximum.
-    """
+    """Return the least certain value and the time (s), each (n - 1,), of a maximum within each interval by cubic interpolation, or -inf."""
     lengths, change = np.diff(times), np.diff(values)
     start, end = lengths * rates[:-1], lengths * rates[1:]
     cubic, quadratic = start + end - 2 * change, 3 * change - 2 * start - end
@@ -137,10 +131,7 @@ def find_first_exit(
     # passed it
     accuracy: float,
 ) -> Exit | None:
-    """Return where a sampled motion leaves a limit, sets a control beyond its range, or stalls a shaft, or None.
-
-    Result: the first exit, located by bisection.
-    """
+    """Return where a sampled motion first leaves a limit, sets a control beyond its range, or stalls a shaft, by bisection, or None."""
     found = find_first_outside(evaluator, states)
     index = found[0] if found is not None else len(states.times)
     excursion = None
@@ -156,21 +147,16 @@ def find_first_exit(
 
 
 def is_searched_between_samples(scene: Scene) -> bool:
-    """Return whether events, change points, controls or stalls of a motion are searched for between its samples.
-
-    With contacts alone nothing is: they are events of the steps, which watch the limits too.
-    """
+    """Return whether events, change points, controls or stalls of a motion are searched for between its samples."""
+    # With contacts alone nothing is: they are events of the steps, which watch the limits too.
     mechanism, is_custom = scene.mechanism, any(part.machine == CUSTOM_MACHINE for part in scene.parts)
     has_control = any(isinstance(reading, ControlledValue) for reading in mechanism.derived_readings)
     return not has_contacts(scene) or is_custom or has_control or bool(scene.crossings or mechanism.stall_limits)
 
 
 def find_first_outside(evaluator: ReadingEvaluator, states: StateHistory) -> tuple[int, Outcome, str] | None:
-    """Return the index of the first state outside the range of the motion, how a run ends there, and what happens, or None.
-
-    Result: index, outcome and sentence. Of several exits in one state a limit counts first, then a control,
-    then a shaft.
-    """
+    """Return the index of the first state outside the range of the motion, how a run ends there, and what happens, or None."""
+    # Of several exits in one state a limit counts first, then a control, then a shaft.
     if not len(states.times):
         return None
     found = {

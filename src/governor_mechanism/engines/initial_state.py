@@ -49,11 +49,7 @@ def initial_state(scene: Scene) -> Motion:
 
 
 def part_initial_state(scene: Scene) -> Motion:
-    """Return initial poses and velocities of the bodies of the only part, without the shaft of a free spindle.
-
-    Results: poses, initial poses, m and rad; shape (bodies, 3); velocities, initial velocities, m/s and
-    rad/s; shape (bodies, 3).
-    """
+    """Return initial poses and velocities (bodies, 3), SI, of the bodies of the only part, without the shaft of a free spindle."""
     n_bodies = len(scene.part.mechanism.bodies)
     poses, velocities = initial_state(scene)
     return poses[:n_bodies], velocities[:n_bodies]

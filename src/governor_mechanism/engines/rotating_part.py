@@ -12,12 +12,9 @@ from governor_mechanism.model.scene import Scene
 
 
 def rotating_part_alone(scene: Scene) -> Scene:
-    """Return the part that turns with a spindle as a scene of its own, at the spindle speed and the position of the start.
-
-    Result: scene of one part without couplings; its title says so. Its spindle speed is given; a single part
-    on a free spindle keeps it. Raises MechanismError if no part or several parts turn with a spindle, or if a
-    load of the part depends on other parts.
-    """
+    """Return the part that turns with a spindle as a scene of its own, at the spindle speed and the position of the start."""
+    # A single part on a free spindle keeps it; else the speed of the spindle is given. The title says
+    # what the scene is.
     if len(scene.parts) == 1:
         return _with_start_speed(scene)
     planes = scene.system.planes

@@ -137,10 +137,7 @@ def select_engine(
     # requested accuracy, instead of the scene's own; it affects the expected cost
     accuracy: float | None = None,
 ) -> tuple[Engine, Reason]:
-    """Return the engine of a name with its default settings; 'auto' selects the cheapest one that can model the scene.
-
-    Result: engine, and the reason of the choice. Raises MechanismError if there is no engine of that name.
-    """
+    """Return an engine and the reason of the choice; 'auto' is the cheapest that can model the scene; an unknown name raises."""
     if isinstance(name, Engine):
         return name, "given"
     known = ["auto", *ENGINES]
@@ -181,18 +178,15 @@ def _explain_fallback(cause: str, scene: Scene, accuracy: float, work: ExpectedW
 
 
 def _expect_own_time(engine: AnyEngine, scene: Scene, accuracy: float, work: ExpectedWork) -> float:
-    """Return the expected time of the engine that runs, s: its first run as measured, and the rest as counted.
-
-    Counted work leaves out implicit steps and tables, and a new process does in its first run what it does only once, so neither is enough.
-    """
+    """Return the expected time of the engine that runs, s: its first run as measured, and the rest as counted."""
+    # Counted work leaves out implicit steps and tables, and a new process does in its first run what it
+    # does only once, so neither is enough.
     least, most = (ratio * work.first_run_time for ratio in REST_TO_FIRST_RUN_RATIOS)
     return work.first_run_time + min(max(estimate_run_time(engine, scene, accuracy, work), least), most)
 
 
 def _state_other_time(engine: AnyEngine, time: float) -> str:
-    """Return the name and the expected time (s) of an engine that is not chosen, which is not expected to be quicker.
-
-    How often impulse refines its steps is not known: its time is a bound.
-    """
+    """Return the name and the expected time (s) of an engine that is not chosen, which is not expected to be quicker."""
+    # How often impulse refines its steps is not known: its time is a bound.
     bound = "at least" if isinstance(engine, ImpulseEngine) else "about"
     return f"{engine.name} {bound} {format_seconds(time)}"

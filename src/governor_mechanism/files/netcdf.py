@@ -181,11 +181,9 @@ class SavedArrays:
 
 
 def write_netcdf(run: Trajectory, record: Mapping[str, Any], path: Path) -> None:
-    """Write all arrays of a run as netCDF-3 by the CF conventions, with units and long names.
-
-    Variables have ASCII names, those of readings with the prefix `reading_` and of their rates `rate_`; the attribute `long_name` is the
-    name of the reading. Texts are in UTF-8.
-    """
+    """Write all arrays of a run as netCDF-3 by the CF conventions, with units and long names, texts in UTF-8."""
+    # Variables have ASCII names, those of readings with the prefix `reading_` and of their rates
+    # `rate_`; the attribute `long_name` is the name of the reading.
     program = record["versions"]["governor-mechanism"]
     attributes: dict[str, str | NDArray[Any]] = {
         **run_attributes(run),

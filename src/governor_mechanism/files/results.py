@@ -100,11 +100,9 @@ def tabulate_result(
     result: Result,
     further: Iterable[Column] = (),  # columns after those that the result declares
 ) -> DataFrame:
-    """Return a result as a table of pandas: its columns, and the numbers that are in none of them in the `attrs` of the table.
-
-    A result without columns or arrays has one row with all its plain values, in which a list is one cell. Raises MechanismError if pandas
-    is not installed.
-    """
+    """Return the columns of a result as a table of pandas, other numbers in its `attrs`; MechanismError without pandas."""
+    # A result without columns or arrays has one row with all its plain values, in which a list is one
+    # cell.
     columns, others = column_values(result)
     further = list(further)
     columns |= {column.key: result.values_of(column) for column in further}

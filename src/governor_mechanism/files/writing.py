@@ -22,12 +22,9 @@ _UNFINISHED: ContextVar[_Unfinished | None] = ContextVar("unfinished", default=N
 
 @contextmanager
 def write_all_or_none() -> Iterator[_Unfinished]:
-    """Rename all files that `atomic_write` provides within the context to their final names at its end, and only if all are complete.
-
-    On any exception, also on Ctrl-C, all temporary files are removed, and what has their final names stays as it was.
-
-    Result: final names by temporary names.
-    """
+    """Provide final names by temporary ones, and rename the files of `atomic_write` to them at the end, only if all are complete."""
+    # On any exception, also on Ctrl-C, all temporary files are removed, and what has their final names
+    # stays as it was.
     unfinished: _Unfinished = {}
     token = _UNFINISHED.set(unfinished)
     try:
@@ -42,13 +39,8 @@ def write_all_or_none() -> Iterator[_Unfinished]:
 
 @contextmanager
 def atomic_write(path: Path) -> Iterator[Path]:
-    """Provide a temporary file name and rename the file to its final name at the end.
-
-    On any exception, also on Ctrl-C, the temporary file is removed and `path` stays as it was.
-
-    Result: temporary name in the same folder with the same suffix. Raises MechanismError if the folder does
-    not exist, or the file cannot be written, as on a full disk.
-    """
+    """Provide a temporary name beside a file and rename it at the end; MechanismError if there is no folder or it cannot be written."""
+    # On any exception, also on Ctrl-C, the temporary file is removed and `path` stays as it was.
     if not path.parent.is_dir():
         raise MechanismError(f"cannot write {path}: the folder {path.parent} does not exist; create it first")
     if path.is_dir():

@@ -82,10 +82,7 @@ def find_choices(run: Trajectory, document: Document) -> dict[str, Choice]:
 
 
 def choose(run: Trajectory, document: Document, key: str, value: Value, kept: dict[str, Any]) -> Document:
-    """Return the document of a run with another choice; `kept` is what stood at its keys earlier, and gets what stands there now.
-
-    Raises MechanismError for a key that is no choice, or a value that it cannot have.
-    """
+    """Return the document with another choice, or MechanismError; `kept`, what stood at its keys earlier, gets what stands there now."""
     offers = _find_offers(run, document)
     if key not in offers:
         raise MechanismError(f"{key!r} is no choice of this scene; it has {', '.join(offers)}")

@@ -49,10 +49,7 @@ def describe_outcome(run: Trajectory) -> str:
 
 
 def continue_with(run: Trajectory, whole: Trajectory) -> Trajectory:
-    """Return a run that ends early, with the rest of the last whole one behind it, so that drawings have the proportions that they had.
-
-    It is the run alone if the other one has other bodies or readings.
-    """
+    """Return a run that ends early with the rest of the last whole one behind it, as drawings had it; alone if that has other parts."""
     later = whole.times > run.times[-1]
     if run.body_names != whole.body_names or run.readings.keys() != whole.readings.keys() or run.rates.keys() != whole.rates.keys():
         return run

@@ -53,10 +53,7 @@ class Plot:
     def add_curve(
         self, x: FloatArray, y: FloatArray, shown: BoolArray | None = None, *, colour: str, dashes: str = "", name: str = ""
     ) -> None:
-        """Draw a curve through points (n,), with its name in the legend, if it has one; `dashes` and gaps are in pixels.
-
-        `shown` tells which points belong to it; neighbours are connected. All do if None.
-        """
+        """Draw a curve through points (n,), or neighbours of those `shown`, with a name for the legend; `dashes` and gaps are in pixels."""
         runs = _runs_of(np.isfinite(y) if shown is None else shown & np.isfinite(y))
         if not runs:
             return

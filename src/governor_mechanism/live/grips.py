@@ -110,10 +110,8 @@ def _place(view: PageView, x: float, y: float) -> tuple[float, float]:
 
 
 def find_start(run: Trajectory) -> tuple[Quantity, float] | None:
-    """Return where the leading coordinate of a run starts, as its file writes it, and the SI value of its unit.
-
-    It is in its customary unit where the file has a word or nothing. None if drivers move the mechanism, or it has several parts.
-    """
+    """Return where the leading coordinate starts, as its file writes it or in its usual unit, and that unit in SI; None if driven."""
+    # None too if the mechanism has several parts.
     scene = run.scene
     name = scene.mechanism.coordinate
     if len(scene.parts) != 1 or scene.mechanism.count_drivers() or name not in run.readings:

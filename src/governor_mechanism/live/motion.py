@@ -74,10 +74,9 @@ class Motion:
         """Time, s, before a piece from which on it is drawn, for what stays behind a point for a second of film."""
 
     def extend(self, scene: Scene, time: float, duration: float) -> dict[str, Any]:
-        """Go on from the first state that is not before a time (s), for a duration (s), and return what the page shows of it.
-
-        Where that state has no meaning in the scene, the motion starts again as the scene begins, and a sentence says so.
-        """
+        """Go on from the first state that is not before a time (s), for a duration (s), and return what the page shows of it."""
+        # Where that state has no meaning in the scene, the motion starts again as the scene begins,
+        # and a sentence says so.
         with self._lock:
             self._cut(time)
             last = self._pieces[-1]

@@ -40,11 +40,9 @@ class SceneFile:
         self._known_text = self.opened_text if is_own else None
 
     def save(self, name: str, document: Mapping[str, Any], *, overwrites: bool) -> tuple[str, str]:
-        """Write a document as a scene file of a name into the folder of the opened one.
-
-        Return a sentence on what was written, and one that asks whether to overwrite what is there; one of them is empty. Raises
-        MechanismError if the name is no name of a scene file, or the file cannot be written.
-        """
+        """Write a document as a scene file beside the opened one; return what was written, or a question whether to overwrite it."""
+        # Raises MechanismError if the name is no name of a scene file, or the file cannot be
+        # written.
         path = self.folder / _check_name(name)
         if path.is_symlink():
             raise MechanismError(f"{path} is a link to another place; choose another name")

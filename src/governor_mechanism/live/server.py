@@ -200,10 +200,7 @@ async def _send_later(socket: WebSocket, compute: Later) -> None:
 
 
 def serve(scenes: Sequence[Scene], port: int, *, opens_browser: bool, tell: Callable[[str], None]) -> None:
-    """Serve one scene, several beside each other, or a list of scenes, until the process is interrupted; `tell` gets the address.
-
-    Raises MechanismError if a scene cannot be run, there are too many, or the port is taken.
-    """
+    """Serve scenes, alone, beside each other or listed, until interrupted, `tell` the address; MechanismError if that is impossible."""
     if len(scenes) > MAX_BESIDE:
         raise MechanismError(f"at most {MAX_BESIDE} scenes stand beside each other; found {len(scenes)}")
     opened: dict[str, Session] = {}

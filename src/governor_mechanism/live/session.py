@@ -127,10 +127,7 @@ class Session:
         return {key: found[key] for key in self.shown if key in found} or found
 
     def change(self, values: Mapping[str, float], *, is_last: bool = True) -> None:
-        """Change quantities, values in their units; those of one drag, up to its last, are undone together.
-
-        Raises MechanismError for a key that is no quantity of the scene.
-        """
+        """Change quantities, in their units, those of one drag undone together; MechanismError for a key that is no quantity."""
         with self._changing:
             known, document = self.find_quantities(), self._document
             start = find_start(self.run)
@@ -164,10 +161,7 @@ class Session:
         return {key: one.value for key, one in self.find_quantities().items() if key not in before or before[key].value != one.value}
 
     def choose(self, key: str, value: str | bool) -> None:
-        """Choose a word, or switch something on or off; an effect that was off comes back as it was.
-
-        Raises MechanismError for a key that is no choice of the scene, or a value that it cannot have.
-        """
+        """Choose a word or a switch, by which an effect comes back as it was; MechanismError for a wrong key or value."""
         with self._changing:
             document = choose(self.run, self._document, key, value, self._kept)
             self._done = [*self._done, self._document][-MAX_UNDONE:]
@@ -209,11 +203,10 @@ class Session:
             listener()
 
     def solve(self, *, is_brief: bool = False) -> Snapshot:
-        """Return the run of the present document, or the last possible one with the reason.
-
-        The steps of a run are bounded that is to be brief, or while a hand holds something. A brief one whose whole run takes long goes to
-        the shown time at most, or to where it would take too long.
-        """
+        """Return the run of the present document, or the last possible one with the reason."""
+        # The steps of a run are bounded that is to be brief, or while a hand holds something. A
+        # brief one whose whole run takes long goes to the shown time at most, or to where it would
+        # take too long.
         with self._solving:
             document, number, is_bounded = self._document, self._number, self._is_dragging or is_brief
             last = self._last
@@ -270,10 +263,7 @@ class Session:
         return replace(engine, max_steps=max(self._complete.cost.steps, LEAST_HELD_STEPS))
 
     def extend_motion(self, tab: str, time: float, duration: float, *, is_new: bool) -> dict[str, Any]:
-        """Return the motion that one tab shows from a time (s) on, for a duration (s), under the present document.
-
-        A new one goes on from the run of the document. Raises MechanismError if the document allows no run.
-        """
+        """Return the motion of one tab from a time (s) on, for a duration (s); a new one begins in the run, MechanismError without one."""
         snapshot = self.solve(is_brief=not is_new)
         with self._changing:
             if is_new or tab not in self._motions:

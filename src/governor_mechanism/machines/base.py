@@ -112,10 +112,7 @@ class Machine(ABC):
         return ()
 
     def dimensions(self) -> dict[str, float]:
-        """Return all dimensions by name in SI, with the values that stand for omitted ones; an omitted length is infinite.
-
-        One that changes with time has its first value.
-        """
+        """Return all dimensions by name, SI, the first value of what changes, also omitted ones: lengths are infinite then."""
         values = {name: getattr(self, name) for name, declared in fields_of(type(self)).items() if declared.form != "choice"}
         return {name: math.inf if value is None else values_of(value)[0] for name, value in values.items()}
 

@@ -230,11 +230,7 @@ class MechanismSketch:
 
     @property
     def length_scale(self) -> float:
-        """Characteristic length, m; 0 if there is none.
-
-        It is the largest distance of two points of a body or the longest link, or else the extent of a body, or else that of the initial
-        configuration.
-        """
+        """Length, m, that scales: the largest distance in a body, the longest link, else an extent, of a body or the start; or 0."""
         attachment_points = [end for one in (*self.joints, *self.force_elements) for end in vars(one).values() if isinstance(end, Point)]
         distances_on_body = [joint.length for joint in self.joints if isinstance(joint, Distance)]
         for body in self.bodies:

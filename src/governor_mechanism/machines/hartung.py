@@ -220,10 +220,7 @@ class HartungDimensions(Machine):
         return replace(self, spring_rate=law.rate, spring_preload=law.preload, preload_radius=law.radius, **speeds)
 
     def spring_law(self) -> LinearSpringLaw:
-        """Return the force of each spring over the radius of its weight, where two speeds determine it under 9.81 m/s2.
-
-        Raise MechanismError if no spring satisfies the two speeds.
-        """
+        """Return the force of a spring over the radius of its weight for two speeds under 9.81 m/s2, or MechanismError."""
         if self.inner_speed is not None:
             return self._spring_law_from_speeds(DEFAULT_GRAVITY)
         rate = self._wire_rate() if self.spring_rate is None else self.spring_rate
@@ -324,10 +321,7 @@ class HartungBuilder:
         return tuple(joints)
 
     def _spring(self) -> Spring:
-        """Return one horizontal spring between the weights that replaces both springs.
-
-        By symmetry it stretches twice as far as each spring, so it has half the rate.
-        """
+        """Return one horizontal spring between the weights, of half the rate, since by symmetry it stretches twice as far as each."""
         law = self.governor.spring_law()
         left, right = self._weight_centre(LEFT_WEIGHT), self._weight_centre(RIGHT_WEIGHT)
         free_radius = law.radius - law.preload / law.rate

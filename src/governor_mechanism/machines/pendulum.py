@@ -261,11 +261,9 @@ class PendulumBuilder:
         )
 
     def _dead_centres(self) -> Iterator[tuple[Reading, Limit]]:
-        """Yield the reading that shows the dead centre of the links, and its limit.
-
-        There the arm angle has a turning point, so it cannot show it. With clearance the reading is the horizontal distance of the
-        link's upper end from the lug.
-        """
+        """Yield the reading that shows the dead centre of the links, and its limit."""
+        # There the arm angle has a turning point, so it cannot show it. With clearance the reading
+        # is the horizontal distance of the link's upper end from the lug.
         knee, lug = self._point_on_arm(RIGHT_BALL, self.governor.joint_length), Point(body=SLEEVE, x=self.governor.lug_distance)
         reading: Reading = LineAngle(name="link_angle", quantity="angle", start=knee, end=lug)
         max_deviation = math.pi / 2

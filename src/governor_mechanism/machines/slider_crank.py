@@ -35,10 +35,7 @@ PLACEHOLDER_INERTIA_RATIO = 10.0
 
 
 def crank_joints(speed: float | None, start_angle: float, mass_centre: float = 0.0) -> tuple[Joint, ...]:
-    """Return shaft and driver: the crank angle is start_angle + speed * time (rad); without a speed the crank is free.
-
-    mass_centre is its distance from the shaft (m).
-    """
+    """Return shaft (mass centre in m from it) and driver: the angle is start_angle + speed * time (rad); free without a speed."""
     ground, on_crank = Point(body=GROUND), Point(body=CRANK, x=-mass_centre)
     if speed is None:
         return (Pin(name=SHAFT, first=ground, second=on_crank),)

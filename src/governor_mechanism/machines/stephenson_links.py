@@ -97,10 +97,7 @@ class LinkGeometry:
         return self.eccentric * np.stack(pair[::-1] if self.crossed else pair, axis=1)
 
     def locate_die(self, poses: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return the distance of the die from the shaft and its position along the arc from the middle, m, at poses (n, 3) of the link.
-
-        They are nan where the arc's circle does not meet the valve line.
-        """
+        """Return the die's distance from the shaft and place along the arc (m) at poses (n, 3); nan where the arc misses its line."""
         x, y, angle = poses.T
         centre_x, centre_y = x - self.link_radius * np.cos(angle), y - self.link_radius * np.sin(angle)
         with np.errstate(invalid="ignore"):
@@ -108,10 +105,8 @@ class LinkGeometry:
         return centre_x + extent, self.link_radius * (np.arctan2(-centre_y, extent) - angle)
 
     def solve_poses(self, crank_angles: FloatArray, reverser: float) -> FloatArray:
-        """Return the poses (n, 3) of the link (m, m, rad) at crank angles (n,) rad; nan where it cannot be assembled.
-
-        Every pose continues that with both eccentrics at the shaft.
-        """
+        """Return the poses (n, 3) of the link (m, m, rad) at crank angles (n,) rad; nan where it cannot be assembled."""
+        # Every pose continues that with both eccentrics at the shaft.
         anchors = np.concatenate([self.eccentrics(crank_angles), np.tile(self.hanger_top(reverser), (len(crank_angles), 1, 1))], axis=1)
         points, lengths = np.array([*self.pins, self.suspension]), np.array([self.eccentric_rod, self.eccentric_rod, self.hanger])
         poses = np.tile([self.middle_distance, -self.nominal_offset(reverser), 0.0], (len(crank_angles), 1))

@@ -1,7 +1,4 @@
-"""Readings that follow from the motion of a mechanism, by name: forces of joints, velocities of points, transmission angles and others.
-
-Frozen values without mathematics. A scene names those of its runs under [run], as readings = ["velocity.foot"].
-"""
+"""Readings of a motion, by name: forces of joints, velocities of points and others; a run names them: readings = ["velocity.foot"]."""
 
 import math
 from collections.abc import Callable, Iterable, Iterator, Mapping
@@ -159,11 +156,9 @@ def _split_pair(name: str, known: Iterable[str]) -> Iterator[tuple[str, str]]:
 
 
 def find_transmissions(mechanism: Mechanism) -> dict[str, TransmissionAngle]:
-    """Return the transmission angles of a mechanism by the name of the coupler; if it moves several links, "coupler.link".
-
-    A coupler lies between two pins: one toward the drive, which are the drivers, or else the leading coordinate, and one on a link that
-    the ground guides by a pivot or a straight guide.
-    """
+    """Return the transmission angles of a mechanism by the name of the coupler; if it moves several links, "coupler.link"."""
+    # A coupler lies between two pins: one toward the drive, which are the drivers, or else the leading
+    # coordinate, and one on a link that the ground guides by a pivot or a straight guide.
     graph = LinkGraph(mechanism)
     inputs = graph.inputs()
     found = list(_transmissions_of(graph, inputs)) if inputs else []
@@ -305,10 +300,7 @@ def _explain_unknown(mechanism: Mechanism, kind: str, rest: str, kinds: Mapping[
 
 
 def with_run_readings(mechanism: Mechanism, names: Iterable[str], paths: Iterable[str]) -> Mechanism:
-    """Return a mechanism with the readings that a run names, and the coordinates of the points whose paths it names.
-
-    Raise MechanismError with a sentence for each name that the mechanism does not have.
-    """
+    """Return a mechanism with the readings and the coordinates of points of paths that a run names; MechanismError lists unknown names."""
     known, problems, readings = mechanism.path_points, list[str](), list[DerivedReading]()
     try:
         readings += find_named_readings(mechanism, names, RUN_KINDS, "run.readings")

@@ -18,10 +18,8 @@ JACOBI_TOLERANCE = 1e-17
 
 @jit_in_place
 def factorise_band(band: FloatArray, factor: FloatArray) -> float:
-    """Factorise a band matrix by Cholesky, with the inverse of the diagonal, and return the smallest pivot ratio.
-
-    The pivot ratio is a pivot relative to its diagonal entry; 0 if a pivot vanishes. The entries of a column are next to each other.
-    """
+    """Factorise a band matrix by Cholesky, with inverse diagonal; return the smallest pivot relative to its entry, 0 if one vanishes."""
+    # The entries of a column are next to each other.
     (n_rows, width), min_pivot_ratio = band.shape, 1.0
     copy_array(factor, band)
     for j in range(n_rows):

@@ -1,8 +1,4 @@
-"""Piecewise polynomials of degree eleven, fitted at Chebyshev nodes, as compiled kernels.
-
-A piece has its values at CHEBYSHEV_NODES, and for faster evaluation the coefficients of powers of the coordinate
-relative to the middle of the piece, -1 to 1.
-"""
+"""Piecewise polynomials of degree eleven, by values at CHEBYSHEV_NODES and coefficients of powers from -1 to 1; compiled kernels."""
 
 from collections.abc import Callable
 
@@ -49,12 +45,7 @@ def fit_piece(
     values: FloatArray,  # values at the nodes; shape (N_CHEBYSHEV_NODES,)
     coefficients: FloatArray,  # result: coefficients of powers, lowest first; shape (N_CHEBYSHEV_NODES,)
 ) -> tuple[float, bool]:
-    """Fit a polynomial to values at the nodes.
-
-    Results: truncation_error, estimate of the truncation error, the largest of the last two Chebyshev
-    coefficients; is_stagnant, whether the coefficients have stopped decreasing: the estimate is at rounding
-    level.
-    """
+    """Fit a polynomial to values at nodes; return the larger of its last two coefficients, its error, and whether that is rounding."""
     chebyshev_coefficients = np.empty(N_CHEBYSHEV_NODES)
     for k in range(N_CHEBYSHEV_NODES):
         total = 0.0
@@ -77,10 +68,8 @@ def fit_piece(
 
 @jit_in_place
 def evaluate_piece(table: FloatArray, piece: int, column: int, t: float) -> float:
-    """Return the polynomial table[piece, column] at t, -1 to 1.
-
-    The sum is a tree, because each sum of Horner's scheme would wait for the one before it.
-    """
+    """Return the polynomial table[piece, column] at t, -1 to 1."""
+    # The sum is a tree, because each sum of Horner's scheme would wait for the one before it.
     t2 = t * t
     t4 = t2 * t2
     low = (table[piece, column, 0] + table[piece, column, 1] * t) + (table[piece, column, 2] + table[piece, column, 3] * t) * t2

@@ -9,10 +9,7 @@ MIN_PIVOT = 1e-11
 
 @jit_in_place
 def solve_dense(matrix: FloatArray, vector: FloatArray) -> float:
-    """Solve matrix (n, n) * x = vector (n,) by elimination, in place; x replaces the vector. Unknowns that are not determined are 0.
-
-    Result: the determinant, or 0 if there are such unknowns.
-    """
+    """Solve matrix (n, n) * x = vector (n,) in place, x for the vector; return the determinant, 0 if some unknowns are open, and 0 then."""
     n, row, determinant = vector.size, 0, 1.0
     for column in range(n):
         pivot = row

@@ -1,8 +1,4 @@
-"""What lies between samples.
-
-Hermite interpolation: cubic and quintic, also as compiled kernels, and polynomials through several nodes for many functions at once;
-integrals of straight lines.
-"""
+"""What lies between samples: cubic and quintic Hermite interpolation, polynomials through nodes, integrals of straight lines."""
 
 from typing import Any
 
@@ -14,10 +10,7 @@ from governor_mechanism.types import FloatArray
 
 
 def cubic_hermite(start: Any, end: Any, start_derivative: Any, end_derivative: Any, length: Any, fraction: Any) -> Any:
-    """Interpolate by the cubic through values and derivatives at both ends; arguments broadcast.
-
-    Result: interpolated value.
-    """
+    """Interpolate by the cubic through values and derivatives at both ends; arguments broadcast."""
     d0, d1, change = length * start_derivative, length * end_derivative, end - start
     return start + fraction * (d0 + fraction * (3 * change - 2 * d0 - d1 + fraction * (d0 + d1 - 2 * change)))
 
@@ -79,10 +72,7 @@ def quintic_hermite(
     h: Any,  # length of the interval, s
     fraction: Any,
 ) -> tuple[Any, Any]:
-    """Interpolate by the quintic through values, rates and accelerations at both ends; arguments broadcast.
-
-    Results: value, interpolated value; rate, interpolated rate.
-    """
+    """Return value and rate of the quintic through values, rates and accelerations at both ends; arguments broadcast."""
     c1, c2, p = h * start_rate, h * h * start_acceleration, fraction
     value_residual, rate_residual = end - start - c1 - 0.5 * c2, h * end_rate - c1 - c2
     acceleration_residual = h * h * end_acceleration - c2

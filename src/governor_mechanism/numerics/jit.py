@@ -25,10 +25,7 @@ NUMBA_CURE = "pip install 'governor-mechanism[jit]'"
 
 
 class Kernel:
-    """A function that is compiled: beforehand, into the library, or by numba when it is first called.
-
-    A division by zero gives infinity or NaN, as in numpy; callers check the results.
-    """
+    """A function compiled beforehand, into the library, or by numba at its first call; callers check for the infinity or NaN of 1 / 0."""
 
     def __init__(self, function: Callable[..., Any], **options: Any) -> None:
         self._options: dict[str, Any] = {"error_model": "numpy", "no_cfunc_wrapper": True, **options}
@@ -74,11 +71,10 @@ def jit(function: CompiledFunction) -> CompiledFunction:
 
 
 def jit_in_place(function: CompiledFunction) -> CompiledFunction:
-    """Compile a function that only changes its arguments, without reference counts.
-
-    Counting the references to the arrays of its arguments would cost several times the arithmetic of a short function. Such a function
-    must not allocate arrays (the compiler refuses it), nor return any, nor call a function that returns one.
-    """
+    """Compile a function that only changes its arguments, without reference counts."""
+    # Counting the references to the arrays of its arguments would cost several times the arithmetic of
+    # a short function. Such a function must not allocate arrays (the compiler refuses it), nor return
+    # any, nor call a function that returns one.
     return cast(CompiledFunction, Kernel(function, _nrt=False)) if USES_COMPILER else function
 
 
@@ -119,10 +115,9 @@ def _import_numba() -> Any:
 
 @cache
 def _cache_folder() -> Path:
-    """Return the folder where numba keeps machine code: one for each text of the kernels, and only the newest stays.
-
-    Numba checks only the file that defines a kernel, and would keep a kernel that calls a changed one of another file.
-    """
+    """Return the folder where numba keeps machine code: one for each text of the kernels, and only the newest stays."""
+    # Numba checks only the file that defines a kernel, and would keep a kernel that calls a changed one
+    # of another file.
     base = Path(os.environ.get("NUMBA_CACHE_DIR") or PACKAGE_ROOT / "__pycache__")
     folder = base / f"kernels-{digest_sources()[:16]}"
     if base.parent == PACKAGE_ROOT:

@@ -40,10 +40,7 @@ def least_norm_solution(
     rows: Any,  # coefficients, an array or a sparse one; shape (equations, unknowns)
     rhs: FloatArray,  # right-hand side; shape (equations,)
 ) -> FloatArray:
-    """Return the shortest of the least-squares solutions of rows * x = rhs.
-
-    Result: solution; shape (unknowns,).
-    """
+    """Return the shortest (unknowns,) of the least-squares solutions of rows * x = rhs."""
     if rows.shape[0] >= MIN_SPARSE_ROWS:
         factorisation = _factorise_normal_matrix(rows)
         if factorisation is not None:
@@ -96,10 +93,9 @@ def _sparse_singular_value_ratio(rows: FloatArray) -> float:
 
 
 def _smallest_singular_value(matrix: Any, scale: float) -> float:
-    """Return the smallest singular value of a sparse matrix, to most digits if it is not much less than the scale.
-
-    Its product with its transpose would lose half of them. Augmented equations, with the scale on their diagonal, have the same solution.
-    """
+    """Return the smallest singular value of a sparse matrix, to most digits if it is not much less than the scale."""
+    # Its product with its transpose would lose half of them. Augmented equations, with the scale on
+    # their diagonal, have the same solution.
     from scipy.sparse import block_array, eye_array
     from scipy.sparse.linalg import splu
 

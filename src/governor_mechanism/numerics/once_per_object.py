@@ -9,10 +9,7 @@ Result = TypeVar("Result")
 
 
 def once_per_object(function: Callable[[Owner], Result]) -> Callable[[Owner], Result]:
-    """Return a function of one object that keeps its result with the object, which never changes.
-
-    Result: the same function, evaluated once for each object.
-    """
+    """Return a function of one object, evaluated once, that keeps its result with the object, which never changes."""
     key = f"_{function.__module__}.{function.__qualname__}"
 
     @wraps(function)

@@ -15,10 +15,7 @@ def find_root(
     low: float,
     high: float,  # the other ends of the brackets; shape as low
 ) -> float:
-    """Return a root of a continuous function in a bracket, to about 1e-14, by Brent's method.
-
-    Result: the root. If rounding at a root at one end hides the change of sign, that end.
-    """
+    """Return a root in a bracket, to about 1e-14, by Brent's method, or the end where rounding at a root hides the change of sign."""
     from scipy.optimize import brentq  # slow to import
 
     at_low, at_high = function(low), function(high)
@@ -34,12 +31,7 @@ def find_roots(
     high: FloatArray,  # ends of the brackets; shape (n,)
     tolerance: float,
 ) -> FloatArray:
-    """Return the roots of n functions in n brackets by Newton's method, safeguarded by bisection.
-
-    It suits functions that are expensive but can be evaluated together.
-
-    Result: the roots; shape (n,).
-    """
+    """Return the roots (n,) of costly functions, evaluated together, in n brackets by Newton's method, safeguarded by bisection."""
     is_rising = function(high)[0] > 0
     roots: FloatArray = 0.5 * (low + high)
     for _ in range(MAX_NEWTON_STEPS):
@@ -87,14 +79,8 @@ def directional_derivative(
     *,
     tolerance: float = 0.0,  # error relative to the largest component at which no further step is tried
 ) -> tuple[FloatArray, float]:
-    """Return a derivative of a function along a direction.
-
-    Of two successive steps the pair whose results agree best is taken.
-
-    Results: derivative, derivative with respect to the multiple of the direction; NaN if the function is not
-    defined around the point; error, largest difference to the derivative with the other step of the pair, and
-    rounding; infinite if there is none.
-    """
+    """Return a derivative along a direction, NaN if there is none, and its error, the difference of steps and rounding, infinite then."""
+    # Of two successive steps the pair whose results agree best is taken.
     positive = np.array(_POSITIVE_WEIGHTS[order])
     weights = np.concatenate([(-1) ** order * positive[:0:-1], positive])
     values = dict[float, FloatArray]()  # by the offset: half the points of a step are also points of the next one, which is half as long
@@ -125,10 +111,7 @@ def jacobian(
     *,
     tolerance: float = 0.0,  # error of a column relative to its largest component that is good enough
 ) -> tuple[FloatArray, FloatArray]:
-    """Return the Jacobian of a function.
-
-    Results: jacobian, derivatives; shape (m, n); errors, estimated error of each column; shape (n,).
-    """
+    """Return the Jacobian (m, n) of a function, and the estimated error (n,) of each column."""
     columns = [directional_derivative(function, point, direction, tolerance=tolerance) for direction in np.diag(scales)]
     if not columns:
         return np.zeros((function(point[np.newaxis]).shape[1], 0)), np.zeros(0)

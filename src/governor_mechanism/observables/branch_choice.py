@@ -40,11 +40,10 @@ CHANGE_POINT_SINGULAR_VALUE_RATIO = 1e-5
 
 
 def find_singular_configurations(mechanism: Mechanism, motion: SampledMotion, mobility: int) -> tuple[Event, ...]:
-    """Return turning points and change points between the samples, in the order of time.
-
-    At a turning point the rate of a reading changes sign while the mechanism, with one degree of freedom or driven, moves
-    on. At a change point the mechanism gains a degree of freedom and may change its branch.
-    """
+    """Return turning points and change points between the samples, in the order of time."""
+    # At a turning point the rate of a reading changes sign while the mechanism, with one degree of
+    # freedom or driven, moves on. At a change point the mechanism gains a degree of freedom and may
+    # change its branch.
     events = _find_change_points(mechanism, motion)
     if mobility <= 1:
         events += _find_turning_points(mechanism, motion)
@@ -115,11 +114,10 @@ def find_nearly_singular_samples(motion: SampledMotion) -> IntArray:
 def locate_nearly_singular_poses(
     mechanism: Mechanism, motion: SampledMotion, samples: IntArray
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Return times (m,) s, poses (m, bodies, 3) and singular values (m,) next to samples, where rows are nearest to dependence.
-
-    The singular value is the smallest one of the scaled constraint Jacobian, relative to the largest. Near a change point its square is
-    a parabola in time, whose vertex is found from three points closer and closer to each other.
-    """
+    """Return times (m,) s, poses (m, bodies, 3) and singular values (m,) next to samples, where rows are nearest to dependence."""
+    # The singular value is the smallest one of the scaled constraint Jacobian, relative to the largest.
+    # Near a change point its square is a parabola in time, whose vertex is found from three points
+    # closer and closer to each other.
     position_solver, times = PositionSolver(mechanism), motion.times[samples]
     half_widths = np.minimum(times - motion.times[samples - 1], motion.times[samples + 1] - times)
 
@@ -208,19 +206,15 @@ def _are_close(position_solver: PositionSolver, poses: FloatArray, others: Float
 
 
 def _orientation(position_solver: PositionSolver, poses: FloatArray, velocities: FloatArray) -> float:
-    """Return the sign of the determinant of constraint Jacobian and velocity.
-
-    It stays the same along a branch, as neither vanishes there, and changes where a motion goes through a crossing of branches.
-    """
+    """Return the sign of the determinant of constraint Jacobian and velocity, which changes only where branches cross."""
     velocity = velocities.ravel()[position_solver.free_mask] / position_solver.free_coordinate_scales
     return float(np.linalg.slogdet(np.vstack([position_solver.scaled_joint_jacobian(poses), velocity]))[0])
 
 
 def _defect_at_saddle(position_solver: PositionSolver, poses: FloatArray, time: float) -> float:
-    """Return the defect, in length scales, at the singular configuration next to given poses.
-
-    The defect is what the constraints leave open in the direction in which they depend on each other, while all others are closed.
-    """
+    """Return the defect, in length scales, at the singular configuration next to given poses."""
+    # It is what the constraints leave open in the direction in which they depend on each other, while
+    # all others are closed.
     for _ in range(MAX_ITERATIONS):
         defect, step_length, poses = _step_to_saddle(position_solver, poses, time)
         if step_length < SADDLE_TOLERANCE:

@@ -258,11 +258,9 @@ class CrossedReading:
         return PPoly.from_bernstein_basis(BPoly.from_derivatives([start, *inner_times, end], [at_ends[0], *inner_values, at_ends[1]]))
 
     def _values_at_contact_events(self, k: int, times: FloatArray) -> list[float]:
-        """Return the values at contact events between samples k and k + 1.
-
-        Without a dense output, the motion before the first and after the last event is continued from the samples with constant
-        acceleration, and changes linearly between these events.
-        """
+        """Return the values at contact events between samples k and k + 1."""
+        # Without a dense output, the motion before the first and after the last event is continued
+        # from the samples with constant acceleration, and changes linearly between these events.
         if not len(times):
             return []
         states = [self._motion.dense_output(k, float(time)) for time in times]

@@ -50,10 +50,7 @@ from governor_mechanism.units.quantities import convert_texts, parse_quantity
 
 
 def evaluate_static_forces(scene: Scene, poses: FloatArray) -> dict[str, FloatArray]:
-    """Return the spring forces and static forces (n,), N, by name at poses (n, bodies, 3) that close the joints.
-
-    Raise as `compute_static_force` does.
-    """
+    """Return spring forces and static forces (n,), N, by name at closed poses (n, bodies, 3); raise as `compute_static_force`."""
     mechanism = scene.mechanism
 
     static_force = cache(partial(compute_static_force, scene, poses=poses))

@@ -23,10 +23,7 @@ def name_of_rate(reading: str) -> str:
 
 
 class MotionScales:
-    """Scales of rates, energies and errors of one scene in a given motion.
-
-    A spring sets the scale of rates only as far as the motion follows it: a stiff spring that hardly swings does not.
-    """
+    """Scales of rates, energies and errors in a given motion; a stiff spring sets them only as far as the motion follows it."""
 
     def __init__(self, scene: Scene) -> None:
         self._mechanism, self._planes = scene.mechanism, scene.system.planes
@@ -52,11 +49,10 @@ class MotionScales:
         return self.mass * (self._mechanism.length_scale * motion_rate) ** 2
 
     def error_scales(self, readings: Mapping[str, FloatArray], rates: Iterable[str], motion_rate: float) -> dict[str, float]:
-        """Return the scale of each reading and rate, of the joint gap and of the event times, from readings (n,), in SI.
-
-        A reading has 1 rad or its length scale, its rate that per second of the motion; what belongs to a spindle has a scale of its own.
-        The torque of a spindle has at least its largest value: where a body flies away, it grows with the square of the distance.
-        """
+        """Return the scale of each reading and rate, of the joint gap and of the event times, from readings (n,), in SI."""
+        # A reading has 1 rad or its length scale, its rate that per second of the motion; what
+        # belongs to a spindle has a scale of its own. The torque of a spindle has at least its
+        # largest value: where a body flies away, it grows with the square of the distance.
         mechanism, rate, energy_scale = self._mechanism, motion_rate, self.energy_scale(motion_rate)
         scales = {reading.name: mechanism.output_scale(reading.name) for reading in mechanism.readings}
         scales |= {name_of_rate(name): rate * scales[name] for name in rates}

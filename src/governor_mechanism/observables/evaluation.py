@@ -1,7 +1,4 @@
-"""Readings, rates, energies, work, joint gaps and the trajectory of a run, evaluated from states, for every engine.
-
-Energy dissipated by dashpots, friction and stops along outputs is not included.
-"""
+"""Readings, rates, energies (without what outputs dissipate), work, joint gaps and the trajectory from states, for every engine."""
 
 import math
 from collections.abc import Iterator, Sequence
@@ -46,10 +43,7 @@ from governor_mechanism.types import FloatArray
 
 
 def evaluate_joint_forces(scene: Scene, history: StateHistory, modes: Sequence[ContactMode]) -> dict[str, FloatArray]:
-    """Return the forces and moments of joints that the run reports, by name, in SI; shape (n,) each.
-
-    Raises MechanismError if rigid-body mechanics determines one of them at none of the times.
-    """
+    """Return reported forces and moments (n,), SI, of joints by name; MechanismError if rigid bodies leave one open at all times."""
     outputs = [one for one in scene.mechanism.derived_readings if isinstance(one, JointForce | JointMoment)]
     if not outputs:
         return {}
@@ -159,13 +153,9 @@ def integrate_work(
     # contact mode at each time, or empty if the scene has no contacts
     contact_modes: Sequence[ContactMode] = (),
 ) -> FloatArray:
-    """Return the cumulative work of drivers and force elements.
-
-    Between the times of the history the path is a quintic Hermite interpolant. With contacts it is a cubic one, because
-    accelerations jump; that is inaccurate in the intervals of impacts.
-
-    Result: work done since the first time, J; shape (n,).
-    """
+    """Return the work (n,) J of drivers and force elements since the first time."""
+    # Between the times of the history the path is a quintic Hermite interpolant. With contacts it is a
+    # cubic one, because accelerations jump; that is inaccurate in the intervals of impacts.
 
     def evaluate_motion(times: FloatArray, poses: FloatArray, velocities: FloatArray) -> InverseDynamics:
         return compute_inverse_dynamics(scene, times, poses, velocities, history.lags[: len(times)], contact_modes[: len(times)])
@@ -309,10 +299,7 @@ class ReadingEvaluator:
     def with_shaft(
         self, times: FloatArray, poses: FloatArray, velocities: FloatArray, spindle_angle: FloatArray
     ) -> tuple[FloatArray, FloatArray]:
-        """Return poses and velocities (n, bodies, 3) of a part with those of the shaft of its spindle, if that is free, behind them.
-
-        The speed of the shaft at the times (n,) s follows from the angular momentum.
-        """
+        """Return poses and velocities (n, bodies, 3) of a part and behind them a free spindle's shaft, whose momentum gives its speed."""
         spindle = self.scene.spindle
         if not isinstance(spindle, FreeSpindle):
             return poses, velocities
@@ -326,10 +313,7 @@ class ReadingEvaluator:
         return np.concatenate([poses, shaft_motion[0]], axis=1), np.concatenate([velocities, shaft_motion[1]], axis=1)
 
     def integrate_missing_work(self, history: StateHistory, contact_modes: tuple[ContactMode, ...]) -> FloatArray | None:
-        """Return the work (n,) J to add for an engine that does not integrate the work of drivers, loads and spindle torque.
-
-        It is integrated from their power between the times of the history; None if nothing does such work.
-        """
+        """Return the work (n,) J of drivers, loads and spindle torque, from their power, if the engine leaves out any, else None."""
         has_drives = bool(self._constraint_equations.is_driven.any())
         elements = self.mechanism.force_elements
         has_nonconservative_loads = any(not isinstance(one, CONSERVATIVE_TYPES) or not one.has_potential for one in elements)
@@ -347,10 +331,9 @@ class ReadingEvaluator:
         return largest
 
     def compare_observables(self, better: Observables, worse: Observables) -> dict[str, float]:
-        """Return the largest difference of each reading and rate (see `name_of_rate`) and the largest joint gap, in SI.
-
-        At a dead centre pressures jump: where only one of the motions has passed it, they are not compared.
-        """
+        """Return the largest difference of each reading and rate (see `name_of_rate`) and the largest joint gap, in SI."""
+        # At a dead centre pressures jump: where only one of the motions has passed it, they are not
+        # compared.
         differences = {name: values - worse.readings[name] for name, values in better.readings.items()}
         differences |= {name_of_rate(name): values - worse.rates[name] for name, values in better.rates.items()}
         differences[JOINT_GAP] = better.joint_gap

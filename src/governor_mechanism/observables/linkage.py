@@ -164,11 +164,10 @@ class DriveTravel:
         return tuple(self._make_toggle(end, reason) for end, reason in ends)
 
     def _make_toggle(self, end: float, reason: str) -> Toggle:
-        """Return the toggle at an end of the travel, with the couplers that are aligned with the links that they move.
-
-        There the sine of the transmission angle vanishes, and the drive is a smooth function of it, which is extrapolated: beside the end
-        positions are exact, and at it the drive does not determine them.
-        """
+        """Return the toggle at an end of the travel, with the couplers that are aligned with the links that they move."""
+        # There the sine of the transmission angle vanishes, and the drive is a smooth function of
+        # it, which is extrapolated: beside the end positions are exact, and at it the drive does
+        # not determine them.
         inward = 1.0 if end == self.range.ends[0] else -1.0
         steps = np.arange(1, N_EXTRAPOLATION_NODES + 1) / N_EXTRAPOLATION_NODES
         is_turning_point = reason.startswith("turning point")  # there the sine is as the root of the distance

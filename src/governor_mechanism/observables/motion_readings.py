@@ -1,7 +1,4 @@
-"""Values of the readings that follow from the motion: velocities of points, transmission angles, instantaneous centres and others.
-
-Where one is not defined, as an instantaneous centre at infinity, its value is NaN.
-"""
+"""Readings that follow from the motion, as velocities of points or instantaneous centres; NaN where one is not defined."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass

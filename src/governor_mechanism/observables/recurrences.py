@@ -42,10 +42,9 @@ def describe_recurrence(
     times: FloatArray,  # times of its crossings, s; shape (n,)
     errors: Mapping[str, float],  # certified errors of the readings, SI; empty without a certificate
 ) -> Recurrence:
-    """Return the means from one crossing to the next over whole periods.
-
-    Readings and energies are taken in the middle between two crossings: at a crossing itself a clock may be driving its pendulum.
-    """
+    """Return the means from one crossing to the next over whole periods."""
+    # Readings and energies are taken in the middle between two crossings: at a crossing itself a clock
+    # may be driving its pendulum.
     period = _period_of(crossing)
     used, middles = _whole_periods(times, period), _whole_periods(0.5 * (times[:-1] + times[1:]), period)
     poses, velocities = _states_at(motion, middles[[0, -1]])
@@ -89,10 +88,9 @@ def _interval_error(scene: Scene, motion: SampledMotion, reading: str, times: Fl
 
 
 def _find_advances(scene: Scene, poses: FloatArray, between: FloatArray) -> dict[str, float]:
-    """Return the ways of the readings that go on and do not come back, by name: from the first to the last of two poses (2, bodies, 3).
-
-    Others (n, bodies, 3) lie between them. The angle of a line is none of them: it does not count full turns.
-    """
+    """Return by name how far readings that do not come back go from the first to the last of two poses (2, bodies, 3)."""
+    # Others (n, bodies, 3) lie between them. The angle of a line is none of them: it does not count
+    # full turns.
     advances = dict[str, float]()
     for reading in scene.mechanism.readings:
         start, end = evaluate_output(scene.mechanism, reading.name, poses).value.tolist()
@@ -103,10 +101,8 @@ def _find_advances(scene: Scene, poses: FloatArray, between: FloatArray) -> dict
 
 
 def _work_of_loads(scene: Scene, poses: FloatArray) -> float | None:
-    """Return the work (J) of forces and torques between two poses (2, bodies, 3); None where the poses do not give it.
-
-    That is so with drivers, spindles, gas in cylinders, and loads that change.
-    """
+    """Return the work (J) of forces and torques between two poses (2, bodies, 3); None where the poses do not give it."""
+    # That is so with drivers, spindles, gas in cylinders, and loads that change.
     mechanism, work = scene.mechanism, 0.0
     if scene.system.planes or any(part.mechanism.count_drivers() for part in scene.parts):
         return None

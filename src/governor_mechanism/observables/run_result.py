@@ -41,12 +41,7 @@ def find_speed_fluctuation(
     angle: str,
     motion: SampledMotion,  # its motion at times close enough to each other that no extreme is missed
 ) -> SpeedFluctuation | None:
-    """Return the extreme speeds of a shaft in its last complete turn.
-
-    An extreme is where the acceleration of the angle vanishes, located in the engine's own dense output where there is one.
-
-    Result: none if the shaft makes no complete turn.
-    """
+    """Return the extreme speeds of a shaft in its last complete turn, at zeros of its acceleration; None without such a turn."""
     output = evaluate_output(scene.mechanism, angle, motion.poses, motion.velocities)
     angles, accelerations = output.value, output.acceleration(motion.accelerations)
     if not len(angles) or angles[-1] - angles[0] < math.tau:
@@ -336,10 +331,8 @@ def compute_reactions(scene: Scene, states: StateHistory, modes: Sequence[Contac
 
 
 def _point_mass_pin_force(mechanism: Mechanism, joint: Joint, motion_dynamics: InverseDynamics) -> FloatArray:
-    """Return the pin force (n, 2), N, on the second body that accelerates a body treated as a point mass about a ground pin.
-
-    The equations of motion about the pin do not contain it.
-    """
+    """Return the pin force (n, 2), N, on the second body that accelerates a body treated as a point mass about a ground pin."""
+    # The equations of motion about the pin do not contain it.
     total = np.zeros((len(motion_dynamics.accelerations), 2))
     for point, sign in ((joint.second, 1.0), (joint.first, -1.0)):
         index = mechanism.body_index(point.body)

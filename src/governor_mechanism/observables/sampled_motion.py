@@ -113,10 +113,7 @@ class SampledMotion:
         return is_smooth
 
     def refine_root(self, k: int, time: float, function: StateFunction, bracket: tuple[float, float]) -> float:
-        """Return a root (s) between samples k and k + 1 in a bracket with a change of sign, by the engine's own dense output.
-
-        Without such an output, and where it does not reach, the time that is given is returned.
-        """
+        """Return a root (s) in a bracket between samples k and k + 1 by the engine's dense output, or the time given where it has none."""
         try:
             return self._refine_by_dense_output(k, time, function, bracket)
         except DenseOutputEndsError:
@@ -173,10 +170,7 @@ class SampledReading:
         return self._find_times(intervals, low, high, lambda value, rate, acceleration: (rate, acceleration))
 
     def find_crossings(self, value: float, intervals: IntArray, low: FloatArray, high: FloatArray) -> tuple[FloatArray, BoolArray]:
-        """Return the times (m,) at which the reading passes a value between two times of each interval, and whether they are certain.
-
-        A time is certain if interpolants of two orders agree on it.
-        """
+        """Return the times (m,) at which the reading passes a value, and whether interpolants of two orders agree on them."""
         return self._find_times(intervals, low, high, lambda one, rate, _: (one - value, rate))
 
     def _find_times(

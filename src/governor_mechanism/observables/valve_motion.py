@@ -1,7 +1,4 @@
-"""Motion of a valve and of the piston over a turn of the crank, and its timing.
-
-Every driver but that of the crank stands still where it starts.
-"""
+"""Motion of a valve and of the piston over a turn of the crank, and its timing; other drivers stand still where they start."""
 
 import math
 from collections.abc import Mapping
@@ -234,10 +231,8 @@ def find_turning_angles(
 
 
 def _free_crank(scene: Scene, valve: Valve) -> tuple[Mechanism, float]:
-    """Return the mechanism without the driver of its crank, the angle of which is the coordinate, and the sign of the crank's rotation.
-
-    Its initial guess is the configuration at 0 s; other drivers stand still there.
-    """
+    """Return the mechanism without the driver of its crank, whose angle is the coordinate, and the sign of the crank's rotation."""
+    # Its initial guess is the configuration at 0 s; other drivers stand still there.
     driven = scene.part.mechanism
     crank = crank_driver_of(driven, valve)
     start_values = {name: float(value) for name, value in scene.part.start.values.items() if isinstance(value, float | int)}

@@ -150,10 +150,7 @@ def on_one_scale(column: Sequence[FrameData], shown: FrameData) -> list[FrameDat
 
 
 def find_parts(run: Trajectory, name: str | None) -> tuple[Part, ...]:
-    """Return the part of that name, or all parts for None: last one that turns with a spindle, which has a plan view, if there is any.
-
-    A wheel that the drawing of another part shows on its shaft is left out of all.
-    """
+    """Return the named part, or all for None, last one that turns with a spindle, without wheels that another part's drawing shows."""
     parts = run.scene.parts
     if name is None:
         on_shafts = [find_shaft_wheel(run.scene, part) for part in parts if part.machine in DRAWN_WITH_WHEEL]
@@ -182,10 +179,9 @@ class DrawnForce:
 
 
 def find_forces(data: FrameData, *, only_reactions: bool = False) -> list[DrawnForce]:
-    """Return the forces on the bodies of a part at its sample times, without those that are practically zero.
-
-    They are computed at the reported times, and are linear between these. Joints have those that are readings of the run.
-    """
+    """Return the forces on the bodies of a part at its sample times, without those that are practically zero."""
+    # They are computed at the reported times, and are linear between these. Joints have those that are
+    # readings of the run.
     drawing = data.drawing
     forces = list(_joint_forces(drawing))
     if not only_reactions:

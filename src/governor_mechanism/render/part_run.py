@@ -54,10 +54,7 @@ def find_shaft_wheel(scene: Scene, part: Part) -> Part | None:
 
 @dataclass(frozen=True, kw_only=True)
 class PartRun:
-    """A part of a run whose seconds take `slow_down` seconds of film. Readings have their plain names, without that of the part.
-
-    Positions of a run whose motion is magnified, by a factor other than 1, cannot be read off scales, which then are left out.
-    """
+    """A part of a run, seconds taking `slow_down` seconds, readings by plain names; no scales if its motion is magnified."""
 
     run: Trajectory
     part: Part

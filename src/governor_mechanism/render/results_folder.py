@@ -112,10 +112,7 @@ def save_run(
     film_options: FilmOptions | None = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> tuple[Path, ...]:
-    """Write all results of a run or none: if one cannot be written, the results of an earlier run stay unchanged.
-
-    `Trajectory.save` documents the parameters, the result and the errors.
-    """
+    """Write all results of a run or none, which leaves earlier ones as they were; `Trajectory.save` documents the parameters."""
     stem = name or Path(run.scene.source).stem or DEFAULT_STEM
     _check(run, stem, film)
     target = Path(folder)

@@ -100,10 +100,9 @@ def format_film_speed(slow_down: float) -> str:
 
 
 def format_closing_lines(run: Trajectory, width: int) -> tuple[list[str], bool]:
-    """Return at most two lines of at most `width` characters on accuracy or early end, and whether that is a failure.
-
-    The cause of an early end comes first and may fill both lines; the general sentence takes what is left.
-    """
+    """Return at most two lines of at most `width` characters on accuracy or early end, and whether that is a failure."""
+    # The cause of an early end comes first and may fill both lines; the general sentence takes what is
+    # left.
     if run.outcome.ok or run.outcome is Outcome.ACCURACY_MISSED:
         return _format_accuracy(run)
     lines = textwrap.wrap(run.detail or run.outcome.value, width, max_lines=2, placeholder=" …")
@@ -138,10 +137,7 @@ def valve_reading_names(scene: Scene) -> tuple[str, ...]:
 
 
 def find_valve_readings(run: Trajectory) -> ValveReadings:
-    """Return what the position of the valve says, unless the mechanism has such readings; nothing without a valve.
-
-    An opening is negative where the port is closed.
-    """
+    """Return openings, negative where a port is closed, from the position of the valve, unless readings; nothing without a valve."""
     if not has_valve_events(run.scene) or VALVE_DISPLACEMENT in run.readings:
         return ValveReadings("", {})
     valve = valve_of(run.scene)
@@ -179,11 +175,10 @@ class ShownReading:
 
 
 def shown_readings(run: Trajectory) -> dict[str, ShownReading]:
-    """Return the readings by name, openings of ports as a viewer expects them: zero while the port is closed.
-
-    In a scene of several parts, rates stand for angles of many turns, which look like straight lines, unless the rate is a reading anyway.
-    Coordinates of points whose paths are requested are left out: their paths are shown.
-    """
+    """Return the readings by name, openings of ports as a viewer expects them: zero while the port is closed."""
+    # In a scene of several parts, rates stand for angles of many turns, which look like straight lines,
+    # unless the rate is a reading anyway. Coordinates of points whose paths are requested are left out:
+    # their paths are shown.
     shown, ports = {}, find_port_openings(run)
     of_paths = {one.name for one in run.scene.mechanism.derived_readings if isinstance(one, PathCoordinate)}
     for name, values in run.readings.items():
@@ -273,10 +268,7 @@ READING_NOISE_RATIO = 1e-6
 
 
 def axis_limits_for(values: FloatArray, noise: float = 0.0) -> tuple[float, float]:
-    """Return the limits of an axis: the values with a margin, wide enough that changes up to `noise` do not look like motion.
-
-    Changes far below the value itself do not fill the axis either.
-    """
+    """Return limits around values, wide enough that changes up to `noise`, or far below the value, do not look like motion."""
     low, high = float(values.min()), float(values.max())
     half = max(0.58 * (high - low), 0.02 * max(abs(low), abs(high)), 25 * noise, 1e-9)
     middle = (low + high) / 2

@@ -37,10 +37,7 @@ SERIF_FONT, SANS_FONT = "STIXGeneral", "DejaVu Sans"
 
 @dataclass(frozen=True)
 class ShapeStyle:
-    """Fill and stroke of a role; `width` and `dashes` in pixels of a 480-pixel frame, `opacity` of the fill from 0 to 1.
-
-    A fill that is not opaque has no stroke: its edge is a shape of its own.
-    """
+    """Fill, stroke, `width` and `dashes` (pixels of 480), `opacity` of a role; without full opacity its stroke is a shape of its own."""
 
     fill: str = "none"
     stroke: str = INK

@@ -79,11 +79,8 @@ def format_toml_value(value: Any) -> str:
 
 
 def replace_document_value(table: Any, key: str, value: Any, table_key: str = "") -> Any:
-    """Return a copy of the table of a document at `table_key` with a value at a dotted key; unchanged tables are shared.
-
-    An item of a list is selected by its name or by its number, counted from 1. Raises MechanismError if the key leads
-    through something that is not a table.
-    """
+    """Return a copy of a table with a value at a dotted key, sharing unchanged tables; MechanismError if a key leads through none."""
+    # An item of a list is selected by its name or by its number, counted from 1.
     name, dot, remaining_key = key.partition(".")
     item_key = f"{table_key}.{name}" if table_key else name
 
@@ -122,10 +119,9 @@ def remove_document_key(table: Any, key: str) -> Any:
 
 
 def parse_scene_with(document: Mapping[str, Any], values: Iterable[tuple[str, Any]]) -> Scene:
-    """Return the scene of a document with these values at these keys; raise MechanismError as the parser does.
-
-    The number of an assembly is that of the document: where the values change the order, it follows the nearest branch.
-    """
+    """Return the scene of a document with these values at these keys; raise MechanismError as the parser does."""
+    # The number of an assembly is that of the document: where the values change the order, it follows
+    # the nearest branch.
     changed = document
     keys: set[str] = set()
     for key, value in values:

@@ -34,10 +34,7 @@ from governor_mechanism.units.quantities import format_quantity, format_value
 def check_tables_together(
     part: Part | None, effects: tuple[Effect, ...], spindle: Spindle | FreeSpindle, start: Start, centrifugal: object, *, has_spindle: bool
 ) -> Iterator[Problem]:
-    """Yield the problems of tables that do not fit together; `part` is None if the mechanism is not known.
-
-    `centrifugal` is what [effects] has under that key, or False.
-    """
+    """Yield the problems of tables that do not fit together; `part` is None if unknown, `centrifugal` its value in [effects], or False."""
     if not has_spindle and any(isinstance(effect, Centrifugal) for effect in effects):
         yield _conflict("effects.centrifugal", 'needs a turning spindle; add [spindle] with speed = "120 rpm"')
     yield from _check_spindle_and_plane(part, spindle, centrifugal)

@@ -1,7 +1,4 @@
-"""[effects] of a scene file, from the keys that the effects declare.
-
-Effects along readings are tables keyed by reading, in the units of the quantity of the reading.
-"""
+"""[effects] of a scene file, from the keys that the effects declare; those along readings are tables by reading, in its units."""
 
 import dataclasses
 from collections.abc import Callable, Iterator, Mapping

@@ -1,7 +1,4 @@
-"""Loads and couplings of a scene file.
-
-A load is a constant, a function of time, harmonics, a function of a reading, or a sum of these; a coupling of type control adds to one.
-"""
+"""Loads of a scene file: constants, functions of time or readings, harmonics, or sums of these; and couplings, which may add to one."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace

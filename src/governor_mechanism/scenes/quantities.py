@@ -47,12 +47,9 @@ def parse_si(
     bounded: bool = False,  # whether the magnitude must be that of something that can be built
     hint: str = "",
 ) -> float:
-    """Return a quantity in SI.
-
-    A bare number far above anything that is built is refused, because a unit would show what is meant.
-
-    Raises MechanismError with the problem of the value.
-    """
+    """Return a quantity in SI; MechanismError states the problem of the value."""
+    # A bare number far above anything that is built is refused, because a unit would show what is
+    # meant.
     try:
         number = read_quantity(value, kind, key)
     except MechanismError as error:

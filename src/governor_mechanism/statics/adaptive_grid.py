@@ -67,10 +67,7 @@ class AdaptiveGrid:
 
 
 def sample_range_of_motion(reduction: SingleDofReduction) -> AdaptiveGrid:
-    """Return the grid over a range of motion on which V' and J' are resolved.
-
-    A closed motion gets one more interval at each end, so that the seam is in the interior.
-    """
+    """Return the grid over a range of motion on which V' and J' are resolved; a closed motion goes on at both ends, beyond its seam."""
     range_of_motion = reduction.range_of_motion
     low, high, n_extra = range_of_motion.low, range_of_motion.high, 1 if range_of_motion.period else 0
     width = (high - low) / N_INITIAL_INTERVALS
@@ -82,10 +79,8 @@ def sample_range_of_motion(reduction: SingleDofReduction) -> AdaptiveGrid:
 def interpolation_error_exceeds(
     coefficients: PathCoefficients, intervals: IntArray, value: FloatArray, derivative: FloatArray, floor: FloatArray | float
 ) -> BoolArray:
-    """Return where Hermite interpolation between the ends of an interval misses a quantity (n,) at the midpoint by more than a floor.
-
-    An error of the derivative counts by its effect on the value.
-    """
+    """Return where Hermite interpolation between the ends of an interval misses a quantity (n,) at the midpoint by more than a floor."""
+    # An error of the derivative counts by its effect on the value.
     predicted, predicted_derivative = _hermite_midpoint(coefficients, intervals, value, derivative)
     low, middle, high = intervals.T
     width = coefficients.coordinate[high] - coefficients.coordinate[low]

@@ -67,10 +67,9 @@ def evaluate_effort(
 
 
 def _force_along(reduction: SingleDofReduction, coefficients: PathCoefficients, name: str) -> FloatArray:
-    """Return the load V' / s' along a reading s, N or N m; 0 at a turning point of the reading.
-
-    Where V' and s' vanish together (arms that hang in line with the links), it is the limit V'' / s''.
-    """
+    """Return the load V' / s' along a reading s, N or N m; 0 at a turning point of the reading."""
+    # Where V' and s' vanish together (arms that hang in line with the links), it is the limit V'' /
+    # s''.
     output = evaluate_output(reduction.mechanism, name, coefficients.poses, coefficients.tangents)
     slope, curvature = output.rate(coefficients.tangents), output.acceleration(coefficients.curvatures)
     values, derivatives = (
@@ -87,10 +86,8 @@ def _force_along(reduction: SingleDofReduction, coefficients: PathCoefficients, 
 def _find_risen_positions(
     reduction: SingleDofReduction, coefficients: PathCoefficients, speed_squared: FloatArray, ratio: float
 ) -> tuple[FloatArray, NDArray[np.bool_]]:
-    """Return coordinates (n,) at which the squared equilibrium speed has risen by a ratio, and whether they exist.
-
-    They lie on the same stable part of the speed curve. A position with speed_squared = 0 is left out.
-    """
+    """Return where the squared equilibrium speed (n,) has risen by a ratio on the same stable part of the curve, and whether it has."""
+    # A position with speed_squared = 0 is left out.
     grid = sample_range_of_motion(reduction).sorted_coefficients
     nodes, node_speeds = grid.coordinate.tolist(), equilibrium_speed_squared(grid, reduction.coordinate_scale).tolist()
     has_position, brackets = speed_squared > 0.0, np.zeros((len(speed_squared), 2))
@@ -120,10 +117,7 @@ def _find_risen_positions(
 def _bracket_speed(
     nodes: list[float], node_speeds: list[float], start: tuple[float, float], way: int, target: float
 ) -> tuple[float, float] | None:
-    """Return two neighbouring coordinates between which the squared speed passes a target, or None if it stops rising before.
-
-    start is the coordinate and the squared speed of the beginning; way is 1 toward larger coordinates and -1 toward smaller ones.
-    """
+    """Return neighbouring coordinates between which the squared speed passes a target, from a start in a direction, or None."""
     position, speed = start
     index = bisect_right(nodes, position) if way > 0 else bisect_left(nodes, position) - 1
     while 0 <= index < len(nodes) and node_speeds[index] > speed:

@@ -218,10 +218,9 @@ class _EquilibriumSearch:
         return sorted(equilibria, key=lambda equilibrium: equilibrium.coordinate)
 
     def _find_missing_ranges(self, coefficients: PathCoefficients, equilibria: list[Equilibrium]) -> list[tuple[float, float]]:
-        """Return ranges of the coordinate in which an equilibrium is missing, since stable and unstable ones alternate.
-
-        The force next to a stable equilibrium restores, so its sign at the ends of the travel counts as well.
-        """
+        """Return ranges of the coordinate in which an equilibrium is missing, since stable and unstable ones alternate."""
+        # The force next to a stable equilibrium restores, so its sign at the ends of the travel
+        # counts as well.
         force = self._force(coefficients)[0].tolist()
         force_signs = [
             (float(coefficients.coordinate[0]), 0.0, force[0]),
@@ -237,10 +236,7 @@ class _EquilibriumSearch:
         return self._build_equilibrium(coefficients.select(slice(middle, middle + 1)), extent)
 
     def _refine_equilibrium(self, ends: PathCoefficients, guess: float) -> Equilibrium | None:
-        """Return the equilibrium that Newton's method finds from a guess between two grid values, or None.
-
-        If the force changes sign there, bisection safeguards the steps.
-        """
+        """Return the equilibrium that Newton's method, safeguarded by bisection, finds from a guess between two grid values, or None."""
         force, force_scales = self._force(ends)
         (low, high), value = ends.coordinate.tolist(), guess
         is_bracketed, interval_width = force[0] * force[1] < 0.0, high - low

@@ -63,10 +63,9 @@ def require_equilibrium_speed(scene: Scene) -> None:
 
 
 def equilibrium_speed_squared(coefficients: PathCoefficients, coordinate_scale: float, extra_force: FloatArray | float = 0.0) -> FloatArray:
-    """Return the squared equilibrium speed 2 (V' + extra_force) / J' (n,), rad2/s2; -1 where J' is zero.
-
-    Where V' and J' vanish together, the result is the limit 2 V'' / J''. coordinate_scale is the scale of the coordinate in SI.
-    """
+    """Return the squared equilibrium speed 2 (V' + extra_force) / J' (n,), rad2/s2; -1 where J' is zero."""
+    # Where V' and J' vanish together, the result is the limit 2 V'' / J''. coordinate_scale is the
+    # scale of the coordinate in SI.
     values = np.array([coefficients.potential_derivative + extra_force, coefficients.spindle_inertia_derivative])
     derivatives = np.array([coefficients.potential_second_derivative, coefficients.spindle_inertia_second_derivative])
     is_removable = np.all(np.abs(values) <= REMOVABLE_SINGULARITY_TOLERANCE * coordinate_scale * np.abs(derivatives), axis=0)
@@ -251,10 +250,7 @@ class WorkingRange(Recorded):
 
     @property
     def sensitiveness(self) -> float:
-        """Range of speed over mean speed (German Ungleichförmigkeitsgrad); small for a sensitive governor, 0 for an isochronous one.
-
-        Some textbooks call the inverse, mean speed over range of speed, sensitiveness.
-        """
+        """Range of speed over mean speed (Ungleichförmigkeitsgrad), 0 for an isochronous governor; some textbooks take the inverse."""
         return self.range_of_speed / self.mean_speed
 
     @property

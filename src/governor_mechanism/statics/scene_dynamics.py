@@ -1,7 +1,4 @@
-"""A scene as second-order equations z'' = a(z, z') in independent coordinates; inputs have their last values.
-
-Everything that depends on how a scene is lowered to arrays is in this file.
-"""
+"""A scene as equations z'' = a(z, z') in independent coordinates, with the last inputs; all that knows how it is lowered is here."""
 
 from collections.abc import Mapping
 from dataclasses import replace
@@ -71,10 +68,7 @@ def _place_at(
     rates: FloatArray,  # their rates; shape (n,)
     state: FloatArray,  # state vector, to be filled
 ) -> bool:
-    """Fill a state vector with poses and velocities at independent coordinates, and with lags.
-
-    Result: whether the mechanism can be assembled there.
-    """
+    """Fill a state with poses and velocities at independent coordinates, and with lags; return whether it can be assembled there."""
     reference, independent = model.reference, model.independent
     n, n_free = reference.size, independent.size
     poses, velocities = state[:n].reshape(-1, 3), state[n : 2 * n].reshape(-1, 3)
@@ -286,10 +280,7 @@ class SceneDynamics:
         return self.mass_centre_motion(z, np.zeros_like(z))[0]
 
     def accelerations(self, z: FloatArray, rates: FloatArray, input_changes: Mapping[int, float] | None = None) -> FloatArray:
-        """Return the accelerations (k, n) of the independent coordinates at k coordinates and rates, with changes of inputs by index.
-
-        They are NaN where the mechanism cannot be assembled.
-        """
+        """Return the accelerations (k, n) at coordinates and rates, NaN where nothing can be assembled, with changes of inputs by index."""
         inputs = self._inputs.copy()
         for index, change in (input_changes or {}).items():
             inputs[index, VALUE_COLUMN] += change
@@ -298,11 +289,9 @@ class SceneDynamics:
         return accelerations
 
     def require_no_uneven_turning(self) -> None:
-        """Raise MechanismError if an angle starts so fast that it makes full turns, although forces depend on it.
-
-        An angle passes over a potential if half its squared rate exceeds the work per inertia between two extrema, at most
-        twice the largest acceleration.
-        """
+        """Raise MechanismError if an angle starts so fast that it makes full turns, although forces depend on it."""
+        # An angle passes over a potential if half its squared rate exceeds the work per inertia
+        # between two extrema, at most twice the largest acceleration.
         for k in np.flatnonzero([name.endswith(".angle") for name in self.names]):
             turned = self.start + np.multiply.outer(np.linspace(0.0, 2 * np.pi, 16, endpoint=False), np.eye(len(self.start))[k])
             accelerations = self.accelerations(turned, np.zeros_like(turned))[:, k]

@@ -57,11 +57,8 @@ def leading_reading(run: Trajectory) -> str:
 
 
 def settling_time(run: Trajectory, name: str) -> float | None:
-    """Return how long a reading takes to come to rest after the last change of a given spindle speed, or from the start.
-
-    Result: time from which the reading stays within SETTLING_TOLERANCE of its change about its last value, s;
-    None if it does not change, or is not at rest at the end.
-    """
+    """Return the time (s) from the last change of a given spindle speed, or the start, to a reading's rest; None without change or rest."""
+    # It rests where it stays within SETTLING_TOLERANCE of its change about its last value.
     times, values = run.times, run.readings[name]
     if len(times) < 2:
         return None

@@ -298,10 +298,9 @@ def _unit_of(reading: DerivedReading, units: Mapping[str, str]) -> str:
 
 
 def default_readings(scene: Scene, over: str | None = None) -> list[str]:
-    """Return what the command reports unless readings are named: points, transmission angles, and mechanical advantages over the drive.
-
-    Points are those with a name, or else the first that have paths; the output of an advantage is a link that a coupler moves.
-    """
+    """Return what the command reports unless readings are named: points, transmission angles, and mechanical advantages over the drive."""
+    # Points are those with a name, or else the first that have paths; the output of an advantage is a
+    # link that a coupler moves.
     mechanism = _mechanism_of(scene)
     drive = over or find_drive(mechanism)
     points = [point.name for point in mechanism.points] or list(mechanism.path_points)

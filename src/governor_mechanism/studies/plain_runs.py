@@ -65,11 +65,7 @@ def compare_runs(
     run: Trajectory,
     reference: Trajectory,  # a run of the same scene at the same times
 ) -> tuple[Mapping[str, float], float | None]:
-    """Return the errors of a run against a reference run at the times that both reach.
-
-    Result: largest error of each reading and rate away from events, in units of its scale, and the error of
-    the event times, s; None for a scene without contacts.
-    """
+    """Return the largest error of each reading and rate away from events, in its scale, and of event times (s), if a scene has contacts."""
     n_shared = min(len(reference.times), len(run.times))
     times, is_compared, event_time_error = run.times[:n_shared], np.ones(n_shared, dtype=np.bool_), None
     if has_contacts(run.scene):

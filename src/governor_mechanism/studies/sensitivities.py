@@ -246,10 +246,9 @@ def find_sensitivities(
 
 
 def _at_same_extremes(task: _Task, base: _Sample, sample: _Sample) -> _Sample:
-    """Return a sample whose extremes are the values at the reported times of the extremes of the scene itself.
-
-    A reported time on which the least value falls changes in jumps, and the least value would have a kink at each.
-    """
+    """Return a sample whose extremes are the values at the reported times of the extremes of the scene itself."""
+    # A reported time on which the least value falls changes in jumps, and the least value would have a
+    # kink at each.
     numbers = list(sample.numbers)
     for k, quantity in enumerate(task.quantities if numbers and not sample.problem else ()):
         statistic, is_rate, reading = split_rule(quantity.rule)
@@ -323,10 +322,9 @@ def _number(sample: _Sample, number: int) -> float:
 
 
 def _extrapolate(values: Sequence[FloatArray], step: float) -> tuple[FloatArray, FloatArray]:
-    """Return derivatives (...) of values at the four offsets, and what the extrapolation leaves of its error.
-
-    Its error is of fourth order in the step: about the square of what it changes, relative to the derivative.
-    """
+    """Return derivatives (...) of values at the four offsets, and what the extrapolation leaves of its error."""
+    # Its error is of fourth order in the step: about the square of what it changes, relative to the
+    # derivative.
     first, before, after, last = values
     whole, half = (last - first) / (2.0 * step), (after - before) / step
     change = (half - whole) / 3.0

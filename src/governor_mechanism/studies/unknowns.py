@@ -136,10 +136,7 @@ def scene_with(scene: Scene, unknowns: Sequence[Unknown], values: Sequence[float
 
 
 def value_of_key(scene: Scene, key: str) -> tuple[float, str]:
-    """Return the value, SI, that a scene has at a key, and its kind of quantity.
-
-    Raises MechanismError if the key takes no quantity, or the scene leaves it out.
-    """
+    """Return the value, SI, of a scene at a key and its kind; MechanismError if the key takes no quantity, or is left out."""
     document = document_of(scene, "by")
     kind = find_kind(document, key)
     value = find_scene_value(document, key, kind)

@@ -158,10 +158,7 @@ class ValveTiming(Result):
 def tabulate_valve_timing(
     scene: Scene,  # a scene of one part whose mechanism has a valve
 ) -> ValveTiming:
-    """Return the valve events of a scene, to about 1e-13 rad.
-
-    It raises MechanismError for a scene without a valve or a crank that turns fully.
-    """
+    """Return the valve events to about 1e-13 rad; MechanismError without a valve or a crank that turns fully."""
     motion, timings = valve_motion_of(scene), find_port_timings(scene)
     angles = {name: angle for timing in timings for name, angle in timing.events.items()}
     strokes = motion.stroke_fractions(np.array(list(angles.values())))

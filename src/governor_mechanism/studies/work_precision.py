@@ -147,10 +147,7 @@ def run_accuracy_study(
 
 
 class ErrorBenchmark:
-    """Measures the engines of one scene against a reference run at common times.
-
-    A setting may take max_time (s). A ladder ends below target_error, or where the reference resolves no smaller error.
-    """
+    """Measures engines against a reference, at most max_time (s) a setting, down to target_error or what the reference resolves."""
 
     def __init__(
         self, scene: Scene, times: FloatArray, max_time: float, target_error: float = 0.0, timer: Callable[[], float] = time.perf_counter

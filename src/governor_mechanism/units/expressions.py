@@ -1,7 +1,4 @@
-"""Arithmetic expressions over quantities, as "2 * crank + 10 mm": units are carried along, and names are looked up.
-
-Angles are plain numbers, in radians, as everywhere in SI.
-"""
+"""Arithmetic over quantities, as "2 * crank + 10 mm": units are carried along, names looked up; angles are plain numbers, in rad."""
 
 from __future__ import annotations
 

@@ -153,10 +153,7 @@ def _fields_of(owner: Any) -> dict[str, Declaration]:
 
 
 def require_valid_fields(instance: Any, owner: str) -> None:
-    """Raise MechanismError unless the quantities of a dataclass instance are finite, with the signs that are declared.
-
-    A name of the owner that ends with a dot precedes the names of the fields.
-    """
+    """Raise MechanismError unless quantities of a dataclass are finite, of declared sign; an owner with a last dot precedes names."""
     for name, unit, check in _checks_of(instance.__class__):
         value = getattr(instance, name)
         if value is not None:

@@ -210,12 +210,7 @@ def whole_number(least: int) -> Requirement:
 
 
 def check_arguments(**requirements: Requirement) -> Callable[[Callable[_Parameters, _Result]], Callable[_Parameters, _Result]]:
-    """Return a decorator that checks arguments before each call; the default of an argument is always allowed.
-
-    What each argument must be, in words and as a predicate, is given by its name.
-
-    Result: the decorator; the function that it returns raises MechanismError.
-    """
+    """Return a decorator that checks arguments, by name, in words and as a predicate, before each call; defaults are always allowed."""
 
     def decorate(function: Callable[_Parameters, _Result]) -> Callable[_Parameters, _Result]:
         signature = inspect.signature(function)

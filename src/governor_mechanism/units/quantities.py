@@ -1,7 +1,4 @@
-"""Conversion of quantities to SI. Numbers are in SI; text needs a unit.
-
-pint is imported for the first text with a less usual unit, since its import is slow.
-"""
+"""Conversion of quantities to SI: numbers are in SI, text needs a unit; pint, slow to import, serves the less usual ones."""
 
 import difflib
 import json
@@ -357,10 +354,7 @@ def _wrong_kind_message(unit: str, number: Decimal, factor: Decimal, base_unit: 
 
 
 def _suggest_unit(unit: str, expected: QuantityKind) -> str:
-    """Return a hint at a known unit with a similar spelling, first among those of the expected kind.
-
-    For angular speeds the hint never mistakes turns for radians, or the reverse.
-    """
+    """Return a hint at a known unit with a similar spelling, first of the expected kind; it never takes turns for radians."""
     word = unit.lower()
     candidates = [*expected.units, "1/min", "°", *(name for kind in QUANTITY_KINDS.values() for name in kind.units)]
     if expected.si_unit == "rad/s":

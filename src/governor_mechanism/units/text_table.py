@@ -106,10 +106,7 @@ def format_in_unit(
 
 
 def fill_places(text: str, record: object, places: Places | None = None, /, **values: object) -> str:
-    """Return a text with its places filled; a line with a place whose value is None is left out.
-
-    `values` are the values of places that are no attributes of the record.
-    """
+    """Return a text with its places filled, also from `values`, without lines that have a place whose value is None."""
     lines = list[str]()
     for line in text.splitlines():
         try:

@@ -196,10 +196,7 @@ class LevelRuns:
             self.solutions.clear()
 
     def _has_open_joints(self, runs: list[FixedStepSolution], n_times: int, exits: list[RangeExit | None]) -> bool:
-        """Return whether bodies diverged or joints opened up to the first monitor time outside the limits, inclusive.
-
-        Torn joints leave the limits too.
-        """
+        """Return whether bodies diverged or joints opened up to the first monitor time outside the limits, which torn joints leave too."""
         count = min([n_times, *(range_exit[0] + 1 for range_exit in exits if range_exit is not None)])
         if any(len(run.raw_poses) < count for run in runs) or (any(exits) and self._have_diverged(runs, count)):
             return True

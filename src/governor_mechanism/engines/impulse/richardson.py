@@ -52,10 +52,9 @@ class ExtrapolatedEvents:
     is_matched: bool = True
 
     def wrong_side_error(self, times: FloatArray) -> float:
-        """Return the largest impact-time error (s) of the last run whose interval contains one of the times (n,) s.
-
-        At such a time either the last run or the exact motion is past the impact and the other is not, so its values are not comparable.
-        """
+        """Return the largest impact-time error (s) of the last run whose interval contains one of the times (n,) s."""
+        # At such a time either the last run or the exact motion is past the impact and the other is
+        # not, so its values are not comparable.
         return max((high - low for low, high in self.extrapolation_intervals if are_in_intervals(times, [(low, high)]).any()), default=0.0)
 
 
@@ -66,12 +65,11 @@ def extrapolate_events(
     min_error_ratio: float = MIN_EVENT_TIME_ERROR_RATIO,
     settled_difference: float = math.inf,
 ) -> ExtrapolatedEvents:
-    """Extrapolate each event of the last log from the nearest events of its kind in the other logs, up to `end_time` (s).
-
-    The error of a time is at least `min_error_ratio` of the difference of the last two runs. Where that exceeds `settled_difference` (s),
-    nothing is known of what follows.
-    An event within the first step (s) of all runs is reached by one step of the same length in each: their agreement says nothing.
-    """
+    """Extrapolate each event of the last log from the nearest events of its kind in the other logs, up to `end_time` (s)."""
+    # The error of a time is at least `min_error_ratio` of the difference of the last two runs. Where
+    # that exceeds `settled_difference` (s), nothing is known of what follows. An event within the first
+    # step (s) of all runs is reached by one step of the same length in each: their agreement says
+    # nothing.
     finest, time_error, is_matched = event_logs[-1], 0.0, len({len(log) for log in event_logs}) == 1
     events, impact_intervals, extrapolation_intervals = [], [], []
     for event in finest:

@@ -49,10 +49,7 @@ EVENT_FRACTION_TOLERANCE = 1e-13
 
 
 class EventDrivenStepper(StaggeredStepper):
-    """Integrates a pymunk model over successive intervals, splitting steps at events.
-
-    `level` is how often the steps are halved; `h` (s) is the first step.
-    """
+    """Integrates over intervals, splitting steps at events; `level` is how often the first step `h` (s) is halved."""
 
     def __init__(self, problem: FixedStepProblem, model: PymunkModel, level: int, h: float) -> None:
         super().__init__(problem, model, level, h)
@@ -98,10 +95,9 @@ class EventDrivenStepper(StaggeredStepper):
         self._restart_after_event(next_h)
 
     def _plan_substeps(self, time: float, end: float, full_step: float) -> tuple[float, int]:
-        """Restart toward `end` (s) with steps of at most `full_step`; return the target time (s) and the number of steps.
-
-        A bounce takes a number of steps such that the steps of all runs shorten by the same factor from level to level.
-        """
+        """Restart toward `end` (s) with steps of at most `full_step`; return the target time (s) and the number of steps."""
+        # A bounce takes a number of steps such that the steps of all runs shorten by the same
+        # factor from level to level.
         steps = math.ceil((end - time) / full_step * (1 - MIN_REMAINDER_RATIO))
         bounce_duration = self._restart_after_event((end - time) / steps)
         if bounce_duration < self._steps_per_bounce * full_step:
@@ -219,11 +215,10 @@ LIMIT_CHECK_INTERVAL = 256
 
 @np.errstate(all="ignore")  # diverging bodies give infinite values before the run is abandoned
 def integrate_over_grid(problem: FixedStepProblem, level: int, iterations: int, n_times: int) -> FixedStepSolution:
-    """Integrate over `n_times` of the grid, with the steps of each interval halved `level` times and `iterations` of the joint solver.
-
-    The run is abandoned if its share of the budget is spent, soon after it leaves the limits of the mechanism, and where a body is too
-    far away. Its states have compatible velocities and the shaft of a free spindle.
-    """
+    """Integrate over `n_times` of the grid, with the steps of each interval halved `level` times and `iterations` of the joint solver."""
+    # The run is abandoned if its share of the budget is spent, soon after it leaves the limits of the
+    # mechanism, and where a body is too far away. Its states have compatible velocities and the shaft
+    # of a free spindle.
     settings, evaluator, budget = problem.settings, problem.evaluator, problem.budget
     model = PymunkModel(problem.scene, iterations=iterations, plain=settings.plain, count_step=budget.count_step)
     times, step_counts, time_inputs = problem.grid.monitor_times, problem.grid.min_steps << level, problem.time_inputs

@@ -56,10 +56,7 @@ class StepLimitError(Exception):
 
 
 class WorkBudget:
-    """Work of all runs of a request, counted in steps with the first number of solver iterations; other work counts as its time in steps.
-
-    `limit` is the largest work of all runs together, and `spent` the work so far.
-    """
+    """Largest work of all runs of a request and that spent so far, in steps with the first number of solver iterations or their time."""
 
     def __init__(self, settings: ImpulseSettings, scene: Scene, n_varying_inputs: int) -> None:
         self._n_joints = len(scene.mechanism.joints)
@@ -116,10 +113,7 @@ def make_first_grid(
     breakpoints: FloatArray,  # times (s) of jumps and kinks of the inputs
     budget: WorkBudget,
 ) -> tuple[TimeGrid, bool]:
-    """Return the grid of the coarsest run, and whether it reaches the last reported time.
-
-    Result: grid that the first runs can finish if they meet no events, and whether it is complete.
-    """
+    """Return a grid that the first runs can finish if they meet no events, and whether it reaches the last reported time."""
     (step, max_step), times = choose_steps(settings, evaluator.scene, request.accuracy), request.times
     if settings.step is None:
         # No run gets further, so the grid needs no monitor times there.
@@ -136,10 +130,7 @@ def make_first_grid(
 
 
 def choose_steps(settings: ImpulseSettings, scene: Scene, accuracy: float) -> tuple[float, float]:
-    """Return the step of the coarsest run, and the largest one that a run may take.
-
-    Result: both steps, s; a requested step has no largest one.
-    """
+    """Return the step (s) of the coarsest run, and the largest one (s) that a run may take; a requested step has no largest one."""
     if settings.step is not None:
         return min(settings.step, _resolving_step(scene)), math.inf
     max_step = min(settings.monitor_interval * time_scale(scene), _resolving_step(scene))
@@ -147,11 +138,10 @@ def choose_steps(settings: ImpulseSettings, scene: Scene, accuracy: float) -> tu
 
 
 def _resolving_step(scene: Scene) -> float:
-    """Return the largest step (s) that sees every cycle of the spindle speed: one radian of its fluctuation.
-
-    With a whole number of cycles in each step, all runs would agree on a motion without the fluctuation. The time scale resolves the
-    harmonics of drivers, and steps end at the points of programs.
-    """
+    """Return the largest step (s) that sees every cycle of the spindle speed: one radian of its fluctuation."""
+    # With a whole number of cycles in each step, all runs would agree on a motion without the
+    # fluctuation. The time scale resolves the harmonics of drivers, and steps end at the points of
+    # programs.
     speeds = [plane.given_speed for plane in scene.system.planes if plane.given_speed and plane.given_speed.speed_fluctuation]
     rates = [max(map(abs, speed.speeds)) * speed.cycles_per_turn for speed in speeds]
     return min((1 / rate for rate in rates if rate), default=math.inf)

@@ -85,11 +85,10 @@ class StaggeredStepper:
         return StepState(time, *motion, self.time_inputs.spindle, forces.dissipated_energy, rates_after_kick, inputs.values)
 
     def take_trial_step(self, h: float, steps: int = 1) -> StepState:
-        """Return the state `h` seconds ahead, without moving to it.
-
-        Joint forces are valid from the second step on. The first step starts with closed joints, but a step leaves a gap proportional to
-        the square of its length, so the first joint forces also contain the force that opens this gap.
-        """
+        """Return the state `h` seconds ahead, without moving to it; joint forces are valid from the second step on."""
+        # The first step starts with closed joints, but a step leaves a gap proportional to the
+        # square of its length, so the first joint forces also contain the force that opens this
+        # gap.
         self.restart(h / steps)
         time = self.state.time
         self.time_inputs.prepare_interval(time, time + h, steps, h / steps)

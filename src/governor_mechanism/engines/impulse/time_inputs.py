@@ -17,10 +17,7 @@ from governor_mechanism.types import FloatArray
 
 @dataclass(frozen=True)
 class SpindleState:
-    """Work of changes of a prescribed speed (J), angle (rad), speed (rad/s) and angular momentum (kg m2/s) of a free spindle.
-
-    `inertia` is the moment of inertia of the mechanism about the spindle (kg m2).
-    """
+    """Work of changes of a given speed (J), angle, speed, angular momentum of a free spindle, moment of inertia about it (kg m2)."""
 
     work: float = 0.0
     angle: float = 0.0
@@ -70,11 +67,9 @@ class TimeInputs:
         return self._inputs_at(0.0, h, self._speed_program.start_speed**2)
 
     def restart_inputs(self, time: float, h: float) -> StepInputs:
-        """Return the inputs of a restart at `time` (s), before a first step of `h` seconds.
-
-        The kick has half the size, not half the length: if the step length changes, pymunk scales the accumulated joint impulses
-        wrongly and applies wrong bounds.
-        """
+        """Return the inputs of a restart at `time` (s), before a first step of `h` seconds."""
+        # The kick has half the size, not half the length: if the step length changes, pymunk scales
+        # the accumulated joint impulses wrongly and applies wrong bounds.
         # The speed program of a free spindle is constant; a prescribed spindle keeps its start speed in `spindle`.
         speed = self.spindle.speed if self._speed_program.is_constant else float(self._speed_program(np.array([time]))[0])
         return replace(self._inputs_at(time, h, speed**2), kick_scale=0.5)
@@ -135,10 +130,9 @@ class TimeInputs:
 
 
 def _sample_at_kicks(function: CubicTimeFunction, times: FloatArray, next_h: float, power: int = 1) -> FloatArray:
-    """Return a time function, raised to `power`, at the end of each step; shape (steps,).
-
-    At a jump on the last end, both sides are weighted by the two parts of the kick; with `next_h` = 0 only the left limit counts.
-    """
+    """Return a time function, raised to `power`, at the end of each step; shape (steps,)."""
+    # At a jump on the last end, both sides are weighted by the two parts of the kick; with `next_h` = 0
+    # only the left limit counts.
     right_values, left_value = function(times) ** power, function(times[-1:], left_limit=True) ** power
     h = times[-1] - times[-2]
     right_values[-1] = (h * left_value[0] + next_h * right_values[-1]) / (h + next_h)

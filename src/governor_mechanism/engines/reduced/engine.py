@@ -40,10 +40,7 @@ from governor_mechanism.types import NO_INDEX, BoolArray, FloatArray, IntArray
 
 @dataclass(frozen=True, kw_only=True)
 class ReducedEngine(ErrorControlledEngine):
-    """Engine of order 8 with error control for mechanisms with one degree of freedom; the fastest one.
-
-    The error estimate is twice the difference from a run that takes at most half of every step, along a table of its own.
-    """
+    """Fastest engine, of order 8, for one degree of freedom; its error is twice the difference from a run of half steps."""
 
     name: ClassVar[str] = "reduced"  # name of the engine
     effects: ClassVar[frozenset[type[Effect]]] = EFFECT_TYPES - {Clearance}  # effects that it can simulate
@@ -155,10 +152,7 @@ class ReducedRunner(CertifiedRunner):
     def _make_monitor_states(
         self, reduced_run: ReducedRun, tolerance: float, plan: StepPlan, end: FloatArray, max_times: int
     ) -> tuple[StateHistory, tuple[ContactMode, ...], DenseOutput | None]:
-        """Return states close enough to each other that no event is missed, their modes, and the dense output between them.
-
-        At most `max_times` states from the start are returned.
-        """
+        """Return states, at most `max_times`, so close that no event is missed, their modes, and the dense output between them."""
         settings, max_interval = self.settings, self.settings.monitor_interval_ratio * self.evaluator.time_scale
         times = make_time_grid(np.minimum(end, max_times * max_interval), reduced_run.breakpoints, np.inf, max_interval).monitor_times
         while True:

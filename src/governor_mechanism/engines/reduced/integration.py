@@ -146,10 +146,8 @@ def _take_step(equation: ReducedEquation, local_time: float, h: float, state: Fl
 
 @jit_in_place
 def _find_excursion(equation: ReducedEquation, h: float, state: FloatArray, stages: Stages) -> int:
-    """Return the side on which the motion may leave the table and come back between two stages: 0 below, 1 above, or ON_TABLE.
-
-    Where the interpolants are too rough to say, a shorter step tells.
-    """
+    """Return the side on which the motion may leave the table and come back between two stages: 0 below, 1 above, or ON_TABLE."""
+    # Where the interpolants are too rough to say, a shorter step tells.
     q, v, q_end, v_end = state[0], state[1], stages.end[0], stages.end[1]
     a, a_end = stages.derivatives[1, 0], stages.derivatives[1, END_STAGE]
     low, high = 0.0, 1.0
@@ -255,11 +253,8 @@ def integrate_reduced(
     event_log: EventLog,
     selects_mode: bool,
 ) -> tuple[int, float, int, float]:
-    """Integrate the reduced model over a time span, with contact transitions at events.
-
-    With `selects_mode`, select the contact mode at the start first; that is all if the span is empty. Returns status, next step (s),
-    number of times reached, and time of the state (s).
-    """
+    """Integrate over a span with contact transitions at events; return status, next step (s), times reached, and time of the state (s)."""
+    # With `selects_mode`, select the contact mode at the start first; that is all if the span is empty.
     model, counts, mode = equation.model, buffers.stages.counts, equation.model.mode
     (time, end), step, n_reached, is_released = span, limits.step, 0, False
     time_scale = model.parameters[0].time_scale

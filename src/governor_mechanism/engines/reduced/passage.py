@@ -99,10 +99,7 @@ def integrate_passage(
     time_scale: float,  # characteristic time of the scene, s
     settings: ReducedSettings,
 ) -> PassageEnd:
-    """Integrate the reduced model over a time span; where the motion leaves its table, extend the table.
-
-    Result: how the integration ended: with TABLE_ENDED where the motion reaches the end of its table.
-    """
+    """Integrate the reduced model over a span and extend its table where the motion leaves it; TABLE_ENDED where that ends."""
     (time, end), step, n_filled, side = span, step_limits.step, 0, 0
     last_time, origin = -math.inf, time
     approach: tuple[float, FloatArray, FloatArray] | None = None
@@ -150,11 +147,10 @@ def _approach_table_end(
     longest_time: float,
     settings: ReducedSettings,
 ) -> tuple[float, bool]:
-    """Return the next step (s) towards the end of a table, and whether it is reached but for rounding.
-
-    The first step goes almost to the end of the last piece; after one that leads beyond it, shorter ones do. `time_left` (s) is that
-    of the travel left at the present rate; rounding is relative to `distance_scale` (SI) and `longest_time` (s).
-    """
+    """Return the next step (s) towards the end of a table, and whether it is reached but for rounding."""
+    # The first step goes almost to the end of the last piece; after one that leads beyond it, shorter
+    # ones do. `time_left` (s) is that of the travel left at the present rate; rounding is relative to
+    # `distance_scale` (SI) and `longest_time` (s).
     step = settings.table_end_approach * time_left if has_advanced and time_left != 0.0 else step * settings.table_end_step_ratio
     is_end = step < settings.min_end_step_ratio * longest_time or abs(travel_left) < settings.min_remaining_travel * distance_scale
     return step, is_end
@@ -163,13 +159,12 @@ def _approach_table_end(
 def _find_motion_end(
     edge: float, end_coordinate: float, coordinate: float, rate: float, acceleration: float, acceleration_slope: float
 ) -> tuple[bool, float]:
-    """Return where and when a motion near the end of a table ends, at its present rate (SI/s) and a constant acceleration (SI/s2).
-
-    The table has values up to its edge; the end coordinate, the bound if that is near, may lie a little behind that, so near that rounding
-    separates them. The first result is whether the motion may turn back between them, at that acceleration or at one that changes along
-    the coordinate by a slope (1/s2): it ends at the edge then. The second is the time (s) to its end: at the rate alone if the
-    acceleration stops it before, and 0 if it leads away.
-    """
+    """Return whether a motion near the end of a table may turn back, and the time (s) to its end at its rate and acceleration."""
+    # The table has values up to its edge; the end coordinate, the bound if that is near, may lie a
+    # little behind that, so near that rounding separates them. The motion may turn back between them at
+    # that acceleration (SI/s2) or at one that changes along the coordinate by a slope (1/s2): it ends
+    # at the edge then. The time is that at the rate (SI/s) alone if the acceleration stops it before,
+    # and 0 if it leads away.
     travel = end_coordinate - coordinate
     gain = 2.0 * acceleration * travel + min(acceleration_slope * travel * travel, 0.0)
     stops_short = end_coordinate != edge and not (rate * travel > 0.0 and rate * rate + gain > 0.0)

@@ -19,32 +19,21 @@ MAX_STEP_SCALE_RATIO = 8.0
 
 @once_per_object
 def time_scale(scene: Scene) -> float:
-    """Return the characteristic time of a scene: the time to move by one radian or one length scale.
-
-    It is the shortest time of those given by the largest spindle speed, free fall, initial rates, springs, drives and
-    applied forces.
-
-    Result: time, s; 1 s if nothing moves the mechanism.
-    """
+    """Return the shortest time (s) in which what moves a scene moves it by one radian or one length scale; 1 s if nothing does."""
     return 1 / (max(loading_rate(scene), _max_spring_rate(scene)) or 1.0)
 
 
 @once_per_object
 def loading_rate(scene: Scene) -> float:
-    """Return the largest characteristic rate of what moves a scene, without springs: a stiff spring need not swing.
-
-    Result: rate, 1/s; 0 if nothing but springs moves the mechanism.
-    """
+    """Return the largest characteristic rate (1/s) of what moves a scene, but for springs, stiff ones need not swing; 0 without any."""
     return max(_max_spindle_rate(scene), _max_load_rate(scene))
 
 
 @once_per_object
 def max_step_scale(scene: Scene) -> float:
-    """Return the time that bounds the steps of an integration.
-
-    It is the time scale, unless only a constant spindle speed makes that short and the scene has no contacts: in the
-    turning plane a constant spindle speed acts as any force, and error control limits the steps.
-    """
+    """Return the time (s) that bounds the steps of an integration."""
+    # In the turning plane a constant spindle speed acts as any force, and error control limits the
+    # steps: without contacts it sets no bound.
     motion_time_scale = time_scale(scene)
     speeds = [plane.given_speed for plane in scene.system.planes]
     is_steady = all(speed and speed.speed_function.is_constant and not speed.speed_fluctuation for speed in speeds)

@@ -63,10 +63,9 @@ def evaluate_table_output(model: ReducedModel, piece: int, t: float, output_inde
 
 @jit_in_place
 def evaluate_output(model: ReducedModel, piece: int, t: float, output_index: int) -> tuple[float, float]:
-    """Return an output and its derivative by the coordinate, or for an output of the shaft, as last evaluated, by its angle.
-
-    Outputs of the shaft are counted from the number of outputs of the table on; COORDINATE is the coordinate itself.
-    """
+    """Return an output and its derivative by the coordinate, or for an output of the shaft, as last evaluated, by its angle."""
+    # Outputs of the shaft are counted from the number of outputs of the table on; COORDINATE is the
+    # coordinate itself.
     shaft_output = output_index - model.parameters[0].n_outputs
     if shaft_output >= 0:
         return model.shaft_outputs.row_values[shaft_output, RowColumn.RESIDUAL], model.shaft_outputs.derivatives[shaft_output]
@@ -102,11 +101,10 @@ class StateRates(NamedTuple):
 def evaluate_state_rates(
     model: ReducedModel, piece: int, t: float, v: float, shaft_angle: float, shaft_speed: float, local_time: float, with_friction: bool
 ) -> StateRates:
-    """Return the acceleration of the coordinate from all forces, and the rates of the other states.
-
-    With the ratio r of spindle to shaft, the inertia J of the bodies in the turning plane and the inertia S of all else that turns,
-    (S + r^2 J) W' = torque - r^2 J' q' W for the speed W of the shaft; without reaction S W' = torque.
-    """
+    """Return the acceleration of the coordinate from all forces, and the rates of the other states."""
+    # With the ratio r of spindle to shaft, the inertia J of the bodies in the turning plane and the
+    # inertia S of all else that turns, (S + r^2 J) W' = torque - r^2 J' q' W for the speed W of the
+    # shaft; without reaction S W' = torque.
     coefficients, parameters, inputs = model.coefficients, model.parameters[0], model.inputs
     evaluate_model_inputs(model, piece, t, v, shaft_angle, shaft_speed, local_time)
     inverse_inertia = evaluate_piece(coefficients, piece, TableColumn.INVERSE_INERTIA, t)

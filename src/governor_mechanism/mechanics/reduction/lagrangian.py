@@ -46,12 +46,7 @@ def lower_lagrangian(
     outputs: Sequence[str],
     effects: Sequence[OutputForce],
 ) -> ReductionArrays:
-    """Lower a part with one degree of freedom to the arrays of its Lagrangian coefficients; gas is left out: its force has kinks.
-
-    The coordinate has no bounds, outputs have no limits, and the spindle speed may change.
-
-    Result: what determines the coefficients.
-    """
+    """Lower a part to the arrays of its Lagrangian coefficients, without bounds or limits; gas is left out: its force has kinks."""
     mechanism, plane = part.mechanism, next(iter(scene.system.planes), None)
     has_centrifugal_forces = plane is not None and plane.is_loaded
     own_elements = [
@@ -177,10 +172,7 @@ class SingleDofReduction:
         return find_range_of_motion(self.mechanism, rotates_with_spindle=self.scene.part.plane == TURNING_PLANE)
 
     def evaluate(self, values: Sequence[float] | FloatArray, guess: FloatArray | None = None) -> PathCoefficients:
-        """Assemble the mechanism at values (n,) of the coordinate, guided by the path or by one guess (bodies, 3), and evaluate it.
-
-        Raises MechanismError, naming the joint that stays open, where the mechanism cannot be assembled.
-        """
+        """Assemble at values (n,), guided by the path or a guess (bodies, 3), and evaluate; MechanismError names an open joint."""
         coordinates = np.asarray(values, dtype=np.float64)
         if guess is None:
             guesses = self.range_of_motion.path.predict_poses(coordinates)

@@ -69,12 +69,10 @@ UNBOUNDED_RANGE = 1e9
 
 @once_per_object
 def lower_reduced_scene(scene: Scene) -> tuple[ReductionArrays, ReducedModel, tuple[CubicTimeFunction, ...]]:
-    """Lower a scene, one part with one degree of freedom and no drives and at most one shaft, to its reduced model.
-
-    Returns what is tabulated along the coordinate; the model, which is on no table yet; and its inputs: given spindle speed, loads of
-    force elements, friction forces, factors of these. Nothing is held in the contact mode, springs are slack, tables are on their lowest
-    segments, and all kinks are monitored.
-    """
+    """Lower a scene, one part with one degree of freedom, no drives and at most one shaft: what is tabulated, the model, its inputs."""
+    # The model is on no table yet. Inputs: given spindle speed, loads of force elements, friction
+    # forces, factors of these. Nothing is held in the contact mode, springs are slack, tables are on
+    # their lowest segments, and all kinks are monitored.
     (prefix, part), train = parts_with_coordinate(scene)[0], find_shaft_train(scene)
     gases = _find_gases(scene, prefix, part)
     outputs = _find_outputs(scene, prefix, part, train, gases)
@@ -184,10 +182,7 @@ def _lower_springs(scene: Scene, names: Sequence[str]) -> RecordArray:
 
 
 def _shaft_elements(scene: Scene, prefix: str, part: Part, train: ShaftTrain, first_input: int) -> tuple[RecordArray, float, int]:
-    """Return the torques on the shaft, records of `SHAFT_TORQUE_DTYPE`, its damping (N m s/rad) and the first input of other elements.
-
-    `first_input` is that of the loads of force elements.
-    """
+    """Return the torques on the shaft (`SHAFT_TORQUE_DTYPE`), its damping (N m s/rad) and the first input of other elements."""
     torques, damping = list[tuple[int, float]](), 0.0
     next_input = first_own_input = first_input
     for element in scene.mechanism.force_elements:
@@ -340,10 +335,7 @@ class MotionTable:
         return float(self.table.intervals[self.table.end_pieces[side], side])
 
     def end_message(self, side: int, *, stops_short: bool = False) -> tuple[bool, str]:
-        """Return whether the table ends at a limit given in the scene, and what happens there.
-
-        `stops_short` is whether the motion turns back between the end of the table and the bound of the coordinate.
-        """
+        """Return whether the table, or a motion that turns back before its bound, ends at a limit of the scene, and what happens."""
         prefix, part = parts_with_coordinate(self.scene)[0]
         mechanism = part.mechanism
         own_limits = [limit for limit in mechanism.limits if limit.reading == mechanism.coordinate]

@@ -1,7 +1,4 @@
-"""Lagrangian coefficients of a mechanism with one degree of freedom at one configuration, and the columns of its motion table; compiled.
-
-Motion tables, statics and everything else that reduces a mechanism to its leading coordinate q read these coefficients.
-"""
+"""Lagrangian coefficients at one configuration, the same for motion tables and statics, and the columns of a motion table; compiled."""
 
 import math
 from enum import IntEnum

@@ -33,10 +33,7 @@ class ShaftTrain:
 
 
 def parts_with_coordinate(scene: Scene) -> list[tuple[str, Part]]:
-    """Return prefix and part of all parts that are more than a shaft.
-
-    Result: start of the names of the part, and the part.
-    """
+    """Return prefix and part of all parts that are more than a shaft."""
     if len(scene.parts) == 1:
         return [("", scene.part)]
     return [(f"{part.name}.", part) for part in scene.parts if not _is_shaft(part)]
@@ -77,10 +74,7 @@ def find_shaft_train(scene: Scene) -> ShaftTrain:
 
 
 def shaft_readings(scene: Scene, train: ShaftTrain) -> set[str]:
-    """Return the names of the readings that are functions of the angle of the shaft.
-
-    Result: names of angles, travels and so on of the bodies that turn with it.
-    """
+    """Return the names of the readings that are functions of the angle of the shaft: angles, travels of the bodies that turn with it."""
     mechanism, (prefix, part) = scene.mechanism, parts_with_coordinate(scene)[0]
     own = {prefix + reading.name for reading in part.mechanism.readings}
     readings = [reading for reading in mechanism.readings if reading.name not in own]

@@ -150,11 +150,7 @@ def find_piece(
     q: float,  # leading coordinate, SI
     piece_guess: int,
 ) -> tuple[int, float, int]:
-    """Find the piece that contains a value of the coordinate.
-
-    Results: piece, index of the piece, or of the nearest one; t, local coordinate in that piece, -1 to 1;
-    side, ON_TABLE, or the side on which the table must be extended: 0 below, 1 above.
-    """
+    """Return the piece of a value, or the nearest, the local coordinate (-1 to 1), and ON_TABLE or the side it lacks: 0 low, 1 high."""
     low, high, period = PieceColumn.LOW, PieceColumn.HIGH, periodicity[PeriodIndex.PERIOD]
     piece, wrapped, side = piece_guess, q, ON_TABLE
     if period > 0.0:
@@ -176,10 +172,7 @@ def evaluate_poses(
     table: PiecewiseTable,
     values: FloatArray,  # leading coordinate, SI; shape (n,)
 ) -> FloatArray:
-    """Return poses and their derivative by the coordinate, by barycentric interpolation.
-
-    Result: poses, then derivatives; shape (2, n, bodies, 3).
-    """
+    """Return poses, then their derivatives by the coordinate, (2, n, bodies, 3), by barycentric interpolation."""
     weights, piece, result = np.empty(N_CHEBYSHEV_NODES), 0, np.empty((2, values.size, table.pose_increment.size))
     for i in range(values.size):
         piece = evaluate_node(table, values[i], piece, weights, result[:, i])
@@ -194,10 +187,7 @@ def evaluate_node(
     weights: FloatArray,  # buffer; shape (N_CHEBYSHEV_NODES,)
     node: FloatArray,  # result; shape (2, 3 bodies)
 ) -> int:
-    """Fill poses and their derivative by the coordinate into a node (2, 3 bodies); return the index of the piece.
-
-    Result: index of the piece.
-    """
+    """Fill poses and their derivative by the coordinate into a node (2, 3 bodies); return the index of the piece."""
     piece, t, _ = find_piece(table.intervals, table.neighbours, table.periodicity, q, piece_guess)
     barycentric_weights(t, weights)
     period = table.periodicity[PeriodIndex.PERIOD]

@@ -65,10 +65,7 @@ TABLE_CLOSURE_TOLERANCE = 1e-8
 
 @jit
 def extend_table(arrays: ReductionArrays, workspace: ReductionWorkspace, table: PiecewiseTable, side: int) -> ExtensionStatus:
-    """Add the next piece to a table; before the first one, find the node at which the table starts.
-
-    Result: whether a piece was added.
-    """
+    """Add the next piece to a table, and before the first one find the node at which it starts; return whether one was added."""
     if table.n_pieces[0] == 0 and not _start_table(arrays, workspace, table):
         return ExtensionStatus.TABLE_ENDED
     return _add_piece(arrays, workspace, table, side)
@@ -219,10 +216,9 @@ def _link_piece(table: PiecewiseTable, extension: Extension) -> None:
 def _reduce_rounding_by_resizing(
     arrays: ReductionArrays, workspace: ReductionWorkspace, table: PiecewiseTable, extension: Extension, end: float, least: float
 ) -> float:
-    """Return the end of the first trial piece whose rounding error is acceptable, or of that with the least one.
-
-    Near a change point the rounding error depends on the positions of the nodes. Narrower pieces are tried before wider ones.
-    """
+    """Return the end of the first trial piece whose rounding error is acceptable, or of that with the least one."""
+    # Near a change point the rounding error depends on the positions of the nodes. Narrower pieces are
+    # tried before wider ones.
     best, start = end, extension.start
     for k in range(N_RESIZE_TRIALS):
         if least <= extension.acceptable_noise:
@@ -241,10 +237,7 @@ def _reduce_rounding_by_resizing(
 def _fill_piece(
     arrays: ReductionArrays, workspace: ReductionWorkspace, table: PiecewiseTable, extension: Extension, end: float
 ) -> tuple[float, float]:
-    """Fill a piece, node by node from the side of its neighbour; return its truncation error and its rounding error.
-
-    workspace.assembly.min_pivot becomes the smallest pivot ratio of all nodes.
-    """
+    """Fill a piece, node by node from the side of its neighbour, set workspace.assembly.min_pivot; return truncation and rounding error."""
     piece, neighbour, direction = extension.piece, extension.neighbour, 2 * extension.side - 1
     low, high = min(extension.start, end), max(extension.start, end)
     middle, half = 0.5 * (low + high), 0.5 * (high - low)

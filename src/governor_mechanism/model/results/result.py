@@ -103,10 +103,7 @@ class Recorded:
     hidden: ClassVar[tuple[str, ...]] = ()  # names of fields that are not in it
 
     def as_json(self) -> Mapping[str, Any]:
-        """Return all numbers in the types of JSON, in SI; those that are not finite are None.
-
-        Result: numbers by name; complex numbers as pairs of real and imaginary part.
-        """
+        """Return all numbers by name in SI as types of JSON: None for those that are not finite, pairs of real and imaginary part."""
         from governor_mechanism.files.results import record_result
 
         return record_result(self)

@@ -30,11 +30,7 @@ class Block:
 
 @dataclass(frozen=True, eq=False)
 class Decomposition:
-    """Blocks in the order of their solution, hanging bodies, and the coordinates that nothing determines.
-
-    Hanging bodies have one joint with the others, so that they take no part in the closing; each with the row of this joint, in the
-    order in which they are placed.
-    """
+    """Blocks in the order of their solution, hanging bodies with the row of their only joint, and what nothing determines."""
 
     blocks: tuple[Block, ...]
     hanging: tuple[tuple[int, int], ...]

@@ -49,10 +49,8 @@ class ClosedConfigurations:
     closing: IntArray  # numbers of the bodies that take part in the closing
 
     def find_highest(self) -> int:
-        """Return the index of the configuration whose mass centres lie highest, and of several the one farthest right.
-
-        Bodies that take no part in the closing do not count, and singular configurations only if there are no others.
-        """
+        """Return the index of the configuration with the highest mass centres, or farthest right; singular ones are the last choice."""
+        # Bodies that take no part in the closing do not count.
         mobilities = [self.solver.count_degrees_of_freedom(one) for one in self.poses]
         regular = [k for k, mobility in enumerate(mobilities) if mobility == min(mobilities)]
         reach, height = self.poses[:, self.closing, :2].sum(axis=1).T
@@ -111,10 +109,8 @@ def _solve_blocks(solver: PositionSolver, parts: Decomposition) -> tuple[list[Fl
 
 
 def _place_hanging_bodies(solver: PositionSolver, parts: Decomposition, poses: FloatArray) -> FloatArray:
-    """Return poses with the hanging bodies moved to the points they hang on, at the angles of the guess.
-
-    Where the joint lets them slide or swing, they keep their place against it in the guess.
-    """
+    """Return poses with the hanging bodies moved to the points they hang on, at the angles of the guess."""
+    # Where the joint lets them slide or swing, they keep their place against it in the guess.
     placed, guess = poses.copy(), solver.initial_guess
     for body, row in parts.hanging:
         record = solver.equations.rows.table[row]
@@ -194,10 +190,8 @@ def _within_a_turn(solver: PositionSolver, poses: FloatArray) -> FloatArray:
 
 
 def _order_key(solver: PositionSolver, blocks: Sequence[Block], poses: FloatArray) -> tuple[float, ...]:
-    """Return by what configurations are ordered: for each block the sense in which it closes, then its angles, then its positions.
-
-    The sense, the sign of a determinant, changes only where a block passes a singular configuration.
-    """
+    """Return by what configurations are ordered: the sense in which each block closes, then its angles, then its positions."""
+    # The sense, the sign of a determinant, changes only where a block passes a singular configuration.
     jacobian = solver.scaled_joint_jacobian(poses)
     column_of = {int(coordinate): k for k, coordinate in enumerate(np.flatnonzero(solver.free_mask))}
     key: list[float] = []

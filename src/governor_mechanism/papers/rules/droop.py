@@ -123,12 +123,9 @@ class DroopCheck(RuleCheck):
 
 
 def check_droop(mean_engine: Scene, point: SteadyEngine) -> DroopCheck:
-    """Cross the arms of the governor until it is astatic, and follow small disturbances.
-
-    The gear keeps the speed of the engine, and the throttle its place, so that the droop alone changes.
-
-    Result: growth rates and two runs.
-    """
+    """Cross the arms of the governor until it is astatic, and follow small disturbances: growth rates and two runs."""
+    # The gear keeps the speed of the engine, and the throttle its place, so that the droop alone
+    # changes.
     astatic_offset = find_astatic_offset(mean_engine, point)
     offsets = np.linspace(float(point.scene.part_of("governor")[0].dimensions["offset"]), astatic_offset, N_DROOPS)
     governors = [govern_with_offset(mean_engine, point, offset) for offset in offsets.tolist()]

@@ -1,7 +1,4 @@
-"""A rule of a paper, what the simulation shows of it, and the verdict; and the engines by which rules are tried.
-
-The engines run in the steady state at part load, and with gas that turns the crank unevenly.
-"""
+"""A rule of a paper, what the simulation shows of it, and the verdict; and the engines, steady or turned unevenly, for trying rules."""
 
 import math
 from abc import ABC, abstractmethod

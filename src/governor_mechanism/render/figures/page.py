@@ -171,10 +171,7 @@ class Page(Figure):
         path: str | os.PathLike[str],
         theme: str = Theme.LIGHT,
     ) -> Path:
-        """Write the page as PNG, SVG or PDF; an exception leaves no file behind.
-
-        The light ground is that of paper in PNG, and white in SVG and PDF, which are printed.
-        """
+        """Write the page as PNG, on light ground, or as SVG or PDF, on white, to be printed; an exception leaves no file behind."""
         target = Path(path)
         file_format = target.suffix.lower().removeprefix(".")
         if file_format not in _METADATA_WITHOUT_DATE:
@@ -265,10 +262,7 @@ class LabelPlacer:
     def place_label(
         self, words: str, x: float, y: float, colour: str, size: float, directions: Sequence[tuple[int, int]], *, must: bool = True
     ) -> None:
-        """Write a label next to a point (data) where it covers least; `directions` are signs of right and up.
-
-        Unless it `must` stand there, a label that would cover another one is left out.
-        """
+        """Write a label next to a point (data), by signs of right and up, where it covers least; unless it `must`, not over another."""
         pixels_per_point = self._panel.figure.dpi / 72
         width, height = _LETTER_WIDTH_RATIO * size * pixels_per_point * len(words), 1.3 * size * pixels_per_point
         at_x, at_y = self._panel.transData.transform((x, y))

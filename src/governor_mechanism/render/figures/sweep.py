@@ -266,12 +266,9 @@ _MAX_SWEEP_AXES = 3
 
 
 def sweep_figure(sweep: Sweep) -> Page:
-    """Draw every quantity of a sweep over the varied keys, in everyday units.
-
-    Rows without a number are hatched by the way in which they ended. The values of the scene itself are marked.
-
-    Result: the figure; `save` writes it. Raises MechanismError if the sweep has more than three keys.
-    """
+    """Draw all quantities of a sweep over its keys, in everyday units; MechanismError if it has more than three keys."""
+    # Rows without a number are hatched by the way in which they ended. The values of the scene itself
+    # are marked.
     if len(sweep.axes) > _MAX_SWEEP_AXES:
         raise MechanismError(
             f"a figure shows at most {_MAX_SWEEP_AXES} keys, and this sweep varies {len(sweep.axes)}; sweep over fewer keys"

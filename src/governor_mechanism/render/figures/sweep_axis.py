@@ -36,10 +36,7 @@ ROUND_STEPS = (1, 2, 2.5, 5, 10)
 
 
 class SweepAxisScale:
-    """Axis of a sweep on an axis of a figure: positions of its values in ascending order.
-
-    Numbers are in everyday units; text values are at integer positions in the given order.
-    """
+    """Positions of the values of a sweep's axis, ascending: numbers in everyday units, text at whole numbers in the given order."""
 
     def __init__(self, axis: SweepAxis) -> None:
         self.axis = axis
@@ -152,11 +149,9 @@ def _styles_of(endings: Sequence[RowEnding]) -> list[tuple[str, str]]:
 
 
 def draw_missing_cells(panel: Panel, sweep: Sweep, places: IntArray, is_missing: BoolArray, edges: tuple[FloatArray, FloatArray]) -> None:
-    """Fill the cells without a number in the style of their ending.
-
-    `places` has the place of the ending of each cell and `is_missing` whether it has no number; both have the shape (cells up, cells
-    across). `edges` are those of the cells across and up.
-    """
+    """Fill the cells without a number in the style of their ending."""
+    # `places` has the place of the ending of each cell and `is_missing` whether it has no number; both
+    # have the shape (cells up, cells across). `edges` are those of the cells across and up.
     for place, (colour, hatch) in enumerate(_styles_of(sweep.endings)):
         vertices = [
             corner

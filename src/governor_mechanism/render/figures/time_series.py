@@ -128,12 +128,11 @@ _ENGINE_READINGS = ("shaft_speed", "gas_torque", "load_torque", "throttle_openin
 
 
 def choose_overview(run: Trajectory, readings: Mapping[str, ShownReading]) -> dict[str, ShownReading]:
-    """Return all readings if they are at most FEW_READINGS, or else an overview of at most MAX_OVERVIEW_READINGS, in their order.
-
-    It has the headline readings: those that show how a governed engine is regulated, then those that films show beside each machine, and
-    the coordinates of the machines. Less than MIN_HEADLINES are filled up by the other readings in their order. Of equal readings, such as
-    the travels of two pistons on one rod, it has the first.
-    """
+    """Return the readings, or an overview if more than FEW_READINGS, of MAX_OVERVIEW_READINGS at most, in their order."""
+    # It has the headline readings: those that show how a governed engine is regulated, then those that
+    # films show beside each machine, and the coordinates of the machines. Less than MIN_HEADLINES are
+    # filled up by the other readings in their order. Of equal readings, such as the travels of two
+    # pistons on one rod, it has the first.
     if len(readings) <= FEW_READINGS:
         return dict(readings)
     headlines = [name for name in dict.fromkeys(_headline_readings(run)) if name in readings]

@@ -1,8 +1,4 @@
-"""Shapes that a drawing keeps: attached to what moves, in its axes, and a few that change their form.
-
-A drawing is made once. What shows it places the shapes at the poses of their axes; only a spring, a belt or
-steam is drawn at every moment.
-"""
+"""Shapes of a drawing, made once: attached to axes that move, or drawn at every moment, as a spring, a belt or steam."""
 
 import math
 from collections.abc import Callable, Hashable, Iterable, Iterator
@@ -51,11 +47,7 @@ class Attached:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Flexible:
-    """Shapes that change their form.
-
-    `shapes_at` returns them at a moment, in axes that may move: always as many, of the same kinds and roles. `turns` and `section_only`
-    are those of `Attached`.
-    """
+    """As many shapes at every moment, of the same kinds and roles, in axes that may move; they turn and are cut as `Attached` ones."""
 
     shapes_at: Callable[[Any], Iterable[DrawnShape]]
     frame: Frame = fixed_axes
@@ -218,10 +210,7 @@ class _OwnAxes:
 
 @dataclass(frozen=True, kw_only=True)
 class Placement:
-    """Axes in the picture: the place of their origin (m), and the vectors of one metre along x and along y, of equal length.
-
-    Axes of the other handedness mirror.
-    """
+    """Axes in the picture: their origin (m), and the vectors of one metre along x and along y, equally long; a left pair mirrors."""
 
     origin: Vec2
     x_axis: Vec2

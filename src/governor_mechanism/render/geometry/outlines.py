@@ -136,10 +136,9 @@ def make_arrow(role: str, chain: Sequence[Vec2], head: float) -> tuple[Lines, Po
 
 
 def make_wall(position: Vec2, heading: float, half: float, depth: float, lean: int = 1) -> Lines:
-    """Return a fixed wall through a position, perpendicular to `heading` (rad), hatched on the far side; lengths in m.
-
-    The hatching leans to the right of the heading, or to the left if `lean` is -1: two walls that face each other, one of each, mirror.
-    """
+    """Return a wall through a position, perpendicular to `heading` (rad), hatched behind; lengths in m."""
+    # The hatching leans to the right of the heading, or to the left if `lean` is -1: two walls that
+    # face each other, one of each, mirror.
     c, s = math.cos(heading), math.sin(heading)
 
     def wall_point(across: float, behind: float) -> Vec2:

@@ -66,10 +66,7 @@ DrawnShape = Circle | Polygon | Lines | TextShape
 
 
 def bounding_box(shapes: Iterable[DrawnShape]) -> BoundingBox:
-    """Return the smallest box (m) around all shapes; text counts with its reserved width.
-
-    Around nothing it is the box that changes no box which encloses it: left and bottom are infinite, right and top minus infinite.
-    """
+    """Return the smallest box (m) around shapes, text with its reserved width; around none one that changes no other box: +-inf."""
     points = [point for shape in shapes for point in _extent_points(shape)]
     xs, ys = [x for x, _ in points], [y for _, y in points]
     return min(xs, default=math.inf), max(xs, default=-math.inf), min(ys, default=math.inf), max(ys, default=-math.inf)
@@ -194,11 +191,10 @@ MAX_CENTRE_SHIFT = 1e-3
 
 
 def wheel_centres(mechanism: Mechanism, poses: FloatArray, gear: Gear) -> tuple[Point, ...]:
-    """Return the centres of both wheels of a gear, which its carrier holds in their places over a run with poses (n, bodies, 3).
-
-    They are the points of the gear, or the pins of the wheels on the carrier. A gear without wheels has none: it relates two angles
-    otherwise, as those of an arm and of a wheel on it whose ring is no body.
-    """
+    """Return the centres of both wheels of a gear, which its carrier holds in their places over a run with poses (n, bodies, 3)."""
+    # They are the points of the gear, or the pins of the wheels on the carrier. A gear without wheels
+    # has none: it relates two angles otherwise, as those of an arm and of a wheel on it whose ring is
+    # no body.
     centres = [_held_point(mechanism, poses, gear, point) for point in (gear.first, gear.second)]
     return tuple(centre for centre in centres if centre is not None) if None not in centres else ()
 
@@ -222,10 +218,8 @@ def _radii_of_gear(gear: Gear, centres: Sequence[FloatArray]) -> Sequence[FloatA
 
 
 def wheel_radii(ratio: float, distance: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return the radii (m) of two wheels in contact at a centre distance (m): external for a negative ratio, else internal.
-
-    Wheels of equal size that turn in the same sense do not touch; a belt can connect them.
-    """
+    """Return the radii (m) of two wheels in contact at a distance (m): external for a negative ratio, else internal."""
+    # Wheels of equal size that turn in the same sense do not touch; a belt can connect them.
     second_radius = distance / abs(ratio - 1) if abs(ratio - 1) > 0.05 else 0.3 * distance
     return abs(ratio) * second_radius, second_radius
 

@@ -255,10 +255,8 @@ _PIN_LENGTH_RATIO = 1.6
 
 
 def find_half_thickness(shape: RecordedShape, size: float) -> float | None:
-    """Return half the thickness of a shape of a drawing whose larger side is `size`, or None for what does not turn.
-
-    The thickness of a ball is its diameter, and that of a bar its width.
-    """
+    """Return half the thickness of a shape of a drawing whose larger side is `size`, or None for what does not turn."""
+    # The thickness of a ball is its diameter, and that of a bar its width.
     if not shape.part.turns or shape.part.section_only or shape.changing or shape.kind == "text" or not shape.points.size:
         return None
     if shape.kind == "circle":

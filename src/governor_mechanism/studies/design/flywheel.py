@@ -269,10 +269,9 @@ def design_flywheel(inputs: FlywheelInputs = PAPER_INPUTS) -> FlywheelDesign:
 
 
 def _speed_limits(inputs: FlywheelInputs, inertia: float, energy: float) -> tuple[float, float]:
-    """Return the lowest and the highest speed (rad/s) of a flywheel (kg m2) that stores a work (J) between them.
-
-    The mean speed is the arithmetic mean, or the paper's, of the energies, unless a coefficient or an inertia is given.
-    """
+    """Return the lowest and highest speed (rad/s) of a flywheel (kg m2) that stores a work (J) between them."""
+    # The mean speed is the arithmetic mean, or the paper's, of the energies, unless a coefficient or an
+    # inertia is given.
     has_mean_energy = inputs.coefficient is None and inputs.inertia is None
     low, high = formulas.speed_limits(inertia=inertia, energy=energy, mean_speed=inputs.speed, mean_energy=has_mean_energy)
     return float(low), float(high)
@@ -352,10 +351,7 @@ _POWER_FACTOR = 30 * 75
 
 @dataclass(frozen=True, kw_only=True)
 class ComparedWheel:
-    """A flywheel sized by a value of the bracket: its inertia (kg m2), and how it runs in the closed cycle.
-
-    coefficient is the coefficient of speed fluctuation there, excess its ratio to the allowed one.
-    """
+    """A flywheel sized by a value of the bracket: inertia (kg m2), coefficient of speed fluctuation in the closed cycle, its excess."""
 
     sized_by: str
     bracket: float

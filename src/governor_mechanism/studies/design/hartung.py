@@ -227,10 +227,7 @@ def _contradictions(inputs: HartungInputs) -> list[str]:
 
 
 def build_hartung_layout(inputs: HartungInputs, angle: float, sleeve_arm: float | None = None) -> HartungLayout:
-    """Return the governor with bell cranks of an angle (rad) and its forces over the stroke.
-
-    Without a sleeve arm (m), its hangers are symmetric about the axis.
-    """
+    """Return the governor with bell cranks of an angle (rad), hangers symmetric unless a sleeve arm (m) is given, and its forces."""
     if sleeve_arm is None:
         sleeve_arm = float(formulas.symmetric_sleeve_arm(fulcrum_radius=inputs.fulcrum_radius, angle=angle, swing=inputs.swing))
     governor = inputs.governor(angle, sleeve_arm)

@@ -320,11 +320,9 @@ class PendulumDesign(CheckedDesign):
         return self.equilibrium_speed(self.angle_at(TARGET_FRACTION)) * math.sqrt(1 + self.inputs.insensitivity)
 
     def scene_values(self) -> Mapping[str, object]:
-        """Return what the scene adds.
-
-        Half way up and in equilibrium, the sleeve is held by its resistance while the speed rises within the band of insensitivity, then
-        rises with it to three quarters of its lift.
-        """
+        """Return what the scene adds."""
+        # Half way up and in equilibrium, the sleeve is held by its resistance while the speed rises
+        # within the band of insensitivity, then rises with it to three quarters of its lift.
         middle = self.middle_angle
         governor = self.governor
         # Stable half way up even with too long an arm: its speed falls faster below the minimum than it rises above.

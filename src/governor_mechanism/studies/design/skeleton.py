@@ -102,10 +102,7 @@ def refuse(machine: str, record: object, cases: Mapping[str, bool], **values: ob
 
 
 def fill_rows(machine: str, table: str, record: object, **values: object) -> list[Any]:
-    """Return the rows of a table of a machine, with the places in their cells filled; one with a place whose value is None is left out.
-
-    A row is a list, or a mapping of the fields of a record. `values` are those of places that are no attributes of the record.
-    """
+    """Return the rows, lists or fields of records, of a table of a machine with places filled, also by `values`; none with a None."""
     rows = list[Any]()
     for row in read_tables(machine).get(table, []):
         with suppress(NoValueError):
@@ -160,11 +157,9 @@ def run_up_steps(times: Sequence[float], lowest: float, highest: float, digits: 
 
 
 def sleeve_damping(inertia: float, frequency: float, lift_derivative: float) -> float:
-    """Return the damping of the dashpot at a sleeve (N s/m).
-
-    With the inertia I of the angle of the arms (kg m2), the frequency w of small oscillations (rad/s), and the derivative z' of the lift by
-    the angle (m/rad), a damping ratio D takes c z'^2 = 2 D I w.
-    """
+    """Return the damping (N s/m) c of the dashpot at a sleeve: c z'^2 = 2 D I w for a damping ratio D."""
+    # I is the inertia of the angle of the arms (kg m2), w the frequency of small oscillations (rad/s),
+    # z' the derivative of the lift by the angle (m/rad).
     return 2 * DAMPING_RATIO * inertia * frequency / lift_derivative**2
 
 

@@ -64,11 +64,8 @@ class Measurement:
 
 
 def read_measurements(scene: Scene, data: Any, noise: Any, without: Sequence[Sequence[Any]]) -> tuple[Measurement, ...]:
-    """Return the measured readings of a file, a table of pandas, or a mapping of names to values.
-
-    `noise` is a standard deviation, or one by reading; `without` are intervals of time that do not count. Raises MechanismError with all
-    mistakes.
-    """
+    """Return measured readings of a file, a table or a mapping, with noise, all or by reading; MechanismError lists all mistakes."""
+    # `without` are intervals of time that do not count.
     columns = _read_columns(data)
     collector = ProblemCollector()
     units, found = find_reading_units(scene), {}

@@ -287,11 +287,10 @@ class _Undetermined:
 
 
 def _analyse(jacobian: FloatArray, relative: FloatArray) -> tuple[FloatArray, _Undetermined]:
-    """Return the covariance of relative changes (unknowns, unknowns) and the combinations that are not determined.
-
-    The residuals are in units of the noise, so that the covariance is the inverse of J^T J, and a singular value is the inverse of a
-    standard error. Where that exceeds the width of the bounds, these determine the combination, and not the data.
-    """
+    """Return the covariance (unknowns, unknowns) of relative changes and the combinations that are not determined."""
+    # The residuals are in units of the noise, so that the covariance is the inverse of J^T J, and a
+    # singular value is the inverse of a standard error. Where that exceeds the width of the bounds,
+    # these determine the combination, and not the data.
     _, singular_values, directions = np.linalg.svd(jacobian, full_matrices=False)
     widths_per_change = np.max(np.abs(directions * relative), axis=1)
     is_determined = singular_values > np.maximum(RANK_TOLERANCE * singular_values[0], widths_per_change)

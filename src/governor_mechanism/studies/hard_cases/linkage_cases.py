@@ -69,10 +69,8 @@ def _solve_equal_crank_and_rod(n_passes: float, times: FloatArray) -> Solution:
 def _parallel_cranks(
     *, angle: float, size: float = 1.0, n_cranks: int = 2, shortening: float = 0.0, start: Document, duration: float, gravity: float = 0.0
 ) -> Document:
-    """Return cranks of one angle and half the length of their straight ground and coupler; the first may be a little shorter.
-
-    Equal cranks all turn alike. More than two of them are redundant.
-    """
+    """Return cranks of one angle and half the length of their straight ground and coupler; the first may be a little shorter."""
+    # Equal cranks all turn alike. More than two of them are redundant.
     lengths = [0.5 * size * (1 - shortening), *([0.5 * size] * (n_cranks - 1))]
     feet = [size * index / (n_cranks - 1) for index in range(n_cranks)]
     joints = [(rod(f"crank{i}", length, at=(feet[i], 0.0), angle=angle)) for i, length in enumerate(lengths)]
@@ -100,10 +98,9 @@ def _shorter_crank(shortening: float, n_passes: float = 10.0) -> Document:
 
 
 def _second_crank(angle: float, shortening: float) -> tuple[float, float, float]:
-    """Return the angle of the second crank, and its rate and that of the coupler relative to the first one's.
-
-    The assembly does not change: with unequal cranks the linkage passes close to its straight positions, and never through them.
-    """
+    """Return the angle of the second crank, and its rate and that of the coupler relative to the first one's."""
+    # The assembly does not change: with unequal cranks the linkage passes close to its straight
+    # positions, and never through them.
     first, second = 0.5 * (1 - shortening), 0.5
     end = first * np.exp(1j * angle)
     diagonal = end - 1.0

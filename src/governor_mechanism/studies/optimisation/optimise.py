@@ -60,10 +60,7 @@ class _FileJournal(dict[bytes, Values]):
 
 
 def _read_journal(path: Path, heading: str) -> Iterator[tuple[bytes, Values]]:
-    """Yield the values of the lines of a journal of the same optimisation; a half-written last line is left out.
-
-    Raises MechanismError for a file that is no journal.
-    """
+    """Yield the whole lines of a journal of the same optimisation with their values; MechanismError for a file that is none."""
     if path.is_dir():
         raise MechanismError(f"out: {path} is a folder; give the name of a file")
     lines = path.read_text(encoding="utf-8", errors="replace").splitlines() if path.exists() else []

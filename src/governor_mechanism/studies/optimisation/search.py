@@ -227,11 +227,9 @@ def _scales(search: Search, first: Values) -> Scales:
 
 
 def descend(search: Search, start: FloatArray) -> End:
-    """Return a minimum near a start, by sequential quadratic programming.
-
-    Where a step was turned back by an impossible geometry, the search begins again as long as that gains anything: such a geometry has no
-    gradient along which a search could follow it.
-    """
+    """Return a minimum near a start, by sequential quadratic programming."""
+    # Where a step was turned back by an impossible geometry, the search begins again as long as that
+    # gains anything: such a geometry has no gradient along which a search could follow it.
     end, wall = _descend_once(search, start)
     for _ in range(MAX_RESTARTS):
         if not wall:
@@ -253,10 +251,9 @@ def _gain(search: Search, before: Values, after: Values) -> float:
 
 
 def _descend_once(search: Search, start: FloatArray) -> tuple[End, str]:
-    """Return where sequential quadratic programming ends, and why the last step that was turned back is impossible, if one was.
-
-    Where the objective has several values, a further unknown above all of them is minimised: the largest has kinks where two are equal.
-    """
+    """Return where sequential quadratic programming ends, and why the last step that was turned back is impossible, if one was."""
+    # Where the objective has several values, a further unknown above all of them is minimised: the
+    # largest has kinks where two are equal.
     from scipy.optimize import minimize  # slow to import
 
     problem = _SmoothProblem(search, len(start))

@@ -328,10 +328,9 @@ class GovernedEngine:
         return replace(self.scene, couplings=couplings, document={})
 
     def _speed_at_start(self, point: OperatingPoint) -> float:
-        """Return the speed (rad/s) at the crank angle of the start if the mean speed over a turn is that of an operating point.
-
-        To first order in the fluctuation: the gas stores more or less work than the load takes, and the shaft has the difference.
-        """
+        """Return the speed (rad/s) at the crank angle of the start if the mean speed over a turn is that of an operating point."""
+        # To first order in the fluctuation: the gas stores more or less work than the load takes,
+        # and the shaft has the difference.
         angle = self.scene.system.start.values.get(self.shaft_angle, 0.0)
         if self.has_mean_torque or not isinstance(angle, float):
             return point.shaft_speed

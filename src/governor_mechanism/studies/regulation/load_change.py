@@ -123,11 +123,7 @@ def average_over_turns(
     angles: FloatArray,  # angle of the shaft, rad, rising; shape (n,)
     speeds: FloatArray,  # its rate, rad/s, above 0; shape (n,)
 ) -> TurnAverage:
-    """Return the mean speed over the turn about each reported time.
-
-    Result: averages over the turns that lie between the first and the last time; one for each time at which
-    such a turn ends.
-    """
+    """Return the mean speeds over the turns about the reported times that lie between the first and the last one."""
     ends = np.flatnonzero(angles >= angles[0] + math.tau)
     starts = interpolate_samples(angles, times, 1.0 / speeds, angles[ends] - math.tau)
     first = np.searchsorted(angles, angles[ends] - math.tau)

@@ -83,10 +83,9 @@ class _TurnMap:
         self._scales = np.array([1.0, point.shaft_speed, scale, scale * point.shaft_speed])
 
     def solve(self, near: PeriodicMotion | None = None) -> PeriodicMotion:
-        """Return the periodic motion near the operating point, or near another motion.
-
-        A Jacobian costs eight runs, so that one is kept while the distance between the states shrinks well.
-        """
+        """Return the periodic motion near the operating point, or near another motion."""
+        # A Jacobian costs eight runs, so that one is kept while the distance between the states
+        # shrinks well.
         state, period = (near.state, near.period) if near else (self._state, self._period)
         jacobian, matrix, previous = near.turn_jacobian if near else None, None, math.inf
         shift = np.array([math.tau, 0.0, 0.0, 0.0])

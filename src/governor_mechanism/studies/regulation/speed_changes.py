@@ -242,12 +242,10 @@ def _compute_divergence_rate(scene: Scene, value: float, speed: float) -> float:
 
 
 def _compute_fold_delay(scene: Scene, fold_position: float, fold_speed: float, ramp_rates: FloatArray) -> FloatArray:
-    """Return the delay of the fall at a fold, rad/s, shape (n,), if damping c dominates: c x' = -A r t - K' x^2 / 2.
-
-    Scaled, this is y' = t + y^2 with the solution Ai'(-t) / Ai(-t), which is zero at AIRY_PRIME_FIRST_ZERO. The delay is
-    AIRY_PRIME_FIRST_ZERO (2 c^2 r^2 / (K' A))^(1/3), with A = w J' and K' the derivative of the stiffness with respect to the
-    coordinate at that speed.
-    """
+    """Return the delay of the fall at a fold, rad/s, shape (n,), if damping c dominates: c x' = -A r t - K' x^2 / 2."""
+    # Scaled, this is y' = t + y^2 with the solution Ai'(-t) / Ai(-t), which is zero at
+    # AIRY_PRIME_FIRST_ZERO. The delay is AIRY_PRIME_FIRST_ZERO (2 c^2 r^2 / (K' A))^(1/3), with A = w
+    # J' and K' the derivative of the stiffness with respect to the coordinate at that speed.
     damping = _compute_generalised_damping(scene, fold_position)
     if not damping:
         return np.full_like(ramp_rates, math.nan)

@@ -257,10 +257,8 @@ def find_kind(document: Mapping[str, Any], key: str) -> str:
 
 
 def _make_axis(request: AxisRequest, kind: str | None, find_problems: ProblemFinder, *, writes_unit: bool) -> SweepAxis:
-    """Return the axis of a key that takes quantities of a kind; `kind` is None if only words are allowed.
-
-    A key that takes any kind of quantity needs a unit, without which a number is a plain one.
-    """
+    """Return the axis of a key that takes quantities of a kind; `kind` is None if only words are allowed."""
+    # A key that takes any kind of quantity needs a unit, without which a number is a plain one.
     if request.range_count is not None and kind is None:
         no_range_message = f"{request.key} takes no range; list its values, as in {request.key}=a,b"
         raise MechanismError(*(find_problems(request.values[0]) or [no_range_message]))
@@ -314,10 +312,7 @@ def _refuse_repeated_values(axis: SweepAxis, request: AxisRequest) -> None:
 
 
 def _refuse_ineffective_axis(document: Mapping[str, Any], axis: SweepAxis, *, is_only_axis: bool) -> None:
-    """Refuse a key whose values all give the same scene or, if it is the only axis, no valid scene.
-
-    At most MAX_COMPARED_VALUES values are compared, the ends first.
-    """
+    """Refuse a key whose values, at most MAX_COMPARED_VALUES, all give the same scene or, as the only axis, no valid one."""
     n_values = len(axis.document_values)
     indices = {round(k) for k in np.linspace(0, n_values - 1, min(n_values, MAX_COMPARED_VALUES))}
     compared_indices = sorted(indices, key=lambda k: (k != n_values - 1, k))

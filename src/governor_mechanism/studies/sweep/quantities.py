@@ -58,10 +58,7 @@ class RunQuantity(Recorded):
     record = ("name", "unit")
 
     def evaluate(self, numbers: RunNumbers) -> float:
-        """Return the value in SI.
-
-        Raise MissingNumberError if the run has no such number, and MechanismError if it has no such reading or the value is not finite.
-        """
+        """Return the value in SI; MissingNumberError without such a number, MechanismError without the reading or a finite value."""
         value = float(self.function(numbers.run)) if self.function else self._evaluate_rule(numbers)
         if not math.isfinite(value):
             raise MechanismError(f"quantity {self.name!r} is not a finite number: {value}")

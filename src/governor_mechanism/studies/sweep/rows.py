@@ -72,10 +72,7 @@ class SweepRow:
 
 
 class SweepRows(Sequence[SweepRow]):
-    """The rows of a sweep by index, added in any order as they are computed.
-
-    A row that is ok takes the memory of its numbers and a byte, so that a sweep may have millions.
-    """
+    """The rows of a sweep by index, in any order, a byte and the memory of its numbers for each that is ok: there may be millions."""
 
     def __init__(
         self,

@@ -61,11 +61,8 @@ class TurningPoints:
 
 
 def find_turning_points(samples: ReadingSamples) -> TurningPoints:
-    """Return the turning points of a position.
-
-    Result: none for a reading that is no position; of a position those between which it moves by more than
-    `min_swing`. Where it comes to rest before it turns back, the turning point is where it comes to rest.
-    """
+    """Return the turning points of a position between which it moves by more than `min_swing`; none of what is no position."""
+    # Where it comes to rest before it turns back, the turning point is where it comes to rest.
     times, values, rates = samples.times, samples.values, samples.rates
     moving = np.flatnonzero(rates)
     before, after = moving[:-1], moving[1:]

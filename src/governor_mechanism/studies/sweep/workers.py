@@ -75,10 +75,8 @@ def _number_row(function: RowFunction[Row], index: int) -> tuple[int, Row]:
 
 
 def compute_in_parallel(function: RowFunction[Row], indices: Sequence[int], n_workers: int) -> Generator[Sequence[Row], None, None]:
-    """Yield rows computed in this process, and by others beside it as soon as they are ready, if they save more than they cost.
-
-    The first row compiles or loads the kernels; the processes find them in the cache.
-    """
+    """Yield rows of this process, and of others beside it as soon as they are ready, if they save more than they cost."""
+    # The first row compiles or loads the kernels; the processes find them in the cache.
     from joblib import cpu_count  # slow to import
 
     n_others = min(n_workers, cpu_count()) - 1
@@ -114,10 +112,8 @@ def compute_chunk(function: RowFunction[Row], indices: Sequence[int]) -> list[Ro
 
 
 def _share_with_processes(function: RowFunction[Row], chunks: Iterator[Sequence[int]], n_others: int) -> Iterator[Sequence[Row]]:
-    """Yield the rows of chunks as they are finished: this process takes the last ones, others the first.
-
-    Nothing waits for a process that starts. Raise RunFailed if one is terminated from outside.
-    """
+    """Yield finished rows, this process from the last chunks on and others from the first; RunFailed if one is terminated."""
+    # Nothing waits for a process that starts.
     from joblib.externals.loky import get_reusable_executor, wait  # slow to import
     from joblib.externals.loky.process_executor import TerminatedWorkerError
 
@@ -152,11 +148,9 @@ def _share_with_processes(function: RowFunction[Row], chunks: Iterator[Sequence[
 
 @contextmanager
 def record_interrupts(*, only_first: bool = False) -> Iterator[Callable[[], bool]]:
-    """Yield a function that returns whether Ctrl-C was pressed.
-
-    The interrupted code may swallow KeyboardInterrupt or replace it by another exception. With `only_first` later interrupts
-    are ignored, here and in processes started afterwards, so that the processes of a sweep can be ended.
-    """
+    """Yield a function that returns whether Ctrl-C was pressed; with `only_first` later ones are ignored, in new processes too."""
+    # The interrupted code may swallow KeyboardInterrupt or replace it by another exception. Ignored, it
+    # lets the processes of a sweep be ended.
     signals: list[int] = []
     previous_handler: Any = signal.getsignal(signal.SIGINT)
 

@@ -251,10 +251,7 @@ class _PathDistance:
 
 
 def find_nearest(curve: FloatArray, points: FloatArray) -> FloatArray:
-    """Return the points of a curve nearest to given ones that it passes in their order, in either direction; shape (n, 2).
-
-    A closed curve may be entered anywhere.
-    """
+    """Return the points (n, 2) of a curve nearest to given ones that it passes in their order, either way, from anywhere if closed."""
     from scipy.interpolate import CubicSpline  # slow to import
 
     is_closed = bool(np.allclose(curve[0], curve[-1], rtol=0.0, atol=1e-9 * np.ptp(curve)))

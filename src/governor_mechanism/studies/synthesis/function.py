@@ -232,11 +232,10 @@ def _start_form(phi: FloatArray, psi: FloatArray) -> FloatArray:
 
 
 def _both_starts(phi: FloatArray, psi: FloatArray) -> list[tuple[float, float]]:
-    """Return the starts of input and output for which five pairs agree.
-
-    The determinants of the first four pairs, and of the first three with the fifth, are quadratics in the tangent of the output's start.
-    Their resultant is a polynomial of the eighth degree in the tangent of the input's start, a Fourier series with nine terms.
-    """
+    """Return the starts of input and output for which five pairs agree."""
+    # The determinants of the first four pairs, and of the first three with the fifth, are quadratics in
+    # the tangent of the output's start. Their resultant is a polynomial of the eighth degree in the
+    # tangent of the input's start, a Fourier series with nine terms.
     subsets = [0, 1, 2, 3], [0, 1, 2, 4]
     samples = math.pi * np.arange(9) / 9
     series = np.fft.fft([_resultant(*(_start_form(phi[one] + t, psi[one]) for one in subsets)) for t in samples]) / 9

@@ -256,11 +256,9 @@ class Synthesis(Result):
 
 
 def check_linkage(linkage: FourBarLinkage, positions: ComplexArray, points: ComplexArray | None = None) -> Check:
-    """Run a linkage through positions with the kinematics of the package, by its input.
-
-    The positions, shape (n, 3), are the moving pivots and the point of the coupler, in the order in which they are asked for; distances
-    are those of the given points, shape (n,), or else of all three. Raises MechanismError if the input cannot lead at the first position.
-    """
+    """Run a linkage through positions (n, 3) by its input; MechanismError if that cannot lead at the first one."""
+    # The positions are the moving pivots and the point of the coupler, in the order in which they are
+    # asked for; distances are those of the given points, shape (n,), or else of all three.
     moving = positions[:, :2]
     scene = make_scene(linkage_document(linkage, "a linkage that is checked"))
     mechanism = scene.part.mechanism
@@ -295,10 +293,8 @@ def check_linkage(linkage: FourBarLinkage, positions: ComplexArray, points: Comp
 
 
 def _run_through(scene: Scene, first: float, angles: FloatArray) -> ComplexArray:
-    """Return moving pivots and point at input angles, shape (n, 3): from the first position to the lowest, and to the highest of them.
-
-    Angles between keep the kinematics on one branch where another is near.
-    """
+    """Return moving pivots and point (n, 3) at input angles: from the first position to the lowest, and to the highest of them."""
+    # Angles between keep the kinematics on one branch where another is near.
     reached = np.zeros((len(angles), 3), dtype=np.complex128)
     for end, is_here in ((angles.min(), angles <= first), (angles.max(), angles >= first)):
         grid = np.unique(np.concatenate([angles[is_here], np.linspace(first, end, N_BETWEEN)]))
@@ -367,11 +363,9 @@ Candidate = tuple[FourBarLinkage, ComplexArray]
 
 
 def check_all(candidates: Sequence[Candidate], points: ComplexArray | None = None) -> tuple[SynthesisedLinkage, ...]:
-    """Return the linkages that can be built, checked by running them.
-
-    Those without defects are first, and those first whose transmission angle stays nearest to 90 degrees. A linkage at a change point, from
-    which two motions lead on, or whose input is at a dead position first, is not among them.
-    """
+    """Return the linkages that can be built, checked by running them: first those without defects, with the best transmission angles."""
+    # A linkage at a change point, from which two motions lead on, or whose input is at a dead position
+    # first, is not among them.
     checked = list[tuple[FourBarLinkage, ComplexArray, Check]]()
     for linkage, positions in candidates:
         if linkage.can_be_built and linkage.type is not GrashofClass.CHANGE_POINT:

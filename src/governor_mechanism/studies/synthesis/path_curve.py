@@ -69,11 +69,9 @@ class CurveEquations:
 def curve_starts(
     points: ComplexArray, *, is_closed: bool, pivots: tuple[complex, complex] | None, n_starts: int, seed: int
 ) -> tuple[FloatArray, FloatArray]:
-    """Return the random linkages whose paths have the shape that is nearest to points, as unknowns, and their inputs at these points.
-
-    Each is turned, scaled and shifted onto the points, unless pivots are chosen. Along a closed path they turn fully, else they pass a
-    random part of a turn.
-    """
+    """Return random linkages, as unknowns, whose paths have the shape nearest to points, and their inputs at these points."""
+    # Each is turned, scaled and shifted onto the points, unless pivots are chosen. Along a closed path
+    # they turn fully, else they pass a random part of a turn.
     unknowns, inputs = _random_linkages(n_starts, seed, pivots, is_closed)
     samples = np.linspace(0.0, 1.0, N_SAMPLES + 1)
     inputs = _at_equal_distances(unknowns, inputs, samples)

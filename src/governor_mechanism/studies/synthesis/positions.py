@@ -156,10 +156,9 @@ def _from_the_other_side(candidate: Candidate) -> Candidate:
 
 
 def circle_equations(body: Displacements) -> FloatArray:
-    """Return the equations of a circle, shape (n - 1, 7), in u, v, X, Y, Re and Im of w conj(G), and 1.
-
-    w = u + iv is the moving pivot and G = X + iY the fixed one, both from the point of the body in the first position.
-    """
+    """Return the equations of a circle, shape (n - 1, 7), in u, v, X, Y, Re and Im of w conj(G), and 1."""
+    # w = u + iv is the moving pivot and G = X + iY the fixed one, both from the point of the body in
+    # the first position.
     delta, turn = body.delta[1:], body.turn[1:]
     linear, product = np.conj(delta) * turn, 1.0 - turn
     columns = [linear.real, -linear.imag, -delta.real, -delta.imag, product.real, -product.imag, 0.5 * np.abs(delta) ** 2]
@@ -198,10 +197,9 @@ def _cross(first: FloatArray, second: FloatArray) -> FloatArray:
 
 
 def burmester_curves(body: Displacements) -> ComplexArray:
-    """Return fixed and moving pivots, shape (n, 2), on the curves of centre points and of circle points of four positions.
-
-    The determinant of three dyad equations is a linkage of four vectors that are turned by the betas: one beta gives two of the others.
-    """
+    """Return fixed and moving pivots, shape (n, 2), on the curves of centre points and of circle points of four positions."""
+    # The determinant of three dyad equations is a linkage of four vectors that are turned by the betas:
+    # one beta gives two of the others.
     alpha, delta = body.turn[1:] - 1.0, body.delta[1:]
     minors = np.cross(alpha, delta)
     turn_2 = np.exp(1j * math.tau * (np.arange(N_CURVE_SAMPLES) + 0.5) / N_CURVE_SAMPLES)
@@ -224,11 +222,9 @@ def burmester_curves(body: Displacements) -> ComplexArray:
 
 
 def find_dyads(body: Displacements) -> list[Dyad]:
-    """Return all real dyads of five positions, four at most.
-
-    The equations leave three of the seven products free; that two of them are products of the others makes two conics, which intersect
-    in four points.
-    """
+    """Return all real dyads of five positions, four at most."""
+    # The equations leave three of the seven products free; that two of them are products of the others
+    # makes two conics, which intersect in four points.
     scaled = circle_equations(body) * np.array([body.extent] * 4 + [body.extent**2] * 2 + [1.0]) / body.extent**2
     null = np.linalg.svd(scaled)[2][4:]
     u, v, x, y, p, q, one = null.T
@@ -250,11 +246,9 @@ def _symmetric(first: FloatArray, second: FloatArray) -> FloatArray:
 
 
 def intersect_conics(first: FloatArray, second: FloatArray) -> list[FloatArray]:
-    """Return the real points, homogeneous, shape (3,), in which two conics, symmetric matrices, intersect.
-
-    In turned axes the third coordinate of no point is zero; the resultant of both as quadratics in the first coordinate is a polynomial
-    of the fourth degree in the second one.
-    """
+    """Return the real points, homogeneous, shape (3,), in which two conics, symmetric matrices, intersect."""
+    # In turned axes the third coordinate of no point is zero; the resultant of both as quadratics in
+    # the first coordinate is a polynomial of the fourth degree in the second one.
     axes = np.linalg.qr(np.array([[0.7, 0.3, -0.2], [0.1, 0.9, 0.5], [-0.6, 0.2, 0.8]]))[0]
     turned = [axes.T @ conic @ axes / np.linalg.norm(conic) for conic in (first, second)]
 

@@ -30,10 +30,7 @@ def read_points(
     keys: Sequence[str] = (),  # further keys that a TOML file may have
     optional: Mapping[str, str] | None = None,  # columns after these, which are all there or all missing
 ) -> tuple[FloatArray | None, dict[str, Any]]:
-    """Return points (n, columns), SI, and the further keys of a file; None for the points if a file has none.
-
-    Raises MechanismError with all mistakes.
-    """
+    """Return points (n, columns), SI, or None, and the further keys of a file; MechanismError lists all mistakes."""
     rows, where = source, ""
     if isinstance(source, str | os.PathLike):
         path = Path(source)
@@ -136,10 +133,7 @@ def parse_pivots(name: str, value: object) -> tuple[complex, complex]:
 
 
 def require_count(points: FloatArray, counts: Sequence[int], what: str, hint: str = "", *, is_path: bool = False) -> None:
-    """Raise MechanismError for another number of points than one of those allowed, or for two points that coincide.
-
-    A path may pass a point again; only neighbours on it, or its ends, must differ.
-    """
+    """Raise MechanismError for another number of points than is allowed, or points that coincide; of a path neighbours and ends."""
     if len(points) not in counts:
         numbers = [str(count) for count in counts] if len(counts) < 10 else [f"{counts[0]} to {counts[-1]}"]
         allowed = " or ".join([", ".join(numbers[:-1]), numbers[-1]] if len(numbers) > 1 else numbers)

@@ -151,10 +151,7 @@ def sleeve_damping(scene: Scene) -> float:
 
 
 def note_unsupported_effects(scene: Scene, *supported: type[OutputEffect]) -> str:
-    """Return a note on the effects along outputs that the closed forms of the motion do not include; empty if there are none.
-
-    They include a linear dashpot on the sleeve and the `supported` classes.
-    """
+    """Return a note on effects along outputs, but for `supported` ones and linear dashpots, that the closed forms leave out, or ""."""
     effects = [effect for effect in scene.effects if isinstance(effect, OutputEffect) and not isinstance(effect, supported)]
     unsupported = [effect for effect in effects if not _is_linear_sleeve_dashpot(effect)]
     return f"motion is not checked: the closed form does not include {name_effects(unsupported)}" if unsupported else ""

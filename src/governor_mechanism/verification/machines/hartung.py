@@ -32,10 +32,8 @@ RELAXATION_OFFSET = 0.05
 
 
 def check_hartung_governor(scene: Scene) -> comparisons.Checks:
-    """Yield every comparison that applies to the scene: over the stroke, at equilibria of the first and last speed, in motion.
-
-    Equilibria are checked without output effects, motion until the first impact.
-    """
+    """Yield every comparison that applies: over the stroke, at equilibria of the first and last speed, in motion to the first impact."""
+    # Equilibria are checked without output effects.
     comparisons.require_gravity_and_centrifugal(scene)
     run = comparisons.run_scene(scene)
     if any(isinstance(effect, BellCrankMasses) for effect in scene.effects):

@@ -25,10 +25,8 @@ ARM_TRAVEL_MARGIN = 0.02
 
 
 def check_pendulum_governor(scene: Scene) -> comparisons.Checks:
-    """Yield every comparison that applies to the scene; equilibria are checked at the spindle's first speed.
-
-    Equilibria are checked without output effects, motion with those that the closed form includes.
-    """
+    """Yield every comparison that applies to the scene; equilibria are checked at the spindle's first speed."""
+    # Equilibria are checked without output effects, motion with those that the closed form includes.
     comparisons.require_gravity_and_centrifugal(scene)
     governor = build_pendulum_closed_form(scene)
     has_clearance = any(isinstance(effect, Clearance) for effect in scene.effects)

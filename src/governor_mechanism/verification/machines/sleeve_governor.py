@@ -49,10 +49,7 @@ class GovernorFormulas:
 
 
 def check_sleeve_governor(scene: Scene, formulas: GovernorFormulas, *supported: type[OutputEffect]) -> comparisons.Checks:
-    """Yield every comparison that applies to the scene.
-
-    Statics and equilibria are checked without effects along readings, but with those of a `supported` class, which the formulas include.
-    """
+    """Yield every comparison that applies; statics have no effects along readings but those of a `supported` class, as the formulas."""
     if not scene.has_centrifugal:
         raise MechanismError(f"the closed forms of machine {scene.part.machine!r} need the effect centrifugal")
     run = comparisons.run_scene(scene)

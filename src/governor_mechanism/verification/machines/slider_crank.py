@@ -68,10 +68,9 @@ def crank_angles(scene: Scene, run: Trajectory) -> FloatArray:
 
 
 def compare_kinematics(scene: Scene, *expected_motions: tuple[str, str, float, Sequence[FloatOrArray]]) -> comparisons.Checks:
-    """Yield value, velocity and acceleration of readings where they deviate most; the tolerance is 1e-10 of their scales.
-
-    An expected motion is a reading, its label and scale (SI), and its value and two time derivatives at the checked angles.
-    """
+    """Yield value, velocity and acceleration of readings where they deviate most; the tolerance is 1e-10 of their scales."""
+    # An expected motion is a reading, its label and scale (SI), and its value and two time derivatives
+    # at the checked angles.
     speed = scene.part.dimensions["crank_speed"]
     reason = "no integration; rounding and position assembly leave about 1e-14"
     kinematics = solve_kinematics(scene, "crank_angle", CHECKED_CRANK_ANGLES, speed)

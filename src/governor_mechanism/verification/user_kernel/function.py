@@ -28,12 +28,8 @@ EXAMPLE = "mine.py:speed, or package.module:speed"
 
 
 def load_kernel(name: str) -> Callable[..., Any]:
-    """Return the function of a name, "FILE.py:FUNCTION" or "MODULE:FUNCTION".
-
-    The file is executed. It may import what lies beside it.
-
-    Raises MechanismError if there is no such file or function, or the file cannot be executed.
-    """
+    """Return "FILE.py:FUNCTION" or "MODULE:FUNCTION"; MechanismError if it does not exist or cannot be executed."""
+    # The file is executed. It may import what lies beside it.
     place, separator, function = name.rpartition(":")
     if not separator or not place.strip() or not function.strip():
         raise MechanismError(f"--kernel {name!r} is not understood; write {EXAMPLE}")
@@ -348,10 +344,9 @@ def grid_groups(scene: Scene, inputs: Mapping[str, FloatArray], varied: Sequence
 def random_groups(
     scene: Scene, inputs: Mapping[str, FloatArray], varied: Sequence[VariedKey], count: int, seed: int
 ) -> Iterator[SampleGroup]:
-    """Yield random samples, uniform between the smallest and the largest given value of each input and key.
-
-    Each sample has its own scene if keys vary; else all inputs are in one group, in ascending order of the first.
-    """
+    """Yield random samples, uniform between the smallest and the largest given value of each input and key."""
+    # Each sample has its own scene if keys vary; else all inputs are in one group, in ascending order
+    # of the first.
     if not isinstance(count, Integral) or isinstance(count, bool) or not 1 <= count <= MAX_SAMPLES:
         raise MechanismError(f"random must be a number of samples from 1 to {MAX_SAMPLES:,}; got {format_value(count)}")
     if not isinstance(seed, Integral) or isinstance(seed, bool) or seed < 0:

@@ -130,11 +130,9 @@ class Quantity:
 def evaluate_with_rounding(
     evaluate: Callable[[FloatArray], Mapping[str, FloatArray]], points: FloatArray, name: str
 ) -> tuple[dict[str, FloatArray], FloatArray]:
-    """Return algebraic results (n,) at points (n,) by name, and the errors (n,) of one of them through rounding.
-
-    The results are evaluated again at points displaced by a few roundings: their spread shows the rounding of assembly and
-    evaluation, and what the rounding of the points themselves changes.
-    """
+    """Return algebraic results (n,) at points (n,) by name, and the errors (n,) of one of them through rounding."""
+    # The results are evaluated again at points displaced by a few roundings: their spread shows the
+    # rounding of assembly and evaluation, and what the rounding of the points themselves changes.
     scale = max(float(np.max(np.abs(points))), 1e-3)
     displacements = 4 * np.finfo(float).eps * scale * np.array([0.0, *ULPS])
     displaced = points[:, np.newaxis] + displacements  # neighbours in order, so that a path through all points stays short

@@ -1,7 +1,4 @@
-"""Bodies of pymunk that stand for those of a mechanism, and the forces of a scene on them.
-
-The force laws are those of the multibody model, reduced to the centres of these bodies.
-"""
+"""Bodies of pymunk that stand for those of a mechanism, and the forces on them by the laws of the multibody model."""
 
 from __future__ import annotations
 
@@ -50,10 +47,7 @@ Poses = Sequence[Sequence[float]]
 
 @dataclass(frozen=True)
 class BodyProxy:
-    """The pymunk body of a mechanism's body; a body pinned to the ground is reduced to rotation about its pin.
-
-    `origin` (m) is the centre of the pymunk body in the axes of the mechanism's body.
-    """
+    """The pymunk body of a mechanism's body, centred at `origin` (m) in its axes; a body pinned to the ground turns about its pin."""
 
     body: pymunk.Body
     origin: PlanarVector = (0.0, 0.0)

@@ -1,7 +1,4 @@
-"""Joints as pymunk constraints, and constraints that hold an output variable: stiction up to the friction limit, and a unilateral stop.
-
-Joints that pymunk lacks become pins that are re-anchored before every step.
-"""
+"""Joints as pymunk constraints, re-anchored pins where pymunk lacks one, and constraints that hold an output: stiction and stops."""
 
 import math
 from collections.abc import Callable
@@ -38,10 +35,7 @@ class JointConstraints:
 
 
 def make_joint_constraints(joint: Joint, first: AttachedPoint, second: AttachedPoint, length_scale: float, drive: int) -> JointConstraints:
-    """Return the pymunk constraints of a joint between two points; `drive` is the index of the input of a driver.
-
-    Raises UnsupportedEffect for a joint that pymunk cannot represent.
-    """
+    """Return the pymunk constraints of a joint, with the input of a driver; raise UnsupportedEffect where pymunk has none."""
     parts = joint.impulse_parts()
     if not parts:
         raise UnsupportedEffect(f"engine 'impulse' has no joint of type {type(joint).__name__} ({joint.name!r}); use engine 'multibody'")
@@ -129,11 +123,10 @@ def _make_driven_turn(first: AttachedPoint, second: AttachedPoint, drive: int) -
 def _make_reanchored_pin(
     first: AttachedPoint, second: AttachedPoint, angle: float, length_scale: float, curve: Curve | None = None, drive: int = NO_INDEX
 ) -> JointConstraints:
-    """Return a pin across a line or curve of the first body that guides the second point, or drives it across the line.
-
-    The pin starts on the first body at the predicted second point, offset across the line by `length_scale` plus the residual. Its force
-    then acts through the second point, whatever its length.
-    """
+    """Return a pin across a line or curve of the first body that guides the second point, or drives it across the line."""
+    # The pin starts on the first body at the predicted second point, offset across the line by
+    # `length_scale` plus the residual. Its force then acts through the second point, whatever its
+    # length.
     pin = _make_pin(first, second, length_scale)
     segments = make_curve_segments(curve) if curve else None
     offset_from_curve = _offset_from_polar_curve if isinstance(curve, PolarCurve) else _offset_from_curve

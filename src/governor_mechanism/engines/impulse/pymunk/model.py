@@ -63,10 +63,9 @@ class PymunkModel:
         self._joint_updates = self._add_joints()
 
     def start(self, poses: FloatArray, velocities: FloatArray, inputs: StepInputs) -> None:
-        """Set poses (bodies, 3) and velocities half a step ahead of them; a plain model takes the velocities as they are.
-
-        `inputs` are those of the start time, as if a half step had just ended: `inputs.h` is half of the following step.
-        """
+        """Set poses (bodies, 3) and velocities half a step ahead of them; a plain model takes the velocities as they are."""
+        # `inputs` are those of the start time, as if a half step had just ended: `inputs.h` is half
+        # of the following step.
         self.forces.reset()
         velocities = self.to_proxy_velocities(velocities)
         earlier_poses = poses if self.is_plain else poses - inputs.h * velocities
@@ -77,10 +76,7 @@ class PymunkModel:
             self._step(inputs, 0.0)
 
     def make_contact_constraint(self, contact: Contact, output: int, friction_input: int) -> FrictionStopConstraint:
-        """Return the constraints that can hold a contact on an output; `friction_input` is the index of its friction limit.
-
-        Raises UnsupportedEffect if no pymunk joint can hold the output variable. The poses must be those of a start.
-        """
+        """Return what can hold a contact on an output at the poses of a start; raise UnsupportedEffect if no pymunk joint can."""
         bodies, length_scale = [*self._bodies, self._ground], self._mechanism.length_scale
         constraint = FrictionStopConstraint(self._space, bodies, output, friction_input, length_scale)
         constraint.check_line_of_action(self.state()[0], self.forces.output_jacobian[output], contact)

@@ -81,10 +81,7 @@ def inertia_of_plane(
     poses: FloatArray,  # poses of the body origins, m and rad; shape (bodies, 3)
     velocities: FloatArray,  # their time derivatives; shape (bodies, 3)
 ) -> tuple[float, float]:
-    """Return the moment of inertia of the bodies of a plane about its spindle, and its rate.
-
-    Results: inertia, moment of inertia, kg m2; rate, its time derivative, kg m2/s.
-    """
+    """Return the moment of inertia (kg m2) of the bodies of a plane about its spindle, and its rate (kg m2/s)."""
     total = rate = 0.0
     for k in range(bodies.size):
         body, angle = bodies[k], poses[k, 2]

@@ -92,11 +92,10 @@ STAND_IN_ROUNDING_RATIO = 1e-11
 
 @jit_in_place
 def equal_mass_pivot_ratio(system: System, workspace: SystemWorkspace) -> float:
-    """Return the smallest pivot ratio of the rows in the workspace as if all bodies had the same mass.
-
-    Where a light body carries a heavy one, the pivot ratio in the metric of the masses is as small as the ratio of the masses, though
-    nothing is singular. At a change point it vanishes in every metric.
-    """
+    """Return the smallest pivot ratio of the rows in the workspace as if all bodies had the same mass."""
+    # Where a light body carries a heavy one, the pivot ratio in the metric of the masses is as small as
+    # the ratio of the masses, though nothing is singular. At a change point it vanishes in every
+    # metric.
     band, metric = workspace.equal_mass_band, system.equal_mass_metric
     assemble_schur_band(system.constraint_rows.row_bodies, system.row_pairs, workspace.jacobian, metric, band)
     return factorise_band(band, workspace.factor)
@@ -111,10 +110,7 @@ def solve_constrained_system(
     gamma_factor: float,  # 1 for accelerations under forces; 0 for changes of velocities under impulses
     result: FloatArray,  # result: accelerations, m/s2 and rad/s2; shape (bodies, 3)
 ) -> float:
-    """Solve M result + J^T multipliers = forces, J result = gamma_factor * gamma.
-
-    Result: smallest pivot ratio of J M^-1 J^T (see `solve_band_system`).
-    """
+    """Solve M result + J^T multipliers = forces, J result = gamma_factor * gamma; return the smallest pivot ratio of J M^-1 J^T."""
     pivot_ratio = _solve_with_stand_ins(system, workspace, forces, gamma_factor, result)
     if system.has_stand_in_inertia:
         _remove_stand_in_inertia(system, workspace, forces, gamma_factor, result)
@@ -153,11 +149,10 @@ def _subtract_row_forces(system: System, workspace: SystemWorkspace, multipliers
 
 @jit_in_place
 def _refine_multipliers(system: System, workspace: SystemWorkspace, gamma_factor: float, accelerations: FloatArray) -> None:
-    """Refine multipliers and accelerations by what the accelerations leave of the rows (iterative refinement).
-
-    Rounding of the force in a joint that a light body passes on to a heavy one accelerates the light body by 1 / its mass. The rows
-    tell that from motion: without this, step control takes it for motion and shortens the steps without end.
-    """
+    """Refine multipliers and accelerations by what the accelerations leave of the rows (iterative refinement)."""
+    # Rounding of the force in a joint that a light body passes on to a heavy one accelerates the light
+    # body by 1 / its mass. The rows tell that from motion: without this, step control takes it for
+    # motion and shortens the steps without end.
     corrections = workspace.multiplier_corrections
     _evaluate_row_residuals(system, workspace, gamma_factor, accelerations, corrections)
     solve_factorised_band(workspace.factor, corrections)
@@ -170,11 +165,9 @@ def _refine_multipliers(system: System, workspace: SystemWorkspace, gamma_factor
 def _remove_stand_in_inertia(
     system: System, workspace: SystemWorkspace, forces: FloatArray, gamma_factor: float, result: FloatArray
 ) -> None:
-    """Solve again with the inertia forces of the stand-ins added to the forces, until the result is that without stand-ins.
-
-    The error falls by the share of the stand-ins in the inertia of the motion. If it does not vanish, the result is NaN, which
-    an integrator rejects.
-    """
+    """Solve again with the inertia forces of the stand-ins added, until they have no effect; the result is NaN if that never comes."""
+    # The error falls by the share of the stand-ins in the inertia of the motion. An integrator rejects
+    # NaN.
     added_forces, last_change = workspace.stand_in_forces, math.inf
     added_forces[:] = 0.0
     for _ in range(MAX_STAND_IN_ITERATIONS):
@@ -214,12 +207,7 @@ def project_state(
     velocities: FloatArray,  # their time derivatives; shape (bodies, 3)
     closure_tolerance: float,  # residual below which a joint is closed, m
 ) -> float:
-    """Project positions and velocities to the constraint manifold, in place.
-
-    Corrections are weighted by the inverse masses: a coordinate whose inverse mass is 0 keeps its value.
-
-    Result: largest residual at the last evaluation, m.
-    """
+    """Project a state to the constraint manifold in place, weighted by inverse masses (0 keeps a value); return the last residual (m)."""
     rows = system.constraint_rows
     evaluate_drives(rows, input_cubics, local_time, workspace.row_values)
     evaluate_plane_motion(system, workspace, poses, velocities, input_cubics, local_time)
@@ -266,11 +254,7 @@ class StateProjector:
         *,
         closes_joints: bool = True,  # whether poses are projected as well; else they are kept
     ) -> tuple[FloatArray, FloatArray]:
-        """Return the nearest admissible states; velocities are those that impulses of the joints bring about.
-
-        Results: poses, poses with closed joints; shape (n, bodies, 3); velocities, velocities that satisfy
-        joints and drives; shape (n, bodies, 3).
-        """
+        """Return the nearest poses (n, bodies, 3) with closed joints, and the velocities that impulses of the joints bring about."""
         system = self._model[0]
         n_bodies = poses.shape[1]
         without_shafts = ((0, 0), (0, len(system.bodies) - n_bodies), (0, 0))

@@ -1,7 +1,4 @@
-"""Equations of motion of a mechanism as compiled kernels, and inverse dynamics: accelerations and joint forces of a known motion.
-
-Inputs are evaluated as in `time_functions`.
-"""
+"""Equations of motion of a mechanism as compiled kernels, and inverse dynamics: accelerations and joint forces of a known motion."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -102,10 +99,8 @@ def evaluate_accelerations(
 
 @jit_in_place
 def _add_rubbing(system: System, workspace: SystemWorkspace, velocities: FloatArray, accelerations: FloatArray) -> tuple[float, float]:
-    """Add the friction of what slides under normal forces, which it changes itself, to accelerations and multipliers.
-
-    Result: the determinant of the equations of the normal forces, which rigid bodies determine where it is positive, and the power (W).
-    """
+    """Add the friction under normal forces, which it changes itself; return the determinant of their equations, and the power (W)."""
+    # Rigid bodies determine the normal forces where the determinant is positive.
     rubbing, n_rubbing = system.rubbing, system.rubbing.size
     multipliers, matrix, friction = workspace.rubbing_multipliers, workspace.rubbing_matrix, workspace.rubbing_forces
     copy_array(multipliers[n_rubbing], workspace.multipliers)
@@ -167,12 +162,9 @@ def evaluate_state_derivative(
     state: FloatArray,
     result: FloatArray,  # result: the time derivative, with the shape of `state`
 ) -> float:
-    """Evaluate the time derivative of a state.
-
-    The work state is the work put in by changes of given spindle speeds, less the work of drives and of forces without a potential.
-
-    Result: smallest pivot ratio of J M^-1 J^T; 0 where rows are linearly dependent; JAMMED where friction jams what slides.
-    """
+    """Evaluate the rate of a state; return the smallest pivot ratio of J M^-1 J^T, 0 for dependent rows, or JAMMED where friction jams."""
+    # The work state is the work put in by changes of given spindle speeds, less the work of drives and
+    # of forces without a potential.
     layout = system.state_layout
     poses, velocities = state[: layout.velocities].reshape(-1, 3), state[layout.velocities : layout.work].reshape(-1, 3)
     for i in range(layout.velocities):
@@ -219,10 +211,7 @@ def compute_inverse_dynamics(
     # contact mode at each time; if empty, no output is held and no friction acts
     modes: Sequence[ContactMode] = (),
 ) -> InverseDynamics:
-    """Return the accelerations and joint forces of a known motion.
-
-    Result: accelerations, joint forces, pivot ratios and power.
-    """
+    """Return the accelerations, joint forces, pivot ratios and power of a known motion."""
     if not modes:
         return _compute_in_mode(scene, None, times, poses, velocities, lags)
     indices = {mode: np.flatnonzero([other == mode for other in modes]) for mode in dict.fromkeys(modes)}

@@ -35,38 +35,26 @@ class ContactMode:
 
 
 def active_forces_of(scene: Scene, mode: ContactMode) -> tuple[OutputForce, ...]:
-    """Return the effects with a force law that are not slack in a mode.
-
-    Result: effects in the order of `output_forces_of`.
-    """
+    """Return the effects with a force law that are not slack in a mode, in the order of `output_forces_of`."""
     is_taut = iter(mode.taut)
     return tuple(effect for effect in output_forces_of(scene) if effect.slack_below == -math.inf or next(is_taut))
 
 
 @once_per_object
 def initial_mode(scene: Scene) -> ContactMode:
-    """Return the mode in which nothing is held, nothing slides and every one-sided spring is slack.
-
-    The search for the consistent mode at the start begins with it.
-    """
+    """Return the mode in which nothing is held or slides and every one-sided spring is slack, where the search at the start begins."""
     n_contacts, n_one_sided, n_tables = len(contacts_of(scene)), len(one_sided_forces_of(scene)), len(reading_tables_of(scene))
     return ContactMode((None,) * n_contacts, (0,) * n_contacts, (False,) * n_one_sided, False, (0,) * n_tables)
 
 
 def has_contacts(scene: Scene) -> bool:
-    """Return whether a scene has contacts or one-sided springs.
-
-    Result: true if its mode can change during a run.
-    """
+    """Return whether a scene has contacts or one-sided springs, so that its mode can change during a run."""
     return initial_mode(scene) != ContactMode() or bool(scene.system.breaking_gears)
 
 
 @once_per_object
 def forced_output_names(scene: Scene) -> list[str]:
-    """Return the readings along which effects or contacts act, or on which loads depend.
-
-    Result: names in the order of the output rows of a system.
-    """
+    """Return the readings along which effects or contacts act, or on which loads depend, in the order of the output rows of a system."""
     return _names_of_forces(scene) + watched_output_names(scene)
 
 
@@ -93,10 +81,7 @@ def make_output_forces(
     mode: ContactMode,
     friction_inputs: Sequence[int],  # input of the friction limit of each contact, see `InputLayout`
 ) -> RecordArray:
-    """Return the output forces in a contact mode: effects with a force law, then friction of sliding contacts.
-
-    Result: records of `OUTPUT_FORCE_DTYPE`; shape (forces,).
-    """
+    """Return the forces in a contact mode, as `OUTPUT_FORCE_DTYPE`: effects with a force law, then friction of sliding contacts."""
     output_names = forced_output_names(scene)
     records = [output_forces.output_force_record(effect, output_names.index(effect.reading)) for effect in active_forces_of(scene, mode)]
     law = output_forces.SLIDING_FRICTION

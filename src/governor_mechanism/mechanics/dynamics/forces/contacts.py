@@ -79,11 +79,7 @@ def rubbing_gaps_of(scene: Scene) -> tuple[OutlineGap, ...]:
 
 @once_per_object
 def contacts_of(scene: Scene) -> tuple[Contact, ...]:
-    """Return the contacts of a scene.
-
-    Result: one contact for each reading with dry friction or stops, for each gap between a roller and an
-    outline, and for each slip along an outline with friction.
-    """
+    """Return the contacts of a scene: readings with friction or stops, gaps of rollers from outlines, slips along these with friction."""
     properties: defaultdict[str, dict[str, Any]] = defaultdict(dict)
     for effect in sorted(scene.output_effects, key=lambda effect: "friction" not in effect.contact):
         if effect.contact:
@@ -100,10 +96,7 @@ def make_contact_table(
     output_names: Sequence[str],  # names of the outputs in the order of their indices
     friction_inputs: Sequence[int],  # input of the friction limit of each contact, see `InputLayout`
 ) -> RecordArray:
-    """Return the contacts of a scene for compiled functions.
-
-    Result: records of `CONTACT_DTYPE`; shape (contacts,).
-    """
+    """Return the contacts of a scene for compiled functions, as records of `CONTACT_DTYPE`."""
     rows, names = [], [contact.output_name for contact in contacts_of(scene)]
     for contact, friction_input in zip(contacts_of(scene), friction_inputs, strict=True):
         output = output_names.index(contact.output_name)
@@ -116,11 +109,8 @@ def make_contact_table(
 
 @once_per_object
 def output_forces_of(scene: Scene) -> tuple[OutputForce, ...]:
-    """Return the effects of a scene that act along readings with a force law.
-
-    Result: the effects; those with a potential come first, so that sums do not depend on the order in the
-    scene.
-    """
+    """Return the effects of a scene that act along readings with a force law, those with a potential first."""
+    # Sums do not depend on the order in the scene.
     forces = [effect for effect in scene.output_effects if isinstance(effect, OutputForce)]
     return tuple(sorted(forces, key=lambda effect: effect.dissipates))
 

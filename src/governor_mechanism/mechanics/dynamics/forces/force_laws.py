@@ -24,10 +24,7 @@ def gravitational_energy(
     gravity: Any,  # gravitational acceleration, m/s2
     y: Any,  # height of the mass centre, m
 ) -> Any:
-    """Return the gravitational potential energy of a body.
-
-    Result: energy, J; zero at y = 0.
-    """
+    """Return the gravitational potential energy (J) of a body, zero at y = 0."""
     return mass * gravity * y
 
 
@@ -47,10 +44,7 @@ def centrifugal_moment(
     angle: Any,  # angle of the body axes, rad
     speed_squared: Any,
 ) -> Any:
-    """Return the centrifugal moment on a body about its mass centre.
-
-    The moment turns the longer principal axis of the body toward the horizontal.
-    """
+    """Return the centrifugal moment on a body about its mass centre; it turns the longer principal axis toward the horizontal."""
     return -0.5 * speed_squared * ((xx - yy) * np.sin(2 * angle) + 2 * xy * np.cos(2 * angle))
 
 

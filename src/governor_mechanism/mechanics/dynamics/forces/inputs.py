@@ -143,11 +143,7 @@ def make_input_terms(
     layout: InputLayout,
     loads: Sequence[InputFunction],
 ) -> tuple[RecordArray, RecordArray]:
-    """Return the terms of loads that depend on readings, and their lags.
-
-    Results: terms, records of `INPUT_TERM_DTYPE`, in the order of their evaluation; lags, records of
-    `LAG_DTYPE`.
-    """
+    """Return the terms of loads that depend on readings (`INPUT_TERM_DTYPE`), as they are evaluated, and their lags (`LAG_DTYPE`)."""
     terms, products, last_terms = (list[tuple[int, int, int, float, float, float]]() for _ in range(3))
     lags, table_segments = list[tuple[int, int, float]](), iter(segments)
     further_inputs = iter(range(layout.further.start, layout.further.stop))
@@ -178,11 +174,7 @@ def make_table_segments(
     time: float,  # characteristic time, s
     loads: Sequence[InputFunction],
 ) -> RecordArray:
-    """Return the segments of all tables of readings, which have no lags.
-
-    Result: records of `TABLE_SEGMENT_DTYPE`, those of each table in the order of its positions; the lowest
-    one of a table begins at -inf.
-    """
+    """Return the segments of all tables of readings (`TABLE_SEGMENT_DTYPE`), by position within a table; its lowest begins at -inf."""
     records, term_index = [], 0
     for function in (one for load in loads for one in (*load.functions, *load.factors)):
         if isinstance(function, TableFunction):
@@ -228,10 +220,7 @@ def evaluate_reading_function(
     function: ReadingFunction,
     value: float,  # value of the reading, SI
 ) -> float:
-    """Return a function of a reading at a value of it, SI.
-
-    Raises TypeError if the type of the function is unknown.
-    """
+    """Return a function of a reading at a value of it, SI; raise TypeError if its type is unknown."""
     return float(evaluate_reading_function_along(function, np.array([value]))[0])
 
 
@@ -239,10 +228,7 @@ def evaluate_reading_function_along(
     function: ReadingFunction,
     values: FloatArray,  # values of the reading, SI; shape (n,)
 ) -> FloatArray:
-    """Return a function of a reading at many values of it, SI.
-
-    Result: values of the function, SI; shape (n,). Raises TypeError if the type of the function is unknown.
-    """
+    """Return a function of a reading at many values (n,) of it, SI; raise TypeError if its type is unknown."""
     match function:
         case LinearFunction():
             return function.gain * (values - function.about)

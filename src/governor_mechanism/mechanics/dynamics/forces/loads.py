@@ -18,29 +18,20 @@ from governor_mechanism.types import FloatArray
 
 @once_per_object
 def loads_of(scene: Scene) -> tuple[InputFunction, ...]:
-    """Return the loads of a scene: those of force elements with their factors, then the friction forces.
-
-    Result: loads in the order of the inputs of a system.
-    """
+    """Return the loads in the order of the inputs of a system: those of force elements with their factors, then the friction forces."""
     element_loads = [load for element in scene.mechanism.force_elements for load in element.inputs]
     return (*element_loads, *(contact.friction for contact in contacts_of(scene) if contact.friction is not None))
 
 
 @once_per_object
 def reading_functions_of(scene: Scene) -> tuple[ReadingFunction, ...]:
-    """Return the functions of readings in the loads of a scene.
-
-    Result: functions in the order of the loads.
-    """
+    """Return the functions of readings in the loads of a scene, in the order of the loads."""
     return tuple(function for load in loads_of(scene) for function in (*load.functions, *load.factors))
 
 
 @once_per_object
 def lagged_functions_of(scene: Scene) -> tuple[ReadingFunction | InputFunction, ...]:
-    """Return the functions of readings with a lag and the loads that are held.
-
-    Result: they in the order of their states.
-    """
+    """Return the functions of readings with a lag and the loads that are held, in the order of their states."""
     found = list[ReadingFunction | InputFunction]()
     for load in loads_of(scene):
         found += [function for function in (*load.functions, *load.factors) if function.lag]
@@ -49,10 +40,7 @@ def lagged_functions_of(scene: Scene) -> tuple[ReadingFunction | InputFunction, 
 
 
 def reading_tables_of(scene: Scene) -> tuple[TableFunction, ...]:
-    """Return the tables of readings in the loads of a scene; their kinks are events.
-
-    Result: tables in the order of the loads.
-    """
+    """Return the tables of readings in the loads of a scene, in the order of the loads; their kinks are events."""
     return tuple(function for function in reading_functions_of(scene) if isinstance(function, TableFunction))
 
 
@@ -66,12 +54,8 @@ def initial_lags(
     poses: FloatArray,  # poses of the mass centres at the start, m and rad; shape (bodies, 3)
     velocities: FloatArray,  # their time derivatives; shape (bodies, 3)
 ) -> FloatArray:
-    """Return the states of the lags and holds at the start: those of the state from which the scene goes on, if it does from one.
-
-    Else each begins at the value that it follows, unless its cut-off is still ahead.
-
-    Result: values in the order of the lags; shape (lags,).
-    """
+    """Return the states (lags,) of lags and holds at the start: those of the state from which the scene goes on, if there is one."""
+    # Else each begins at the value that it follows, unless its cut-off is still ahead.
 
     def evaluate(function: ReadingFunction) -> float:
         output = evaluate_output(scene.mechanism, function.source, poses)

@@ -1,7 +1,4 @@
-"""Forces along output variables as compiled kernels, those of effects and of force elements of a mechanism, with the same laws.
-
-An output row is a constraint row whose residual is the value of an output variable (see `output_variables`).
-"""
+"""Forces along output variables as compiled kernels, those of effects and of force elements of a mechanism, with the same laws."""
 
 import math
 from collections.abc import Callable, Sequence
@@ -126,10 +123,9 @@ def add_output_forces(
     jacobian: FloatArray,
     result: FloatArray,
 ) -> float:
-    """Add the generalised forces of all output forces to result (bodies, 3) and return the power (W) of those without a potential.
-
-    The output rows were evaluated at the state. Between coincident points a force has no line of action and is left out.
-    """
+    """Add the generalised forces of all output forces to result (bodies, 3), and return the power (W) of those without a potential."""
+    # The output rows were evaluated at the state. Between coincident points a force has no line of
+    # action and is left out.
     power = 0.0
     for i in range(output_forces.size):
         output_force = output_forces[i]
@@ -180,12 +176,9 @@ def lower_outputs(
     origins: Origins,
     first_input: int,  # index of the first load of the force elements among the inputs
 ) -> tuple[ConstraintRows, RecordArray]:
-    """Return the rows of the outputs along which effects and force elements act, and the forces of the force elements.
-
-    Results: rows, a row for each name, then one for each displacement and each different argument of the
-    force elements; forces, records of `OUTPUT_FORCE_DTYPE`, one for each displacement. Raises TypeError if no
-    law is defined for a type of element.
-    """
+    """Return the rows of the outputs along which effects and force elements act, and the forces (`OUTPUT_FORCE_DTYPE`) of the latter."""
+    # A row for each name, then one for each displacement and each different argument of the force
+    # elements; a force for each displacement.
     records, readings = list[OutputForceRecord](), [*map(mechanism.reading, names)]
     for element in elements:
         if not element.loads and type(element) not in _ELEMENT_LAWS:
@@ -232,10 +225,7 @@ def element_potential_energy(
     mechanism: Mechanism,
     poses: FloatArray,  # poses of the mass centres, m and rad; shape (..., bodies, 3)
 ) -> FloatArray:
-    """Return the potential energy of all springs of a mechanism, less the work of its gas since the crank angle zero.
-
-    Result: energy, J; shape (...).
-    """
+    """Return the potential energy (...) J of all springs of a mechanism, less the work of its gas since the crank angle zero."""
     total = np.zeros(poses.shape[:-2])
     for element in mechanism.force_elements:
         if isinstance(element, CONSERVATIVE_TYPES) and element.has_potential:

@@ -1,7 +1,4 @@
-"""Arrays of the multibody model in one contact mode, and the work arrays of its evaluation; origins of its bodies.
-
-An origin is the mass centre, or the ground pin of a point mass. Motions are converted between the two.
-"""
+"""Arrays of the multibody model in one contact mode, and the work arrays of its evaluation; motions about mass centres and origins."""
 
 from enum import IntEnum
 from typing import NamedTuple
@@ -127,11 +124,7 @@ class SystemWorkspace(NamedTuple):
 
 
 def count_output_forces(system: System) -> IntArray:
-    """Return how many output forces of each kind a system has.
-
-    Result: number of forces by law, in the order of `FORCE_LAWS`, then of sliding frictions; shape (laws +
-    1,).
-    """
+    """Return how many output forces of each law of `FORCE_LAWS`, and last how many sliding frictions, a system has; shape (laws + 1,)."""
     return np.bincount(system.output_forces["law"], minlength=output_forces.SLIDING_FRICTION + 1)
 
 
@@ -169,11 +162,7 @@ def to_mass_centres(
     poses: FloatArray,  # poses of the body origins, m and rad; shape (..., bodies, 3)
     velocities: FloatArray,  # their time derivatives; shape (..., bodies, 3)
 ) -> tuple[FloatArray, FloatArray]:
-    """Convert poses and velocities of the body origins to those of the mass centres.
-
-    Results: poses, poses of the mass centres; shape (..., bodies, 3); velocities, their time derivatives;
-    shape (..., bodies, 3).
-    """
+    """Convert poses and velocities (..., bodies, 3) of the body origins to those of the mass centres."""
     return _shift_reference_points(system, 1.0, poses, velocities)
 
 
@@ -182,11 +171,7 @@ def from_mass_centres(
     poses: FloatArray,  # poses of the mass centres, m and rad; shape (..., bodies, 3)
     velocities: FloatArray,  # their time derivatives; shape (..., bodies, 3)
 ) -> tuple[FloatArray, FloatArray]:
-    """Convert poses and velocities of the mass centres to those of the body origins.
-
-    Results: poses, poses of the body origins; shape (..., bodies, 3); velocities, their time derivatives;
-    shape (..., bodies, 3).
-    """
+    """Convert poses and velocities (..., bodies, 3) of the mass centres to those of the body origins."""
     return _shift_reference_points(system, -1.0, poses, velocities)
 
 
@@ -211,14 +196,9 @@ def body_reference_point(mechanism: Mechanism, body: Body) -> tuple[float, float
 
 
 def ground_pin_of_point_mass(mechanism: Mechanism, body: Body) -> Pin | None:
-    """Return the pin about which a point mass rotates.
-
-    About a pin that joins it to the ground, a point mass has a moment of inertia. The pin does not move, so the coupling of
-    rotation and translation in its mass matrix never acts on the motion.
-
-    Result: the pin; None if there is none, or if the body cannot rotate, has no mass, or has a moment of
-    inertia of its own.
-    """
+    """Return the pin about which a body without an inertia of its own, but with a mass, turns on the ground; None if there is none."""
+    # About that pin the point mass has a moment of inertia. The pin does not move, so the coupling of
+    # rotation and translation in its mass matrix never acts on the motion.
     if not body.can_rotate or body.mass == 0 or body.planar_inertia > 0:
         return None
     for joint in mechanism.joints:

@@ -88,11 +88,9 @@ def make_event_functions(
     held_rows: IntArray,  # constraint rows of the held outputs; shape (held outputs,)
     force_elements: RecordArray,
 ) -> RecordArray:
-    """Return the event functions of a mode.
-
-    Result: records of `EVENT_FUNCTION_DTYPE`. Their contact index counts the contacts, then the one-sided
-    springs, the tables of readings, and last all gases together.
-    """
+    """Return the event functions of a mode, as records of `EVENT_FUNCTION_DTYPE`."""
+    # The contact index counts the contacts, then the one-sided springs, the tables of readings, and
+    # last all gases together.
     tolerances = _event_tolerances(scene)
     first_table = len(mode.held_values) + len(mode.taut)
     records = [
@@ -216,10 +214,7 @@ def _table_event_functions(scene: Scene, mode: ContactMode, first_index: int, to
 
 
 def make_gas_event_functions(force_elements: RecordArray, contact_index: int) -> list[EventFunctionRecord]:
-    """Return the event functions of the kinks of gas in cylinders; gases that share a kink share its function.
-
-    Result: records of `EVENT_FUNCTION_DTYPE`: the switch of each gas, then both dead centres of each crank.
-    """
+    """Return the event functions of the kinks of gas: the switch of each gas, then both dead centres of each crank, those shared once."""
     gases = [force for force in force_elements if force["law"] == FORCE_LAWS.index(GasPressure)]
     return list(dict.fromkeys(_gas_event_functions(gases, contact_index)))
 
@@ -247,10 +242,7 @@ def evaluate_event_function(
     argument: float,  # for a switch the crank angle, rad
     limit: float,
 ) -> float:
-    """Return the value of an event function.
-
-    Result: the event function; positive after its event.
-    """
+    """Return the value of an event function, positive after its event."""
     event_function = event_functions[i]
     if event_function.kind == EventFunctionKind.SWITCH:
         return float(evaluate_travel_in_stroke(event_function.sign, value, argument) - event_function.threshold - limit)

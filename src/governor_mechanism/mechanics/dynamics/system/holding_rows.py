@@ -1,7 +1,4 @@
-"""Constraint rows of a contact mode: rows that hold outputs, rows of broken joints, and an order of all rows that gives a narrow band.
-
-Where they hold every body, the mechanism stands still.
-"""
+"""Constraint rows of a contact mode: those that hold outputs or break joints, and an order of all rows that gives a narrow band."""
 
 from collections.abc import Sequence
 
@@ -28,10 +25,7 @@ from governor_mechanism.types import GROUND_INDEX, NO_INDEX, FloatArray, IntArra
 
 
 def find_coupled_rows(row_bodies: IntArray) -> IntArray:
-    """Return the pairs of rows that share a body, from the bodies of all rows (rows, sides).
-
-    Each pair is (row, earlier or same row, side of the body in the first, side in the second); shape (pairs, 4).
-    """
+    """Return the pairs of rows that share a body, as (row, earlier or same row, side of the body in the first, side in the second)."""
     rows_of_body: dict[int, list[tuple[int, int]]] = {}
     pairs: list[tuple[int, int, int, int]] = []
     for row, bodies in enumerate(row_bodies.tolist()):
@@ -77,10 +71,7 @@ def disable_rows(constraint_table: ConstraintTable, joints: Sequence[int]) -> Re
 
 
 def constraint_row_order(scene: Scene, mode: ContactMode | None = None) -> IntArray:
-    """Return the order of the constraint rows of a system.
-
-    Result: index of each row in the list of the joints' rows, then the holding rows; shape (rows,).
-    """
+    """Return the order of the constraint rows of a system, as indices in the list of the joints' rows, then the holding rows."""
     return _initial_row_order(scene) if mode is None else _row_order_in_mode(scene, mode)
 
 
@@ -115,10 +106,7 @@ def make_rubbing(
     mode: ContactMode,
     held_rows: IntArray,  # constraint rows of the held outputs; shape (held outputs,)
 ) -> RecordArray:
-    """Return the friction of what slides in a mode.
-
-    Result: records of `RUBBING_DTYPE`.
-    """
+    """Return the friction of what slides in a mode, as records of `RUBBING_DTYPE`."""
     contacts, output_names = contacts_of(scene), forced_output_names(scene)
     rows, names, records = rows_of_held_contacts(mode, held_rows.tolist()), [contact.output_name for contact in contacts], []
     for contact, sign in zip(contacts, mode.sliding_signs, strict=True):
@@ -143,12 +131,7 @@ def with_held_values(
     output_indices: Sequence[int],
     mode: ContactMode,  # mode that holds the same outputs as the system, at its own values
 ) -> System:
-    """Return a system with other values of the held outputs.
-
-    The values are set, not incremented, so that rounding does not accumulate.
-
-    Result: the system with the constants of the holding rows replaced.
-    """
+    """Return a system whose holding rows have other values; they are set, not incremented, so that rounding does not accumulate."""
     table = system.constraint_rows.table.copy()
     for k, value in enumerate(mode.held_values):
         if value is not None:

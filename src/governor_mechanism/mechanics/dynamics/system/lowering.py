@@ -100,10 +100,9 @@ def make_plane_records(scene: Scene, speeds: Sequence[Spindle]) -> RecordArray:
 
 
 def make_inertia(mechanism: Mechanism, origins: Origins) -> tuple[FloatArray, FloatArray]:
-    """Return mass (twice) and moment of inertia about the origin of each body, and the stand-ins for those that are 0; (bodies, 3).
-
-    Coordinates that cannot change have neither. The moment of inertia of a shaft follows with the poses.
-    """
+    """Return mass (twice) and moment of inertia about the origin of each body, (bodies, 3), and the stand-ins for those that are 0."""
+    # Coordinates that cannot change have neither. The moment of inertia of a shaft follows with the
+    # poses.
     rows = []
     for body in mechanism.bodies:
         moment = 1.0 if isinstance(body, Shaft) else body.planar_inertia + body.mass * math.hypot(*origins[body.name]) ** 2
@@ -121,11 +120,7 @@ def make_system(
     # contact mode; the initial mode if left out, in which nothing is held and no friction acts
     mode: ContactMode | None = None,
 ) -> tuple[System, tuple[CubicTimeFunction, ...]]:
-    """Lower a scene to arrays.
-
-    Results: system, the arrays; inputs, inputs as functions of time: given spindle speeds, drives, loads of
-    force elements, friction forces, inputs of factors and lags.
-    """
+    """Lower a scene to arrays and inputs: spindle speeds, drives, loads of elements, friction forces, inputs of factors and lags."""
     system, inputs = _make_initial_system(scene)
     return (system if mode is None else system._replace(**_arrays_of_mode(scene, mode, system.output_rows, system.force_elements))), inputs
 

@@ -88,11 +88,9 @@ class IsochronousPlateData:
         return parameter / 2, parameter / 4
 
     def speed_deviations(self, arm_ratio: float, angle_changes: FloatArray | None = None) -> SpeedDeviationCurve:
-        """Return the speed deviations near the start point for an arm of `arm_ratio` radii of curvature.
-
-        `angle_changes` (n,) are changes of the arm angle (rad), by default a grid within MAX_ANGLE_CHANGE. Changes that bring the arm to
-        the vertical or the horizontal, or the ball close to the axis or the vertex, are dropped.
-        """
+        """Return the speed deviations near the start for an arm of `arm_ratio` radii of curvature and changes of angle (n,), rad."""
+        # By default these are a grid within MAX_ANGLE_CHANGE. Changes that bring the arm to the
+        # vertical or the horizontal, or the ball close to the axis or the vertex, are dropped.
         requested_changes = np.linspace(-MAX_ANGLE_CHANGE, MAX_ANGLE_CHANGE, 321) if angle_changes is None else angle_changes
         arm, angle = arm_ratio * self.radius_of_curvature, self.start_angle
         x, y = self.start_point
