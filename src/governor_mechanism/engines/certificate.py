@@ -87,50 +87,40 @@ def _possible_causes(scene: Scene) -> Iterator[str]:
 FIRST_TOLERANCE_RATIO = 0.01
 """Ratio of the first tolerance to the accuracy: the error of a run is some ten times that of one step."""
 
+# Where order 8 holds, half a step has an error 512 times smaller, so that this tolerance shortens no step.
 FINER_TOLERANCE_RATIO = 0.01
-"""Ratio of the tolerance of a run to that of the run whose steps it halves.
-
-Where order 8 holds, half a step has an error 512 times smaller, so that this tolerance shortens no step.
-"""
+"""Ratio of the tolerance of a run to that of the run whose steps it halves."""
 
 MIN_FINER_TOLERANCE = 1e-13
 """Tolerance below which that of a finer run does not fall: near singular configurations rounding exceeds it, and half steps suffice."""
 
+# With the errors e of the run and f of the finer one, |e| <= |e - f| + |f|. Halved steps halve the error at
+# least, whatever sets them: the tolerance, a kink, a limit or an event, for which the order is 1 or more. So
+# |f| <= |e| / 2, and |e| <= 2 |e - f|. Where the order of 8 holds, the bound is twice the error.
 ERROR_TO_DIFFERENCE_RATIO = 2.0
-"""Bound of the error of a run, relative to its difference from a run that takes at most half of each of its steps.
-
-With the errors e of the run and f of the finer one, |e| <= |e - f| + |f|. Halved steps halve the error at least, whatever sets
-them: the tolerance, a kink, a limit or an event, for which the order is 1 or more. So |f| <= |e| / 2, and |e| <= 2 |e - f|.
-Where the order of 8 holds, the bound is twice the error.
-"""
+"""Bound of the error of a run, relative to its difference from a run that takes at most half of each of its steps."""
 
 JOINTS_OF_FIXED_WORK = 4
 """Number of joints whose equations take as long as the rest of an evaluation."""
 
+# Measured on chains of 2 to 10 four-bars, of which all bars lie in one line 14 times: 0.04 to 170 of that.
 SINGULAR_PASSAGE_SAFETY_FACTOR = 200.0
-"""Bound of the error of passing singular configurations, relative to its order of magnitude.
+"""Bound of the error of passing singular configurations, relative to its order of magnitude."""
 
-Measured on chains of 2 to 10 four-bars, of which all bars lie in one line 14 times: 0.04 to 170 of that.
-"""
-
+# A step rounds the state by 0.29 units in the mean square; what its stages contribute is smaller by the size
+# of its change.
 ROUNDING_SAFETY_FACTOR = 3.0
-"""Ratio of the bound of the summed roundings to a unit in the last place times the root of the number of steps.
+"""Ratio of the bound of the summed roundings to a unit in the last place times the root of the number of steps."""
 
-A step rounds the state by 0.29 units in the mean square; what its stages contribute is smaller by the size of its change.
-"""
-
+# The slower an impact, the more its time depends on the rounding of the position. Measured on bounces down to
+# rest: 8 to 23, and less where the stop is near the zero of the positions, which round less there.
 BOUNCE_ROUNDING_FACTOR = 30.0
-"""Error of the time of an impact, in units of the rounding of a position over the duration of the shortest bounce, both in their scales.
+"""Error of the time of an impact, in units of the rounding of a position over the duration of the shortest bounce, both in their scales."""
 
-The slower an impact, the more its time depends on the rounding of the position. Measured on bounces down to rest: 8 to 23, and less
-where the stop is near the zero of the positions, which round less there.
-"""
-
+# Two runs round independently. The chance is below one in a hundred that they differ by a tenth of their
+# error at all of the last bounces.
 BOUNCE_DIFFERENCE_FACTOR = 10.0
-"""Bound of the error of event times relative to their difference, where it is less than that rounding.
-
-Two runs round independently. The chance is below one in a hundred that they differ by a tenth of their error at all of the last bounces.
-"""
+"""Bound of the error of event times relative to their difference, where it is less than that rounding."""
 
 CONFIRMED_ACCURACY = 1e-9
 """Accuracy from which on a third run confirms the other two, which may round alike by chance."""
@@ -162,11 +152,9 @@ FLIGHT_GOAL = 1e-5
 UNCONFIRMED_ERROR = 1.0
 """Error of states that the comparison run does not reach, relative to their scales: nothing is known of them."""
 
+# All runs of a request together may take as many steps as a certificate of full length.
 RUNS_PER_CERTIFICATE = 3
-"""Work of a certificate in units of its coarser run: the finer one takes two steps for each of its steps.
-
-All runs of a request together may take as many steps as a certificate of full length.
-"""
+"""Work of a certificate in units of its coarser run: the finer one takes two steps for each of its steps."""
 
 FINER_STEP_LIMIT_RATIO, CUT_STEP_LIMIT_RATIO = 4.0, 2.2
 """Largest number of steps of a finer run relative to `max_steps`: twice as many and what it rejects, with more room where the run that it

@@ -103,11 +103,10 @@ ENGINES: dict[str, type[AnyEngine]] = {"reduced": ReducedEngine, "multibody": Mu
 FALLBACK_OUTCOMES = (Outcome.DEAD_CENTRE, Outcome.STIFF, Outcome.STALLED, Outcome.ACCURACY_MISSED)
 """Outcomes of `reduced` that multibody may improve."""
 
+# The second run of a certificate takes twice the steps of the first. More runs follow where the first misses
+# the accuracy.
 REST_TO_FIRST_RUN_RATIOS = (2.0, REQUEST_TO_FIRST_RUN_RATIO - 1.0)
-"""Least and largest expected time of all further runs of a request, relative to its first run.
-
-The second run of a certificate takes twice the steps of the first. More runs follow where the first misses the accuracy.
-"""
+"""Least and largest expected time of all further runs of a request, relative to its first run."""
 
 
 @final

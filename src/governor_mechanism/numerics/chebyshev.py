@@ -33,11 +33,9 @@ _CHEBYSHEV_TRANSFORM[0] *= 0.5
 VALUES_TO_CHEBYSHEV = np.ascontiguousarray(_CHEBYSHEV_TRANSFORM)
 """Matrix that maps values at the nodes to Chebyshev coefficients."""
 
+# Its rounding error stays small, because the high Chebyshev coefficients of a good fit are small.
 CHEBYSHEV_TO_POWERS = np.ascontiguousarray(_chebyshev_polynomials(np.eye(N_CHEBYSHEV_NODES)[0], lambda row: np.roll(row, 1)).T)
-"""Matrix that maps Chebyshev coefficients to those of powers, lowest first.
-
-Its rounding error stays small, because the high Chebyshev coefficients of a good fit are small.
-"""
+"""Matrix that maps Chebyshev coefficients to those of powers, lowest first."""
 
 
 @jit

@@ -29,11 +29,9 @@ LARGEST_TOLERANCE = 1e-4
 RANK_TOLERANCE = 1e-9
 """Singular value of scaled equations, relative to the largest, below which it counts as zero."""
 
+# Rounding alone gives 1e-16; a chain of pivots loses a few digits more.
 MIN_SPARSE_PIVOT_RATIO = 1e-9
-"""Pivot relative to its diagonal entry (the square of a sine) above which equations are certainly independent.
-
-Rounding alone gives 1e-16; a chain of pivots loses a few digits more.
-"""
+"""Pivot relative to its diagonal entry (the square of a sine) above which equations are certainly independent."""
 
 
 def least_norm_solution(

@@ -50,21 +50,18 @@ def find_roots(
 VectorFunction = Callable[[FloatArray], FloatArray]
 """Function of vectors (k, n) that returns a vector for each, (k, m); NaN where it is not defined."""
 
+# Orders of accuracy 8, 8 and 6. B. Fornberg, Mathematics of Computation 51 (1988), pp. 699-706.
 _POSITIVE_WEIGHTS = {
     1: (0.0, 4 / 5, -1 / 5, 4 / 105, -1 / 280),
     2: (-205 / 72, 8 / 5, -1 / 5, 8 / 315, -1 / 560),
     3: (0.0, -61 / 30, 169 / 120, -3 / 10, 7 / 240),
 }
-"""Weights at the centre and at 1 to 4 steps; odd derivatives have the opposite sign on the other side.
+"""Weights at the centre and at 1 to 4 steps; odd derivatives have the opposite sign on the other side."""
 
-Orders of accuracy 8, 8 and 6. B. Fornberg, Mathematics of Computation 51 (1988), pp. 699-706.
-"""
-
+# The large ones suit functions that are nearly polynomials, the small ones functions with a singularity
+# nearby.
 STEP_RATIOS = tuple(0.16 / 2**k for k in range(8))
-"""Steps that are tried, relative to the given direction.
-
-The large ones suit functions that are nearly polynomials, the small ones functions with a singularity nearby.
-"""
+"""Steps that are tried, relative to the given direction."""
 
 MAX_ROUNDING_RATIO = 10.0
 """Derivative relative to its rounding below which a function does not depend on a variable, where a tolerance is enough."""

@@ -41,11 +41,10 @@ def find_crossing_intervals(
 N_SUBDIVISIONS = 8
 """Parts of an interval of which each has at most one extreme: an interval is a quarter of the time in which the motion changes."""
 
+# A kink, as of the torque of an engine at a dead centre, may lie inside: then the change between the ends is
+# smaller than that inside.
 JERK_MARGIN = 2.0
-"""Factor on the change of the acceleration over an interval and its neighbours, which bounds the change inside the interval.
-
-A kink, as of the torque of an engine at a dead centre, may lie inside: then the change between the ends is smaller than that inside.
-"""
+"""Factor on the change of the acceleration over an interval and its neighbours, which bounds the change inside the interval."""
 
 EXTREME_TIME_TOLERANCE = 1e-4
 """Error of the time of an extreme, relative to the distance of the points around it: that of its speed is of the order of the square."""

@@ -121,11 +121,9 @@ class StateHistory:
         return StateHistory(**{name: states[indices] for name, states in vars(self).items()})
 
 
+# Its argument is the largest number of these times; where more are needed, they end before the motion.
 StateProvider = Callable[[int], tuple[StateHistory, tuple[ContactMode, ...], DenseOutput | None]]
-"""Function that computes the states and contact modes at the monitor times, and a dense output between them where there is one.
-
-Its argument is the largest number of these times; where more are needed, they end before the motion.
-"""
+"""Function that computes the states and contact modes at the monitor times, and a dense output between them where there is one."""
 
 MAX_EVENT_SAMPLES = 100_000
 """Largest number of samples of a motion in which events are searched that an engine computes for it: each takes some 30 microseconds."""

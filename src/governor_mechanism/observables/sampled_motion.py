@@ -19,12 +19,10 @@ ROOT_TOLERANCE = 1e-9
 REFINEMENT_MARGIN = 1e-3
 """Distance from a first time, relative to the interval, within which the refined one is expected."""
 
+# The other time is that of the interpolant over three samples. Its error is larger by about the square of the
+# ratio of the interval to the time in which the motion changes, which this difference bounds.
 AGREEMENT_OF_INTERPOLANTS = 1e-7
-"""Difference of two times, relative to the interval, up to which the interpolant over four samples needs no refinement.
-
-The other time is that of the interpolant over three samples. Its error is larger by about the square of the ratio of the interval to
-the time in which the motion changes, which this difference bounds.
-"""
+"""Difference of two times, relative to the interval, up to which the interpolant over four samples needs no refinement."""
 
 EVENT_TIME_MARGIN = 1e-6
 """A contact event closer to a sample than this fraction of the interval is at the sample."""

@@ -26,11 +26,9 @@ REMOVABLE_SINGULARITY_TOLERANCE = 1e-8
 ZERO_FORCE_RATIO = 1e-8
 """Force relative to neighbouring values below which it counts as zero."""
 
+# It is the cube root of rounding.
 FOLD_MERGE_TOLERANCE = 2e-5
-"""Distance of a fold from a common zero of V' and J', relative to the coordinate scale, within which they coincide.
-
-It is the cube root of rounding.
-"""
+"""Distance of a fold from a common zero of V' and J', relative to the coordinate scale, within which they coincide."""
 
 PERIOD_END_TOLERANCE = 1e-7
 """Distance from an end of a periodic travel, relative to the scale of the coordinate, within which a value is at the end."""
@@ -191,19 +189,15 @@ def evaluate_readings(mechanism: Mechanism, coefficients: PathCoefficients) -> d
     return readings | {mechanism.coordinate: coefficients.coordinate} if mechanism.coordinate in readings else readings
 
 
+# The travel is sampled up to 1e-5 of its length before a dead centre (`range_of_motion.RANGE_END_MARGIN`); a
+# value written with four digits for the end of the travel must not be refused.
 END_TOLERANCE = 1e-4
-"""Distance of a given value beyond the end of the travel, in travels of the reading, within which it is that end.
+"""Distance of a given value beyond the end of the travel, in travels of the reading, within which it is that end."""
 
-The travel is sampled up to 1e-5 of its length before a dead centre (`range_of_motion.RANGE_END_MARGIN`); a value written with four digits
-for the end of the travel must not be refused.
-"""
-
+# No governor works up to it, since its equilibrium speed there is zero or unbounded. The ratio is some
+# hundred times what the margin before a dead centre leaves.
 DEAD_CENTRE_RATIO = 1e-3
-"""Load or centrifugal effect at an end of the travel, over its median, below which that end is a dead centre.
-
-No governor works up to it, since its equilibrium speed there is zero or unbounded. The ratio is some hundred times what the margin
-before a dead centre leaves.
-"""
+"""Load or centrifugal effect at an end of the travel, over its median, below which that end is a dead centre."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -52,11 +52,10 @@ MAX_EXIT_DISAGREEMENT = 4
 MAX_TORN_GAP_RATIO = 0.1
 """Joint gap, relative to the length scale, beyond which a body far away has been torn off; a flight keeps the joints closed."""
 
+# Steps of a quarter of the time scale follow a flight to a few hundredths. An instability grows by another
+# factor in each run.
 MAX_FLIGHT_DIFFERENCE_RATIO = 0.2
-"""Largest difference of the places of a body that flies away, between runs with different steps and relative to its distance.
-
-Steps of a quarter of the time scale follow a flight to a few hundredths. An instability grows by another factor in each run.
-"""
+"""Largest difference of the places of a body that flies away, between runs with different steps and relative to its distance."""
 
 
 IMPULSE_FLIGHT_DETAIL = f"{FLIGHT_DETAIL}, farther than engine impulse follows it; choose engine multibody, which follows it farther"

@@ -111,11 +111,10 @@ def are_in_intervals(times: FloatArray, intervals: Iterable[tuple[float, float]]
 ESTIMATE_ROUNDING_FLOOR = 1e-11
 """Relative error estimate below which a lack of convergence is rounding."""
 
+# The errors of a flight grow as it does, so that no work yields the accuracy of a motion that stays near the
+# origin.
 FLIGHT_ACCURACY = 1e-2
-"""Estimate that ends the refinement of a motion in which a body flies away: small against the distance at its end.
-
-The errors of a flight grow as it does, so that no work yields the accuracy of a motion that stays near the origin.
-"""
+"""Estimate that ends the refinement of a motion in which a body flies away: small against the distance at its end."""
 
 UNKNOWN_EXIT_ERROR = 1.0
 """Estimate of a motion of which only some runs leave their limits: nothing is known of its end."""
@@ -126,12 +125,10 @@ MAX_STAGNANT_LEVELS = 1
 EVENT_METHOD_NAME = "second order, restarted at every event"
 """Name of the method for a scene with contacts."""
 
+# Where the order of 3 holds, the error is a seventh of the difference. With long steps it falls less from one
+# level to the next; the bound holds as far as it falls to 0.37.
 ERROR_TO_DIFFERENCE_RATIO = 0.6
-"""Bound of the error of extrapolated runs relative to the difference from those with twice their steps.
-
-Where the order of 3 holds, the error is a seventh of the difference. With long steps it falls less from one level to the next; the bound
-holds as far as it falls to 0.37.
-"""
+"""Bound of the error of extrapolated runs relative to the difference from those with twice their steps."""
 
 CUSTOM_ERROR_TO_DIFFERENCE_RATIO = 2.7
 """The same bound in mechanisms of a user's own, which may have several degrees of freedom and pass singular configurations: it holds as
@@ -164,11 +161,9 @@ FIRST_EVENT_TIME_ERROR_RATIO = 0.2
 SETTLED_EVENT_DIFFERENCE = 0.05
 """Difference of the last two runs in the time of an event, relative to the time scale, from which on later events may be others."""
 
+# They fall irregularly, dry friction at reversals above all: a small difference may be chance.
 TRUSTED_EVENT_DECREASE = 2.5
-"""Factor by which the differences of event times may fall when the steps are halved.
-
-They fall irregularly, dry friction at reversals above all: a small difference may be chance.
-"""
+"""Factor by which the differences of event times may fall when the steps are halved."""
 
 TRUSTED_DECREASE = 5.0
 """The same of the errors of readings in scenes with contacts."""

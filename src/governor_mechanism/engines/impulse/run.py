@@ -29,11 +29,9 @@ BOUNCE_DURATION_FACTOR = 1.2
 MIN_SUBSTEP_RATIO, TIME_ROUNDING_RATIO = 1e-9, 4e-15
 """Shortest substep relative to a step, and relative to the elapsed time (rounding)."""
 
+# The contact starts to move with zero force; a release slightly too early would be held again at once.
 RELEASE_SEARCH_START, RELEASE_FRACTION_TOLERANCE, RELEASE_DELAY_FRACTION = 0.05, 1e-9, 1e-4
-"""Step fractions of a release: where the search begins, its tolerance, and the delay of the release after the root.
-
-The contact starts to move with zero force; a release slightly too early would be held again at once.
-"""
+"""Step fractions of a release: where the search begins, its tolerance, and the delay of the release after the root."""
 
 JOIN_DELAY_FRACTION = 1e-8
 """Step fraction behind the join of two edges at which a run goes on: there the next edge is the nearer one, in spite of rounding."""

@@ -71,11 +71,9 @@ MAX_SIMULTANEOUS_REDUCED_EVENTS = 40
 POST_EVENT_STEP_RATIO = 0.1
 """Largest first step after an event, relative to the largest step."""
 
+# Forces then change slowly.
 HELD_STEP_FACTOR = 8.0
-"""Factor on the largest step while the mechanism is held, the given spindle speed does not fluctuate and no load depends on a reading.
-
-Forces then change slowly.
-"""
+"""Factor on the largest step while the mechanism is held, the given spindle speed does not fluctuate and no load depends on a reading."""
 
 TURNING_POINT_BISECTIONS = 20
 """Bisections of a turning point within a step: its time is good to 1e-6 of the step, and its value to the square of that."""

@@ -48,11 +48,9 @@ WIDEN_THRESHOLD = 1e-3
 MAX_ROUNDING_ERROR = 1e-7
 """Largest error of a piece whose coefficients have stagnated at rounding level, as near a change point, relative to its column's scale."""
 
+# The last is the number of these widths.
 NOISE_LIMIT, MIN_RESIZABLE_WIDTH, N_RESIZE_TRIALS = 10.0, 1e-3, 24
-"""Rounding error in units of the fit tolerance, and piece width in coordinate scales, above which other widths are tried.
-
-The last is the number of these widths.
-"""
+"""Rounding error in units of the fit tolerance, and piece width in coordinate scales, above which other widths are tried."""
 
 CHANGE_POINT_RATIO, CHANGE_POINT_MARGIN = 0.1, 0.1
 """Ratio of the pivots to those at the start below which a piece with that rounding error holds a change point, where the table

@@ -35,12 +35,11 @@ DEFAULT_MASS_RATIO = 4.0
 DEFAULT_OFFSET_RATIO = 0.05
 """Offset of the arms' suspension over their length if neither it nor the travel of the sleeve is given: room for the spindle."""
 
+# Simulated with dry friction at the sleeve, the default engine overshoots by a fifth of the change of speed
+# and settles with a quarter; with a half it takes four times as long, and with three quarters it does not
+# settle.
 INSENSITIVITY_PER_DROOP = 0.25
-"""Insensitivity over the droop unless it is given.
-
-Simulated with dry friction at the sleeve, the default engine overshoots by a fifth of the change of speed and settles with a quarter; with
-a half it takes four times as long, and with three quarters it does not settle.
-"""
+"""Insensitivity over the droop unless it is given."""
 
 MAX_ARM_ANGLE = math.radians(75)
 """Largest arm angle without load, rad: above it the speed rises without bound."""

@@ -16,11 +16,9 @@ from governor_mechanism.model.curves import Curve, PolarCurve
 from governor_mechanism.model.joints import Joint, base
 from governor_mechanism.types import NO_INDEX, FloatArray
 
+# A pymunk groove has ends, a guide has none: the groove moves along before the point comes near to them.
 GROOVE_HALF_LENGTH_RATIO = 1e3
-"""Half length of a groove relative to the length scale of the mechanism.
-
-A pymunk groove has ends, a guide has none: the groove moves along before the point comes near to them.
-"""
+"""Half length of a groove relative to the length scale of the mechanism."""
 
 PreStepUpdate = Callable[[Poses, StepInputs], None]
 """Update a constraint for the poses that the step is about to reach."""

@@ -57,12 +57,10 @@ PLANE_DTYPE = record_dtype(
 )
 """One plane with centrifugal forces."""
 
+# `constrained_solution` removes it again by an iteration that converges by about this ratio; a smaller ratio
+# conditions the joint equations worse.
 STAND_IN_INERTIA_RATIO = 1e-3
-"""Stand-in inertia of massless coordinates, relative to the smallest mass and moment of inertia of the mechanism.
-
-`constrained_solution` removes it again by an iteration that converges by about this ratio; a smaller ratio conditions the
-joint equations worse.
-"""
+"""Stand-in inertia of massless coordinates, relative to the smallest mass and moment of inertia of the mechanism."""
 
 
 def make_body_record(
