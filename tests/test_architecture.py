@@ -140,6 +140,7 @@ DELEGATIONS = {
     "model.mechanism": {"Mechanism.build", "Mechanism._repr_html_"},
     "mechanics.kinematics.kinematic_analysis": {"Kinematics.plot_paths"},
     "statics.speed_curve": {"SpeedCurve._repr_html_"},
+    "studies.comparison": {"Comparison.film"},
     "building.mechanism_builder": {"MechanismBuilder.assemblies"},
 }
 """Methods that hand on to a function of a later folder, by module. They alone import upwards, and do nothing else."""

@@ -192,3 +192,15 @@ def test_the_figure_overlays_curves_in_styles_of_their_own(governors, mixed, tmp
     assert sorted(float(dot.get_xdata()[0]) for dot in dots) == [0.5, 1.4]
     assert [axes.get_ylabel() for axes in comparison_figure(mixed).axes[2:]] == ["Arm angle [deg]", "Crank angle [deg]"]
     assert page.save(tmp_path / "a.png").stat().st_size > 0
+
+
+def test_its_film_is_that_of_its_runs_side_by_side_without_one_that_has_a_single_moment(mixed, tmp_path):
+    options = {"size": 320, "stop": "50 ms", "slow_down": 2.0, "footer": False}
+    film = mixed.film(tmp_path / "film.gif", **options)
+    assert "<img" in film._repr_html_()
+    assert film.path.read_bytes() == gm.film(mixed.runs, tmp_path / "runs.gif", **options).read_bytes()
+    at_once = dataclasses.replace(mixed.runs[0], times=mixed.runs[0].times[:1])
+    film = dataclasses.replace(mixed, runs=(at_once, mixed.runs[1])).film(tmp_path / "film.gif", **options)
+    assert film.path.read_bytes() == gm.film(mixed.runs[1], tmp_path / "run.gif", **options).read_bytes()
+    with pytest.raises(MechanismError, match="a film's name must end in"):
+        mixed.film(tmp_path / "film.avi")

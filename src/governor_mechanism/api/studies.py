@@ -41,7 +41,7 @@ def compare(
     Returns
     -------
     Comparison
-        Names, rows, statics and runs; it prints as a table. `gm.film(comparison.runs, path)` shows the runs side by side.
+        Names, rows, statics and runs; it prints as a table, and its `film` shows the runs side by side.
 
     Raises
     ------

@@ -145,12 +145,7 @@ def _load(scene: str, changes: Sequence[str], duration: float | str | None) -> g
 
 def _write_film(comparison: Comparison, path: Path, options: FilmOptions) -> list[Path]:
     """Write the film of the runs that have reported times; none if nothing moves in time."""
-    from governor_mechanism.render.film.writer import write_film
-
-    shown = [(run, name) for run, name in zip(comparison.runs, comparison.names, strict=True) if len(run.times) > 1]
-    if not shown:
+    if not comparison.moving_runs:
         return []
-    runs = [run for run, _ in shown]
-    titles = [run.scene.title for run in runs] if len(runs) > 1 else None
     with in_command_words(), console.show_progress_bar("film") as progress:
-        return [write_film(runs, path, options, titles=titles, progress=progress)]
+        return [comparison.film(path, progress=progress, **vars(options)).path]

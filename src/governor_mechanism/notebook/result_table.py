@@ -211,11 +211,11 @@ def _part_rows(part: DescribedPart, is_one_of_many: bool) -> Iterator[tuple[str,
 
 
 def film_run(
-    run: Trajectory,
+    run: Trajectory | Sequence[Trajectory],
     path: str | os.PathLike[str],  # path of the file: .gif or .mp4, or .html for an interactive page
     *,
     progress: Progress | None = None,  # called with the number of frames done and in total
     **options: Unpack[FilmKeywords],
 ) -> Film:
-    """Write a run as a film and return its file, which a notebook shows; raise MechanismError as `write_film`."""
+    """Write a run, or several side by side, as a film and return its file, which a notebook shows; raise MechanismError as `write_film`."""
     return Film(write_film(run, path, FilmOptions(**options), progress=progress))

@@ -1,9 +1,11 @@
 """Comparison of several scenes: one table of statics and readings, the runs, and the curves for a figure."""
 
-from collections.abc import Iterator, Mapping, Sequence
+import os
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
+from typing import Unpack
 
 import numpy as np
 
@@ -11,6 +13,8 @@ from governor_mechanism.engines import select_engine
 from governor_mechanism.engines.base import Engine
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.files.writing import finite_or_none
+from governor_mechanism.model.results.film_options import FilmKeywords
+from governor_mechanism.model.results.pictures import Film
 from governor_mechanism.model.results.result import Column, Result, format_columns, item_column
 from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.model.scene import Scene
@@ -255,6 +259,22 @@ class Comparison(Result):
         if name not in self.names:
             raise MechanismError(f"the comparison has no scene {name!r}; it has {', '.join(self.names)}")
         return rows[quantity][self.names.index(name)]
+
+    @property
+    def moving_runs(self) -> tuple[Trajectory, ...]:
+        """The runs with more than one reported time, which a film shows."""
+        return tuple(run for run in self.runs if len(run.times) > 1)
+
+    def film(
+        self, path: str | os.PathLike[str], *, progress: Callable[[int, int], None] | None = None, **options: Unpack[FilmKeywords]
+    ) -> Film:
+        """Write the moving runs side by side as an animation and return its file, which a notebook shows.
+
+        `gm.film` documents the parameters and errors.
+        """
+        from governor_mechanism.notebook.result_table import film_run
+
+        return film_run(self.moving_runs or self.runs, path, progress=progress, **options)
 
     def __str__(self) -> str:
         """Return title, table and notes."""
