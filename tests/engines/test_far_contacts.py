@@ -7,6 +7,7 @@ import pytest
 
 import governor_mechanism as gm
 from contact_scenes import GRAVITY, ball_document
+from governor_mechanism.mechanics.dynamics.forces.contacts import outline_gaps_of
 from governor_mechanism.model.events import EventKind
 
 FAR = {"name": "c", "first": "rod_3.end", "radius": 0.02, "second": "block"}
@@ -165,3 +166,33 @@ def test_a_drum_that_tips_from_pin_to_pin_moves_as_with_a_contact_for_each_pin(f
 def test_more_rollers_at_once_than_there_are_are_refused():
     with pytest.raises(gm.MechanismError, match="at_once is at most the number of the rollers, 6; found 7"):
         gm.Scene.from_dict(drum_document([pin("pins", "pin_0", repeat=6, at_once=7)], 0.0))
+
+
+def test_one_roller_and_one_at_once_are_the_defaults():
+    written, plain = (gm.Scene.from_dict(drum_document([pin("pins", "pin_0", **more)], 0.1)) for more in ({"repeat": 1, "at_once": 1}, {}))
+    assert written.mechanism.readings == plain.mechanism.readings
+
+
+@pytest.mark.parametrize(("n_pins", "at_once", "n_groups"), [(6, 2, 2), (5, 2, 3), (7, 3, 4), (9, 3, 3), (5, 5, 5), (3, 2, 3)])
+def test_no_group_of_rollers_has_two_that_follow_one_another(n_pins, at_once, n_groups):
+    scene = gm.Scene.from_dict(drum_document([pin("pins", "pin_0", repeat=n_pins, at_once=at_once)], 0.1))
+    groups = [
+        {round(math.atan2(one.y, one.x) / math.tau * n_pins) % n_pins for one in (gap.roller, *gap.others)}
+        for gap in outline_gaps_of(scene)
+    ]
+    assert len(groups) == n_groups
+    assert sorted(number for group in groups for number in group) == list(range(n_pins))
+    for group in groups:
+        assert all((number + step) % n_pins not in group for number in group for step in range(1, min(at_once, n_pins)))
+
+
+def test_a_drum_with_an_odd_number_of_pins_rests_on_the_last_and_the_first_one():
+    """Its pins 4 and 0 are below; they strike at once, and bear half of the weight each."""
+    document = drum_document([pin("pins", "pin_0", repeat=5, at_once=2)], -math.pi / 2 + math.pi / 5, readings=["contact.pins"])
+    run = gm.run(gm.Scene.from_dict(document))
+    assert run.outcome is gm.Outcome.DONE
+    fall = 0.2 - 0.01 - 0.1 * math.cos(math.pi / 5)
+    assert run.events[0].time == pytest.approx(math.sqrt(2 * fall / GRAVITY), rel=1e-10)
+    assert len({event.subject for event in run.events}) == 2
+    assert run.readings["y"][-1] == pytest.approx(-fall, rel=1e-12)
+    assert run.readings["contact.pins.force"][-1] == pytest.approx(2.0 * GRAVITY, rel=1e-12)

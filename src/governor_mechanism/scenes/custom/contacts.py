@@ -4,6 +4,7 @@ import math
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise
 from typing import Any, Final
 
 from governor_mechanism.machines.base import rotate_point
@@ -57,15 +58,15 @@ CURVE_OUTLINE: Final = Table(
 """An outline along a closed curve."""
 
 
-def _parse_count(value: object) -> int:
-    """Return how often a tooth stands round a wheel."""
-    if isinstance(value, bool) or not isinstance(value, int) or not 2 <= value <= MAX_TEETH:
-        raise wrong_value(value, f"must be a whole number from 2 to {MAX_TEETH}", code=ProblemCode.OUT_OF_RANGE)
-    return value
+def _make_count_type(least: int) -> quantities.ValueType:
+    """Return the type of numbers of teeth, slots or rollers round a wheel."""
 
+    def parse(value: object) -> int:
+        if isinstance(value, bool) or not isinstance(value, int) or not least <= value <= MAX_TEETH:
+            raise wrong_value(value, f"must be a whole number from {least} to {MAX_TEETH}", code=ProblemCode.OUT_OF_RANGE)
+        return value
 
-COUNT_TYPE: Final = quantities.without_context(_parse_count, {"type": "integer"})
-"""How often a tooth, slot or roller stands round a wheel."""
+    return quantities.without_context(parse, {"type": "integer", "minimum": least, "maximum": MAX_TEETH})
 
 
 def _parse_corner(value: object) -> Corner:
@@ -96,7 +97,7 @@ REPEATED_CORNERS: Final = Table(
         "corners": declare("corners", meaning="the corners of one tooth or slot, anticlockwise, as a list [x, y] or [x, y, radius]"),
         "repeat": declare("count", meaning="how often it stands round the origin of the body"),
     },
-    types={**CUSTOM_TYPES, "corners": quantities.without_context(_parse_corners, {"type": "array"}), "count": COUNT_TYPE},
+    types={**CUSTOM_TYPES, "corners": quantities.without_context(_parse_corners, {"type": "array"}), "count": _make_count_type(2)},
     example="{ corners = [[x, y], ...], repeat = 12 }",
 )
 """An outline of equal teeth or slots round the origin."""
@@ -168,6 +169,18 @@ def _pair_outlines(first: tuple[SketchedBody, Outline], second: tuple[SketchedBo
     )
 
 
+def _deal_rollers(rollers: Sequence[Point], at_once: int) -> list[tuple[Point, ...]]:
+    """Return groups of rollers round a wheel, none of which has two of as many that follow one another.
+
+    They are dealt in rounds that are equal but for one roller, so that also across the last and the first one each group has a roller in
+    turn.
+    """
+    n_rounds = len(rollers) // at_once
+    starts = [number * len(rollers) // n_rounds for number in range(n_rounds + 1)]
+    rounds = [rollers[start:end] for start, end in pairwise(starts)]
+    return [tuple(one[place] for one in rounds if place < len(one)) for place in range(max(map(len, rounds)))]
+
+
 @dataclass(frozen=True, kw_only=True)
 class WrittenContact:
     """A contact as [[contact]] describes it."""
@@ -208,12 +221,12 @@ class WrittenContact:
         if self.at_once > len(rollers):
             text = f"{KEY}.at_once is at most the number of the rollers, {len(rollers)}; found {self.at_once}"
             raise mistake(ProblemCode.OUT_OF_RANGE, f"{text}; raise repeat, or leave at_once out")
-        n_gaps = n_chains * self.at_once
+        dealt = _deal_rollers(rollers, self.at_once)
+        n_gaps = n_chains * len(dealt)
         if n_gaps > MAX_GAPS:
-            each = f" for each of {self.at_once} rollers at once" if self.at_once > 1 else ""
+            each = f" for each of {len(dealt)} groups of rollers" if len(dealt) > 1 else ""
             problem = f"the outline has {n_chains} hollow corners{each}, and at most {MAX_GAPS} parts between them are looked at"
             raise mistake(ProblemCode.OUT_OF_RANGE, f"{where}: {problem}; round them with hollow arcs")
-        dealt = [rollers[start :: self.at_once] for start in range(self.at_once)]
         pairs = [(chain, group) for chain in range(n_chains) for group in dealt]
         return [
             self._gap(replace(touching, roller=group[0]), chain, f"_{number}" if n_gaps > 1 else "", group[1:])
@@ -284,7 +297,7 @@ class ContactTable(Table):
         return contact.gaps(context)
 
 
-CONTACT: Final = ContactTable.of(WrittenContact, types={**CUSTOM_TYPES, "count": COUNT_TYPE})
+CONTACT: Final = ContactTable.of(WrittenContact, types={**CUSTOM_TYPES, "count": _make_count_type(1)})
 """[[contact]]; its context is the `PointRegistry`."""
 
 
