@@ -377,16 +377,19 @@ def test_a_run_needs_only_the_packages_of_its_own_engine(engine, allowed, tmp_pa
     assert not modules_loaded_by(code, tmp_path) & ({*NOT_FOR_RUNS, "pymunk"} - allowed)
 
 
-@pytest.mark.parametrize(("words", "drawing"), [("", {"matplotlib"}), ("--no-figure", set())])
-def test_the_command_run_imports_what_draws_only_for_a_figure(words, drawing, tmp_path):
+@pytest.mark.parametrize(
+    ("words", "drawing"), [("--no-film", {"matplotlib"}), ("--no-figure", {"matplotlib"}), ("--no-film --no-figure", set())]
+)
+def test_the_command_run_imports_what_draws_only_for_a_picture(words, drawing, tmp_path):
     code = (
         "from governor_mechanism.cli.main import main\n"
-        f"sys.argv = ['governor-mechanism', 'run', 'porter', '--no-film', '--seconds', '0.1', *{words.split()}]\n"
+        f"sys.argv = ['governor-mechanism', 'run', 'porter', '--seconds', '0.1', *{words.split()}]\n"
         "try: main()\n"
         "except SystemExit as end: assert not end.code"
     )
     loaded = modules_loaded_by(code, tmp_path)
-    assert not loaded & {"scipy", "numba", "pymunk", "pint", "rich", "joblib", "matplotlib.pyplot"}
+    unwanted = {"scipy", "numba", "pymunk", "pint", "rich", "joblib", "matplotlib.pyplot", "matplotlib.animation", "imageio", "pandas"}
+    assert not loaded & (unwanted | {"governor_mechanism.render.page.writer", "governor_mechanism.studies"})
     assert loaded & {"matplotlib"} == drawing
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import atexit
 import gc
 import io
 import os
@@ -25,8 +26,9 @@ from governor_mechanism.cli.scenes import assemblies, catalogue, describe, init,
 from governor_mechanism.cli.studies import accuracy, effects, errata, hard_cases, sweep, valve_gears
 from governor_mechanism.cli.synthesis import synthesis_app
 
-COLLECTION_THRESHOLD = 100_000
-"""Number of new objects after which unreachable ones are searched for; what is imported stays, and searching it takes longer than a run."""
+COLLECTION_THRESHOLD = 500_000
+"""Number of new objects after which unreachable ones are searched for: twice those of a run with its film. What is imported stays, and
+searching it takes longer than a run."""
 
 MAX_SHORT_HELP = 300
 """Letters of what --help says of a command: its first sentences, whole."""
@@ -75,6 +77,7 @@ def main() -> None:
         elif isinstance(stream, io.TextIOWrapper):  # its encoding may lack a character; results and messages matter more than that
             stream.reconfigure(errors="replace")
     gc.set_threshold(COLLECTION_THRESHOLD)
+    atexit.register(gc.freeze)  # at the end all memory is given back; to search it first would take a tenth of a run
     try:
         app()
     except console.CommandExit:

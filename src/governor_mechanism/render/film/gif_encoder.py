@@ -61,8 +61,8 @@ class Palette:
             blend_table = np.array(chosen.getpalette(), dtype=np.uint8).reshape(-1, 3)[:count]
         self.colours: NDArray[np.uint8] = np.concatenate([exact_table, blend_table])
         self._nearest_index = self._build_lookup_table(len(exact_table))
-        self.is_replaceable = self._find_replaceable(len(exact_table), BLEND_TOLERANCE)
-        self.is_restored = self._find_replaceable(len(exact_table), RESTORED_TOLERANCE)
+        tolerances = BLEND_TOLERANCE, RESTORED_TOLERANCE
+        self._must_change = ~np.stack([self._find_replaceable(len(exact_table), one) for one in tolerances]).reshape(-1)
 
     def _build_lookup_table(self, n_exact: int) -> NDArray[np.uint8]:
         """Return the index of the nearest palette colour for each cell of the colour cube."""
@@ -86,6 +86,12 @@ class Palette:
         replaceable[:, :n_exact] = False
         np.fill_diagonal(replaceable, True)
         return replaceable
+
+    def must_change(self, shown: PaletteIndices, entries: PaletteIndices, returns: NDArray[np.bool_]) -> NDArray[np.bool_]:
+        """Return where the shown indices (n,) may not stay in place of others, which come back to their first colours or not."""
+        count = len(self.colours)
+        # One look-up in a flat table, as those by several indices take several times as long.
+        return self._must_change.take((returns * np.int32(count) + shown) * np.int32(count) + entries)
 
     def indices_of(self, pixels: PackedPixels) -> PaletteIndices:
         """Return the palette indices (...) of pixels (...)."""
@@ -146,10 +152,9 @@ class GifWriter:
         """Return left, top and indices of the smallest rectangle of changed pixels (n,); unchanged ones in it are transparent."""
         entries = self._palette.indices_of(pixels[pixel_indices])
         shown_indices = self._shown_indices.reshape(-1)
-        shown = shown_indices[pixel_indices]
         # What comes back to its first colour is restored more exactly: else edges that stand still get ragged where something passed.
         returns = entries == self._first_indices[pixel_indices]
-        differs = np.where(returns, ~self._palette.is_restored[shown, entries], ~self._palette.is_replaceable[shown, entries])
+        differs = self._palette.must_change(shown_indices[pixel_indices], entries, returns)
         pixel_indices, entries = pixel_indices[differs], entries[differs]
         if not pixel_indices.size:
             return None

@@ -6,7 +6,7 @@ A second of film is a second of the run, except for very short or long runs; the
 import io
 import math
 import os
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterator, Sequence
 from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -97,11 +97,13 @@ def choose_palette(film: FilmFrames) -> Palette:
 
 
 def _find_areas(
-    fills: Iterable[tuple[float, float, float, float]],  # translucent colours, each part from 0 to 1
+    fills: Collection[tuple[float, float, float, float]],  # translucent colours, each part from 0 to 1
     grounds: Sequence[Rgb],
     samples: Sequence[RgbaPixels],
 ) -> Iterator[Rgb]:
     """Yield the colours of areas with a translucent fill, once or twice over one of the grounds, that are seen in one of the samples."""
+    if not fills:
+        return
     counts = [dict(zip(*np.unique(pack_pixels(sample) & RGB_MASK, return_counts=True), strict=True)) for sample in samples]
     for fill in fills:
         colour, opacity = 255 * np.array(fill[:3]), fill[3]
