@@ -81,6 +81,7 @@ def test_sensitivities_are_printed_with_their_errors(tmp_path):
     assert " ± " in result.stdout
     rows = json.loads((tmp_path / "porter_sensitivities.json").read_text())["rows"]
     assert sum(row["elasticity"] for row in rows) == pytest.approx(0.0, abs=1e-6)
+    assert {path.suffix for path in tmp_path.iterdir()} == {".csv", ".json", ".png"}
 
 
 def optimise(tmp_path, *words, heaviest="6kg"):

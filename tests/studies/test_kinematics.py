@@ -105,6 +105,10 @@ def test_a_crosshead_moves_as_the_closed_form():
     assert_allclose(as_complex(study, "velocity.B"), velocity, atol=1e-13)
     assert_allclose(as_complex(study, "acceleration.B"), SPEED**2 * second, atol=1e-11)
     assert_allclose(study.readings["velocity.B.magnitude"], np.abs(velocity), atol=1e-13)
+    angle, lowest = ANGLES[np.argmin(np.abs(velocity))], np.abs(velocity).min()
+    extremes = {one["reading"]: one for one in study.as_json()["extremes"]}["velocity.B.magnitude"]
+    assert (extremes["lowest_at"], extremes["highest"]) == pytest.approx((angle, np.abs(velocity).max()), abs=1e-12)
+    assert extremes["lowest"] == pytest.approx(lowest, abs=1e-12)
     # The crosshead is an output link whose line is normal to its guide.
     assert_allclose(
         gm.kinematics("slider_crank_torque", "crank_angle", ANGLES, readings=["transmission_angle.rod"])["transmission_angle.rod"],

@@ -6,6 +6,7 @@ import math
 import pytest
 
 import governor_mechanism as gm
+from command_line import invoke
 
 MASS, DAMPING, STIFFNESS, START, DURATION = 2.0, 3.0, 50.0, 0.5, 2.0
 REST = 0.4
@@ -77,15 +78,20 @@ def test_derivatives_with_dry_friction_are_exact_between_changes_of_the_number_o
         assert row.error < 1e-7
 
 
-def test_no_derivative_where_another_swing_begins():
+def test_no_derivative_where_another_swing_begins(tmp_path):
     """With a little less friction the block makes a fourth half swing: the slope of its place changes from -2 x 4 / k to 2 x 3 / k."""
     friction = STIFFNESS * (START - REST) / 7  # the spring is as strong as the friction after three half swings
-    found = gm.sensitivities(block(duration=7.0, damping=False, dry_friction={"x": friction}), ["x"], ["effects.dry_friction.x"])
+    scene = block(duration=7.0, damping=False, dry_friction={"x": friction})
+    found = gm.sensitivities(scene, ["x"], ["effects.dry_friction.x"])
     (row,) = found.rows
     assert row.value is None
     assert row.error is None
     assert "x has a kink there, with the slopes -0.16 and 0.12" in row.refusal
     assert not found.ok
+    path = scene.save(tmp_path / "block.toml")
+    told = invoke("sensitivities", path, "--of", "x", "--by", "effects.dry_friction.x", "--out", tmp_path / "out")
+    assert told.exit_code == 1
+    assert {one.suffix for one in (tmp_path / "out").iterdir()} == {".csv", ".json"}, "there is nothing to draw"
 
 
 def test_no_derivative_where_a_stop_is_grazed():

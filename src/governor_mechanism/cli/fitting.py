@@ -12,9 +12,7 @@ from governor_mechanism.cli import console
 from governor_mechanism.cli.compare import SideBySideFormat
 from governor_mechanism.cli.options import Changes, SceneName, load_changed, refuse_idle_options, stem_of
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.render.figure_files import RESULTS_FOLDER, FigureFiles
-
-OUT = typer.Option(help="Folder for the results.")
+from governor_mechanism.render.figure_files import FigureFiles
 
 
 def sensitivities(
@@ -28,18 +26,22 @@ def sensitivities(
     engine: Annotated[str, typer.Option(help="The engine of all runs.")] = "auto",
     accuracy: Annotated[float | None, typer.Option(help="Accuracy of the runs, relative to the scale of each reading. [1e-10]")] = None,
     workers: Annotated[int, typer.Option(help="Largest number of processes. The result does not depend on it.")] = 1,
-    out: Annotated[Path, OUT] = RESULTS_FOLDER,
+    *,
+    figures: FigureFiles,
     as_json: console.AsJson = False,
 ) -> console.CommandResult:
-    """Find the derivatives of numbers by keys of a scene, with their errors; write a table (CSV) and a record (JSON).
+    """Find the derivatives of numbers by keys of a scene, with their errors; write a figure, a table (CSV) and a record (JSON).
 
     The exit status is 1 if a derivative does not exist, since a contact begins or ends there, or a value has a kink.
     """
-    console.prepare_folder(out)
+    console.prepare_folder(figures.folder)
     loaded = load_changed(scene, changes)
     with console.show_status("differentiating"):
         result = gm.sensitivities(loaded, of, by, engine=engine, accuracy=accuracy, workers=workers)
-    files = FigureFiles(folder=out).save_data(result, f"{stem_of(loaded)}_sensitivities")
+    stem = f"{stem_of(loaded)}_sensitivities"
+    files = figures.save_data(result, stem)
+    if any(row.elasticity is not None for row in result.rows):
+        files += figures.save_figures(result, stem)
     return console.CommandResult(result, files=files, ok=result.ok)
 
 

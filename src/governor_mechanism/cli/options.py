@@ -116,22 +116,17 @@ def _declare_options(record: type[Any]) -> Iterator[Parameter]:
 FILM_PARAMETERS: Final = tuple(_declare_options(FilmOptions))
 """Parameters of a command with films, from which its options are made."""
 
-_NO_FIGURE: Final = Parameter(
-    "no_figure", Parameter.KEYWORD_ONLY, default=False, annotation=Annotated[bool, typer.Option("--no-figure", help="Draw no figure.")]
-)
-
-FIGURE_PARAMETERS: Final = (*_declare_options(FigureFiles), _NO_FIGURE)
+FIGURE_PARAMETERS: Final = tuple(_declare_options(FigureFiles))
 """Parameters of a command with figures, from which its options are made."""
 
 
 def gather_figure_files(options: Mapping[str, Any]) -> FigureFiles:
     """Return where and how a command writes its figures."""
-    chosen = {one.name: options[one.name] for one in FIGURE_PARAMETERS if options[one.name] is not None and one is not _NO_FIGURE}
-    if options["no_figure"]:
+    chosen = {one.name: options[one.name] for one in FIGURE_PARAMETERS if options[one.name] is not None}
+    if is_given("drawn"):
         draws_film = "no_film" in options and not options["no_film"]
         refuse_idle_options("formats", *(() if draws_film else ("theme",)), condition="with --no-figure")
-        chosen["formats"] = ()
-    return FigureFiles(**chosen)
+    return FigureFiles(**chosen | {"drawn": not options["drawn"]})
 
 
 @contextmanager

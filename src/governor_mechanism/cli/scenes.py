@@ -21,7 +21,7 @@ def models(as_json: console.AsJson = False) -> console.CommandResult:
 
     contents = list_contents()
     groups = {family: [(name, one.title) for name, one in contents.items() if one.family == family] for family in SCENE_FAMILIES}
-    values = {"models": [{"name": name, **one.as_json()} for name, one in contents.items()]}
+    values = {"models": [{"name": name, **vars(one)} for name, one in contents.items()]}
     return console.CommandResult(text=[_format_groups(groups)], values=values)
 
 
@@ -51,7 +51,7 @@ def catalogue(
     entries = list_catalogue_entries(family)
     families = dict.fromkeys(one.family for one in entries.values())
     groups = {one: [(name, f"{entry.title}: {entry.law}") for name, entry in entries.items() if entry.family == one] for one in families}
-    values = {"catalogue": [{"name": name, **one.as_json()} for name, one in entries.items()]}
+    values = {"catalogue": [{"name": name, **vars(one)} for name, one in entries.items()]}
     return console.CommandResult(text=[_format_groups(groups)], values=values)
 
 

@@ -66,6 +66,8 @@ def record_result(result: Recorded) -> dict[str, Any]:
     rows: Sequence[object] = getattr(result, "rows", ()) if columns else ()
     record: dict[str, Any] = {}
     for name, attribute, value in _named_values(result, (*names, *result.derived)):
+        if name in result.optional and not value:
+            continue
         if columns and attribute == "rows":
             record[name] = record_rows(columns, value)
         else:

@@ -51,6 +51,8 @@ class FigureFiles:
         Formats in which each figure is written.
     theme
         Their colours.
+    drawn
+        Whether figures are drawn; without them there are no formats.
 
     Raises
     ------
@@ -63,6 +65,7 @@ class FigureFiles:
         (FigureFormat.PNG,), "Format of the figures. Repeatable. [png]", "--format", list[FigureFormat] | None
     )
     theme: str = figure_option(Theme.LIGHT, "Colours of figures and films; a film always has a ground.", "", Theme)
+    drawn: bool = figure_option(True, "Draw no figure.", "--no-figure")
 
     def __post_init__(self) -> None:
         if not isinstance(self.formats, list | tuple):
@@ -72,6 +75,8 @@ class FigureFiles:
                 raise MechanismError(f"a figure's format must be one of {', '.join(FigureFormat)}; got {format_value(one)}")
         if not isinstance(self.theme, str) or self.theme not in set(Theme):
             raise MechanismError(f"a figure's theme must be one of {', '.join(Theme)}; got {format_value(self.theme)}")
+        if not self.drawn:
+            object.__setattr__(self, "formats", ())
 
     def save(self, figure: Figure, stem: str) -> list[Path]:
         """Write a figure in all formats."""

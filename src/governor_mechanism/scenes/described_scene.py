@@ -39,6 +39,8 @@ class DescribedValue(Recorded):
     meaning: str = ""  # what it is; may be empty
     key: str = ""  # dotted key by which it is changed and varied; empty where the scene file does not give it by itself
 
+    optional = ("meaning", "key")
+
     @property
     def is_absent(self) -> bool:
         """Whether it is left out, zero or switched off, and says nothing of an effect."""
@@ -50,10 +52,6 @@ class DescribedValue(Recorded):
         if self.value is None:
             return "left out"
         return self.value if isinstance(self.value, str) else format_number(self.value, self.unit)
-
-    def as_json(self) -> dict[str, Any]:
-        """Return the fields by name, without an empty meaning or key."""
-        return {name: value for name, value in super().as_json().items() if name not in ("meaning", "key") or value}
 
 
 def format_number(
@@ -135,9 +133,7 @@ class DescribedItem(Recorded):
     values: tuple[DescribedValue, ...] = ()  # its numbers, if it has any
     key: str = ""  # dotted key of its value or table in the scene file; empty if it is not stated
 
-    def as_json(self) -> dict[str, Any]:
-        """Return the fields by name, without values and key if there are none."""
-        return {name: value for name, value in super().as_json().items() if name not in ("values", "key") or value}
+    optional = ("values", "key")
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)

@@ -54,10 +54,6 @@ class CatalogueEntry:
     source: str  # where mechanism, dimensions and law are from
     dimensions: Mapping[str, Any]  # dimensions as the file writes them
 
-    def as_json(self) -> dict[str, Any]:
-        """Return the fields by name."""
-        return dict(vars(self))
-
 
 def list_catalogue_entries(family: str | None = None) -> dict[str, CatalogueEntry]:
     """Return what the files of the classic mechanisms say at a glance, by name, family after family; of one family if it is given."""
@@ -94,10 +90,6 @@ class SceneContents:
     dimensions: Mapping[str, Any]  # dimensions as the file writes them; with several parts, as "part.arm"
     effects: tuple[str, ...]  # keys of the effects that are switched on; with several parts, as "part.gravity"
     family: str  # one of SCENE_FAMILIES
-
-    def as_json(self) -> dict[str, Any]:
-        """Return the fields by name."""
-        return dict(vars(self))
 
 
 def read_scene_contents(path: Path) -> SceneContents:

@@ -10,7 +10,7 @@ from typing import Any, ParamSpec, TypeVar
 from governor_mechanism.engines.initial_state import initial_state
 from governor_mechanism.engines.rotating_part import rotating_part_alone
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.files.results import json_value, record_rows
+from governor_mechanism.files.results import record_rows
 from governor_mechanism.model.part import Spindle
 from governor_mechanism.model.results.result import Column, Recorded, Result
 from governor_mechanism.model.scene import Scene
@@ -55,19 +55,20 @@ class PlacedEquilibrium:
 
 
 @dataclass(frozen=True, kw_only=True)
-class GovernorForces:
+class GovernorForces(Recorded):
     """Controlling force over the travel and at the equilibria of a scene."""
 
     curve: ControllingForce
     at_equilibria: ControllingForce | None
 
-    def as_json(self) -> Mapping[str, Any]:
-        """Return effort and power at the equilibria and the working range in SI."""
-        curve = self.curve
-        about = {"radius": curve.radius_name, "balls": curve.n_balls, "against": curve.against, "speed_change": curve.effort.speed_change}
+    about = ("radius=curve.radius_name", "balls=curve.n_balls", "against=curve.against", "speed_change=curve.effort.speed_change")
+    record = (*about, "at_equilibria=point_values", "working_range=curve.working_range")
+
+    @property
+    def point_values(self) -> list[dict[str, Any]]:
+        """Effort and power at the equilibria, in SI."""
         points = self.at_equilibria
-        rows = [] if points is None else record_rows(_point_columns(points), range(len(points.coordinate)))
-        return {**about, "at_equilibria": rows, "working_range": json_value(curve.working_range)}
+        return [] if points is None else record_rows(_point_columns(points), range(len(points.coordinate)))
 
 
 def _point_columns(points: ControllingForce) -> Iterator[Column]:
@@ -108,17 +109,22 @@ class EquilibriumReport(Result):
         """The equilibria."""
         return tuple(row.equilibrium for row in self.rows)
 
-    def as_json(self) -> dict[str, Any]:
-        """Return equilibria, speed curve and controlling force in SI; instead of what is missing, the reason."""
-        rows = record_rows(self.columns, self.rows)
-        values = {"coordinate": self.scene.part.mechanism.coordinate, "undamped": has_damping(self.scene), "equilibria": rows}
-        curve = self.curve
-        if curve is None:
-            return values
-        folds = [{"coordinate": value, "speed": at} for value, at in curve.folds]
-        values |= {"folds": folds, "poles": curve.poles, "low_end": curve.low_end_message, "high_end": curve.high_end_message}
-        forces = self.forces.as_json() if isinstance(self.forces, GovernorForces) else self.forces
-        return values | ({} if forces is None else {"controlling_force": forces})
+    @property
+    def record(self) -> tuple[str, ...]:
+        """Equilibria, speed curve and controlling force; instead of what is missing, the reason."""
+        names = ("coordinate=scene.part.mechanism.coordinate", "undamped", "equilibria=rows")
+        curve = ("folds", "poles=curve.poles", "low_end=curve.low_end_message", "high_end=curve.high_end_message")
+        return names if self.curve is None else (*names, *curve, "controlling_force=forces")
+
+    @property
+    def undamped(self) -> bool:
+        """Whether frequencies and rates are those without the dampers that the scene has."""
+        return has_damping(self.scene)
+
+    @property
+    def folds(self) -> list[dict[str, float]]:
+        """Where the sleeve jumps, and at what speed."""
+        return [{"coordinate": value, "speed": at} for value, at in self.curve.folds] if self.curve else []
 
     def __str__(self) -> str:
         """Return a line for each equilibrium, each followed by its band, one for each jump, and those on the controlling force."""
@@ -203,11 +209,18 @@ class LinearisationReport(Recorded):
     linearisations: tuple[Linearisation | str, ...]
     limit: StabilityLimit[Linearisation] | None = None
 
-    def as_json(self) -> dict[str, Any]:
-        """Return limit and linearisations in SI; instead of a missing one, the reason."""
-        limit = {} if self.limit is None else {name: value for name, value in self.limit.as_json().items() if name != "linearisation"}
-        values = {"limit": limit} if limit else {}
-        return {**values, "linearisations": [*map(_linearisation_values, self.linearisations)]}
+    record = ("limit=limit_values", "linearisations=values")
+    optional = ("limit",)
+
+    @property
+    def limit_values(self) -> dict[str, Any]:
+        """The limit without its linearised equations, which stand beside it."""
+        return {} if self.limit is None else {name: value for name, value in self.limit.as_json().items() if name != "linearisation"}
+
+    @property
+    def values(self) -> list[object]:
+        """What is reported of the linearisations; instead of a missing one, the reason."""
+        return [*map(_linearisation_values, self.linearisations)]
 
     def __str__(self) -> str:
         """Return title, limit and linearisations."""

@@ -19,7 +19,7 @@ from governor_mechanism.model.links import bodies_of_reading
 from governor_mechanism.model.mechanism import Mechanism
 from governor_mechanism.model.motion_readings import KINEMATIC_KINDS, MechanicalAdvantage, find_named_readings, find_transmissions
 from governor_mechanism.model.output_variables import BodyAngle, DerivedReading
-from governor_mechanism.model.results.result import Column, item_column
+from governor_mechanism.model.results.result import Column, format_columns, item_column
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.observables.derived_readings import analyse_kinematics
 from governor_mechanism.observables.linkage import DeadCentre, DriveTravel, FourBar, Mobility, Toggle, find_four_bars, find_mobility
@@ -27,7 +27,7 @@ from governor_mechanism.observables.motion_readings import REST_RATIO, Motion, e
 from governor_mechanism.statics.rests import OVERLAP_TOLERANCE
 from governor_mechanism.types import FloatArray
 from governor_mechanism.units.quantities import DISPLAY_UNITS
-from governor_mechanism.units.text_table import format_table, short_repr
+from governor_mechanism.units.text_table import short_repr
 
 DEFAULT_COUNT = 361
 """Number of positions of a study that names none: one for each degree of a turn."""
@@ -42,6 +42,17 @@ ROUNDING_RATIO = 1e-11
 
 SHOWN_DECIMALS: Final = 12
 """Decimals of a printed value in its unit; a position is located to 1e-10."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class ReadingExtremes:
+    """Lowest and highest value of a reading, SI, and the value of the drive at each."""
+
+    reading: str
+    lowest: float
+    lowest_at: float
+    highest: float
+    highest_at: float
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -63,7 +74,7 @@ class KinematicStudy(Kinematics):
     figure = "render.figures.kinematics.kinematics_figure"
     data_files = ("csv", "json")
     record = ("title=scene.title", "over", "values", "readings", "rates", "reading_accelerations", "paths", "units")
-    derived = ("mobility", "four_bars", "dead_centres", "toggles", "time_ratios", "notes")
+    derived = ("extremes", "mobility", "four_bars", "dead_centres", "toggles", "time_ratios", "notes")
 
     @property
     def columns(self) -> tuple[Column, ...]:
@@ -134,8 +145,7 @@ class KinematicStudy(Kinematics):
         """Return a table of the extremes of the readings, and the facts of the linkage."""
         first, last = (self._format(self.over, value) for value in (self.values[0], self.values[-1]))
         header = f"{self.scene.title}: {len(self.values)} positions over {self.over}, {first} to {last}; {self.drive_in_words}"
-        table = format_table(("reading", "lowest", "at", "highest", "at"), list(self._extreme_rows()), "lr")
-        return "\n".join([header, "", table, "", *self._facts()])
+        return "\n".join([header, "", format_columns(self._extreme_columns(), self.extremes), "", *self._facts()])
 
     @property
     def drive_in_words(self) -> str:
@@ -144,16 +154,25 @@ class KinematicStudy(Kinematics):
             return "driven as in the scene"
         return f"driven at {float(self.rates[self.over][0]):.6g} {self.units[self.over]}/s"
 
-    def _extreme_rows(self) -> Iterator[tuple[str, ...]]:
-        """Yield each reading with its lowest and highest value and the drive there."""
+    @property
+    def extremes(self) -> list[ReadingExtremes]:
+        """Extremes of the readings that are defined somewhere."""
+        found = []
         for name, values in self.readings.items():
-            if name == self.over or np.isnan(values).all():
-                continue
-            places = (int(np.nanargmin(values)), int(np.nanargmax(values)))
-            rounding = ROUNDING_RATIO * float(np.nanmax(np.abs(values)))
-            shown = np.where(np.abs(values) > rounding, values, 0.0)
-            cells = [text for k in places for text in (self._format(name, shown[k]), self._format(self.over, self.values[k]))]
-            yield name, *cells
+            if name != self.over and not np.isnan(values).all():
+                low, high = int(np.nanargmin(values)), int(np.nanargmax(values))
+                shown = np.where(np.abs(values) > ROUNDING_RATIO * float(np.nanmax(np.abs(values))), values, 0.0)
+                ends = {"lowest": shown[low], "lowest_at": self.values[low], "highest": shown[high], "highest_at": self.values[high]}
+                found.append(ReadingExtremes(reading=name, **{key: float(value) for key, value in ends.items()}))
+        return found
+
+    def _extreme_columns(self) -> Iterator[Column]:
+        """Yield the columns of the extremes, in usual units."""
+        yield Column("reading", "reading")
+        yield Column("lowest", "lowest", lambda row: self._format(row.reading, row.lowest), side="r")
+        yield Column("lowest_at", "at", lambda row: self._format(self.over, row.lowest_at), side="r")
+        yield Column("highest", "highest", lambda row: self._format(row.reading, row.highest), side="r")
+        yield Column("highest_at", "at", lambda row: self._format(self.over, row.highest_at), side="r")
 
     def _facts(self) -> Iterator[str]:
         """Yield mobility, four-bars, dead centres, toggles, time ratios and notes as sentences."""

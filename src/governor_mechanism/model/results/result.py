@@ -94,13 +94,23 @@ def format_columns(columns: Iterable[Column], rows: Iterable[object]) -> str:
     return format_table([column.heading or "" for column in shown], cells, "".join(column.justify for column in shown))
 
 
+def format_list(columns: Iterable[Column], record: object) -> str:
+    """Return one record as a list of headings and cells, without those that are empty."""
+    cells = [(column.heading or "", column.cell_of(record)) for column in columns]
+    return format_table([], [row for row in cells if row[1]])
+
+
 class Recorded:
     """A dataclass with JSON of its fields, but for those that its representation hides, and of some properties."""
 
-    # names of what the JSON has, or "name=attribute", as "title=scene.title"; by default the fields
-    record: ClassVar[tuple[str, ...]] = ()
+    @property
+    def record(self) -> Sequence[str]:
+        """Names of what the JSON has, or "name=attribute", as "title=scene.title"; by default the fields. Most are class attributes."""
+        return ()
+
     derived: ClassVar[tuple[str, ...]] = ()  # the same of what it has after the fields
     hidden: ClassVar[tuple[str, ...]] = ()  # names of fields that are not in it
+    optional: ClassVar[tuple[str, ...]] = ()  # names of what is left out where it is empty
 
     def as_json(self) -> Mapping[str, Any]:
         """Return all numbers by name in SI as types of JSON: None for those that are not finite, pairs of real and imaginary part."""

@@ -319,10 +319,6 @@ class SimulatedWheels(tuple[SimulatedWheel, ...]):
 
     ok = True
 
-    def as_json(self) -> list[Mapping[str, Any]]:
-        """Return the wheels as plain values."""
-        return [wheel.as_json() for wheel in self]
-
     def __str__(self) -> str:
         """Return a table of the wheels."""
         return format_columns(WHEEL_COLUMNS, self)
@@ -377,15 +373,12 @@ class DesignReport(Result):
     paper: Any = None  # the numbers of the paper, if the inputs are those of a paper, or None
 
     figure_set = "render.figures.designs.design_figures"
+    optional = ("simulated", "paper")
 
     @property
     def ok(self) -> bool:
         """Whether the simulated machine does what was wanted."""
         return self.simulated.ok if self.simulated else True
-
-    def as_json(self) -> Mapping[str, Any]:
-        """Return what there is as plain values in SI."""
-        return {name: value for name, value in super().as_json().items() if value is not None}
 
     def __str__(self) -> str:
         """Return the numbers of the paper, the design, and how it runs."""

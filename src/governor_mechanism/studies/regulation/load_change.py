@@ -1,7 +1,7 @@
 """How a governed engine answers a change of its load: droop, overshoot, settling, and whether it hunts."""
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from enum import StrEnum
 from typing import Any
@@ -12,7 +12,7 @@ from governor_mechanism.effects.dry_friction import DryFriction
 from governor_mechanism.engines import select_engine
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.model.results.outcome import Outcome
-from governor_mechanism.model.results.result import Column, Result
+from governor_mechanism.model.results.result import Column, Result, format_list
 from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.model.time_functions import InputFunction
@@ -20,7 +20,7 @@ from governor_mechanism.numerics.hermite import interpolate_samples
 from governor_mechanism.studies.regulation.governed_engine import GovernedEngine, OperatingPoint
 from governor_mechanism.types import FloatArray
 from governor_mechanism.units.quantities import format_value, parse_quantity
-from governor_mechanism.units.text_table import format_table, short_repr
+from governor_mechanism.units.text_table import short_repr
 
 SETTLING_BAND = 0.05
 """Half-width of the settling band about the last speed, relative to the whole change of speed: the usual one of speed governing."""
@@ -254,7 +254,7 @@ class LoadChangeStudy(Result):
 
     def __str__(self) -> str:
         """Return a table of the numbers and the verdict."""
-        return "\n".join([*self.messages, format_table([], list(self._rows())), self.conclusion])
+        return "\n".join([*self.messages, format_list(_LISTED, self), self.conclusion])
 
     @property
     def conclusion(self) -> str:
@@ -268,22 +268,35 @@ class LoadChangeStudy(Result):
             return f"{change}: the engine hunts, by ±{self.hunting_amplitude:.3%} of its speed{period}"
         return f"{change}: the engine {self.verdict}"
 
-    def _rows(self) -> Iterator[tuple[str, str]]:
-        """Yield label and value of each row of the table."""
-        first, extreme, last = (speed * 60 / math.tau for speed in self.mean_speeds)
-        yield "mean speed before, extreme, last", f"{first:.4f}, {extreme:.4f}, {last:.4f} rpm"
-        yield "droop, simulated / by statics", f"{self.droop:+.4%} / {self.static_droop:+.4%}"
-        yield "largest deviation of speed", f"{self.largest_deviation:+.4%}"
-        if math.isfinite(self.overshoot):
-            yield "overshoot beyond the last speed", f"{self.overshoot:.2%} of the change"
-        if math.isfinite(self.settling_time):
-            yield "settling time", f"{self.settling_time:.4g} s"
-        yield "integral of the speed error", f"{self.speed_error_integral:.4g} rad"
-        yield "cyclic speed fluctuation before / last", f"{self.fluctuations[0]:.4%} / {self.fluctuations[1]:.4%}"
-        friction = f", {self.sleeve_force / self.sleeve_friction:.3g} times its friction" if self.sleeve_friction else ""
-        yield "largest free force at the sleeve", f"{self.sleeve_force:.4g} N{friction}"
-        yield "work of dashpots and friction", f"{self.dashpot_work:.4g} J"
-        yield "energy: " + ", ".join(self.work), ", ".join(f"{value:.6g}" for value in self.work.values()) + " J"
+
+def _force_in_friction(study: LoadChangeStudy) -> str:
+    """Return the largest free force at the sleeve, also relative to its friction, if it has any."""
+    friction = f", {study.sleeve_force / study.sleeve_friction:.3g} times its friction" if study.sleeve_friction else ""
+    return f"{study.sleeve_force:.4g} N{friction}"
+
+
+def _if_finite(value: float, form: str, words: str) -> str:
+    """Return a number with words after it; empty where there is none."""
+    return f"{value:{form}} {words}" if math.isfinite(value) else ""
+
+
+_LISTED = (
+    Column("", "mean speed before, extreme, last", "{mean_speeds[0]:.4f/rpm}, {mean_speeds[1]:.4f/rpm}, {mean_speeds[2]:.4f rpm}"),
+    Column("", "droop, simulated / by statics", "{droop:+.4%} / {static_droop:+.4%}"),
+    Column("", "largest deviation of speed", "{largest_deviation:+.4%}"),
+    Column("overshoot", "overshoot beyond the last speed", lambda one: _if_finite(one.overshoot, ".2%", "of the change")),
+    Column("settling_time", "settling time", lambda one: _if_finite(one.settling_time, ".4g", "s")),
+    Column("", "integral of the speed error", "{speed_error_integral:.4g} rad"),
+    Column("", "cyclic speed fluctuation before / last", "{fluctuations[0]:.4%} / {fluctuations[1]:.4%}"),
+    Column("", "largest free force at the sleeve", _force_in_friction),
+    Column("", "work of dashpots and friction", "{dashpot_work:.4g} J"),
+    Column(
+        "",
+        "energy: engine, load, dissipated, stored, left",
+        "{work[engine]:.6g}, {work[load]:.6g}, {work[dissipated]:.6g}, {work[stored]:.6g}, {work[left]:.6g} J",
+    ),
+)
+"""What is printed of a study."""
 
 
 def parse_load_step(load_step: object) -> tuple[float, float]:
