@@ -279,6 +279,19 @@ def test_moving_shapes_leave_no_traces(shown_and_painted):
     assert (shown[bare] == paper).all()
 
 
+def test_areas_keep_their_colour_where_translucent_ones_overlap(tmp_path):
+    """The frame of the yoke opens and covers the disc of the crank; a colour of its own would leave stripes behind its edges."""
+    run = gm.run("scotch_yoke", times=np.linspace(0.0, 1.0, 26))
+    shown, _ = decode_film(gm.film(run, tmp_path / "a.gif"))
+    painted = np.array(paint_frames(run))
+    assert painted.shape == shown.shape
+    for before, after in zip(painted[::4].astype(int), shown[::4], strict=True):
+        _, places, counts = np.unique(before @ [1, 256, 256**2], return_inverse=True, return_counts=True)
+        large = counts > 1500  # the lines of a grid have less
+        assert large.sum() > 3
+        assert np.abs(after - before)[large[places]].max() <= 1
+
+
 def test_the_palette_keeps_all_film_colours(porter):
     samples = [FramePainter(porter, [FrameData(porter, porter.scene.part, (0.0, 1.0), np.array([0.0, 1.0]))]).draw(1)]
     palette = Palette([parse_rgb(colour) for colour in FILM_COLOURS], samples)

@@ -9,10 +9,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 from matplotlib.text import Text
 
-from governor_mechanism.model.results.film_options import FilmOptions
+from governor_mechanism.model.results.film_options import FilmLayout, FilmOptions
 from governor_mechanism.render.film.frame_canvas import NAME_HEIGHTS, FrameCanvas, HeadingRow, PlotHeading
 from governor_mechanism.render.film.frame_painter import ElevationOverlay, FramePainter
-from governor_mechanism.render.film.label_places import LABEL_PITCH, place_labels, separate_words, thin_out_numbers
+from governor_mechanism.render.film.label_places import LABEL_PITCH, place_labels, thin_out_numbers
 from governor_mechanism.render.film.labels import Label, break_lines, find_labels, shares_within
 from governor_mechanism.render.film.moving_parts import CurvePanel
 from governor_mechanism.render.frame_data import FrameData
@@ -196,14 +196,13 @@ def test_a_line_has_a_gap_where_another_crosses_it():
     assert not any(cross(a, b) for k in range(2) for a in upper[k] for b in lower[k])
 
 
-def test_columns_of_words_stand_one_below_the_other_where_there_is_no_space():
-    words = [TextShape("scale", x, y, text, 0.1) for x, text in ((0.0, "compression"), (0.1, "bar: cylinder")) for y in (0.0, -0.02)]
-    roomy, small = (fit_view((0.0, 0.4, -0.2, 0.2), (0.0, 0.0, size, size)) for size in (480.0, 120.0))
-    assert separate_words(words, roomy) == words
-    first, second, third, fourth = separate_words(words, small)
-    assert [first, second] == words[:2]
-    assert third.x == fourth.x == first.x
-    assert second.y > third.y > fourth.y
+@pytest.mark.parametrize("layout", FilmLayout)
+def test_names_take_no_room_from_the_machine_nor_from_a_frame_in_16_9(porter, layout):
+    data = FrameData(porter, porter.scene.part, (0.0, 3.4), np.linspace(0.0, 3.4, 3))
+    plain, named = (FramePainter(porter, [data], options=FilmOptions(layout=layout, labels=labels)) for labels in (False, True))
+    assert named.view.scale == pytest.approx(plain.view.scale)
+    widths = [painter.draw(0).shape[1] for painter in (plain, named)]
+    assert widths[0] == widths[1] if layout is FilmLayout.WIDE else widths[1] > widths[0] + 50
 
 
 def test_numbers_of_a_scale_do_not_touch():

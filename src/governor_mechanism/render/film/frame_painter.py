@@ -14,16 +14,9 @@ from governor_mechanism.model.results.film_options import DEFAULT_OPTIONS, FilmO
 from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.render.film import layout
 from governor_mechanism.render.film.frame_canvas import LINE_PITCH, FrameCanvas, HeadingRow, PlotHeading
-from governor_mechanism.render.film.label_places import (
-    LABEL_HEIGHT,
-    LETTER_WIDTH,
-    PlacedLabel,
-    place_labels,
-    separate_words,
-    thin_out_numbers,
-)
+from governor_mechanism.render.film.label_places import LABEL_HEIGHT, LETTER_WIDTH, PlacedLabel, place_labels, thin_out_numbers
 from governor_mechanism.render.film.labels import AngleArc, find_labels
-from governor_mechanism.render.film.layout import PLOT_GAP, frame_layout, shift_rect
+from governor_mechanism.render.film.layout import PLOT_GAP, frame_layout, shift_rect, with_names
 from governor_mechanism.render.film.moving_parts import Panel, plot_panel
 from governor_mechanism.render.film.outside_view import OutsideView, outside_box
 from governor_mechanism.render.frame_data import (
@@ -195,21 +188,11 @@ class ElevationOverlay:
         self.box = self.layers.enclosing_box(self._paths.enclosing_box(self.arrows.enclosing_box(self.box)))
         self._angle = AngleArc(data) if options.labels else None
         self._labels = [*find_labels(data), *self._angle.labels] if self._angle is not None else []
-        if self._labels and not shows_bodies(data):
-            # Words of such a drawing reach beyond its box where it is scaled down.
-            left, right, bottom, top = self.box
-            self.box = left, right + 0.15 * (right - left), bottom, top
         self._placed: list[PlacedLabel] = []
-
-    @property
-    def label_width(self) -> float:
-        """Width of the column of names, pixels; zero without names."""
-        return max((LETTER_WIDTH * LABEL_HEIGHT * len(label.name) + 10.0 for label in self._labels), default=0.0)
 
     def place_labels(self, view: PixelView, add_text: AddText, shift: float) -> None:
         """Write the names at the right of a view, and add the shapes of the drawing that do not move to the static ones."""
-        resting = thin_out_numbers(list(self._data.drawing.static_shapes), view)
-        self.static_shapes += separate_words(resting, view) if self._labels else resting
+        self.static_shapes += thin_out_numbers(list(self._data.drawing.static_shapes), view)
         self._placed = place_labels(self._data, self._labels, view, self.static_shapes)
         for label in self._placed:
             add_text(label.name, (view.rect[2] + 6.0 - shift, label.height), LABEL_HEIGHT, color=INK)
@@ -260,7 +243,8 @@ class FramePainter(FrameCanvas):
         # By part, its data in all runs.
         self._columns = list(zip(*(compared or [parts]), strict=True))
         has_plan = any(turns_with_spindle(data) for data in self._columns[-1])
-        self._places = places = frame_layout(options, has_plan, _aspect_ratio(self._columns))
+        self._names_width = max(map(_measure_names, parts)) if options.labels else 0.0
+        self._places = places = with_names(frame_layout(options, has_plan, _aspect_ratio(self._columns)), self._names_width)
         # The panels of drawings from left to right: the number of the part, and whether it is seen from outside.
         self._slots = [(k, is_outside) for k, data in enumerate(parts) for is_outside in _views_of(data, options.view)]
         super().__init__(size, (len(self._slots) - 1) * places.part_pitch, options, places.width)
@@ -322,9 +306,7 @@ class FramePainter(FrameCanvas):
         rect = shift_rect(rect, 0.0, n_lines * FORCE_NAMES_HEIGHT)
         n_words = len(_view_words(frame_data)) - (0 if overlay.arrows.largest else 1)
         rect = (*rect[:3], rect[3] - max(n_words, 0) * CAPTION_PITCH)
-        if overlay.label_width:
-            rect = (*rect[:2], rect[2] - overlay.label_width, rect[3])
-        return overlay, fit_view(overlay.box, rect)
+        return overlay, fit_view(overlay.box, (*rect[:2], rect[2] - self._names_width, rect[3]))
 
     def _make_elevation(self, index: int, place: Vec2, overlay: ElevationOverlay, view: PixelView) -> Panel:
         """Return the panel of the plane of part `index`, and write its scale bar."""
@@ -474,6 +456,12 @@ class FramePainter(FrameCanvas):
 
 _MIN_TRACE = 4.0
 """Extent of a path, in radii of the ball that draws it, below which it looks like dirt beside the ball that hides most of it."""
+
+
+def _measure_names(data: FrameData) -> float:
+    """Return the width (pixels) of the column of the names of a part; zero without names."""
+    labels = [*find_labels(data), *AngleArc(data).labels]
+    return max((LETTER_WIDTH * LABEL_HEIGHT * len(label.name) + 10.0 for label in labels), default=0.0)
 
 
 def _is_behind_ball(data: FrameData, path: FloatArray) -> bool:

@@ -5,8 +5,8 @@ A name keeps its height while its part moves. Where two lines cross all the same
 
 import math
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass, replace
-from itertools import combinations, pairwise, product
+from dataclasses import dataclass
+from itertools import combinations
 
 import numpy as np
 
@@ -74,22 +74,6 @@ def place_labels(data: FrameData, labels: Sequence[Label], view: PixelView, rest
         return PlacedLabel(name=labels[k].name, height=rows[k], lines=lines)
 
     return [place(position, k) for position, k in enumerate(order)]
-
-
-def separate_words(shapes: Sequence[DrawnShape], view: PixelView) -> list[DrawnShape]:
-    """Return shapes, with a column of words below the one at its left where that is too long: words do not shrink with a view."""
-    letter, height = LETTER_WIDTH * _TEXT_HEIGHT / view.scale, _TEXT_HEIGHT / view.scale
-    columns: dict[float, list[TextShape]] = {}
-    for shape in shapes:
-        if isinstance(shape, TextShape):
-            columns.setdefault(round(shape.x, 9), []).append(shape)
-    moved: dict[int, TextShape] = {}
-    for (_, left), (_, right) in pairwise(sorted(columns.items())):
-        if any(abs(a.y - b.y) < 0.5 * height and a.x + letter * len(a.text) > b.x for a, b in product(left, right)):
-            lowest = min(word.y for word in left)
-            rows = sorted(right, key=lambda word: -word.y)
-            moved |= {id(word): replace(word, x=left[0].x, y=lowest - (row + 1) * 1.2 * height) for row, word in enumerate(rows)}
-    return [moved.get(id(shape), shape) for shape in shapes]
 
 
 def thin_out_numbers(shapes: Sequence[DrawnShape], view: PixelView) -> list[DrawnShape]:

@@ -119,6 +119,27 @@ def frame_layout(options: FilmOptions, has_dial: bool, aspect_ratio: float = 1.0
     return places if options.footer else _without_footer(places)
 
 
+def with_names(places: FrameLayout, width: float) -> FrameLayout:
+    """Return places with a column of a width (pixels) for names at the right of each machine, which stays as large.
+
+    The frame is as much wider, or in 16:9 the plots are narrower.
+    """
+    more = 0.0 if places.width == WIDE_WIDTH else width
+    (left, top, right, bottom), readings = places.elevation, places.readings
+    if readings is not None:
+        is_beside = readings[0] > right
+        readings = (readings[0] + width * is_beside, readings[1], readings[2] + more, readings[3])
+    return replace(
+        places,
+        width=places.width + more,
+        part_pitch=places.part_pitch + width,
+        elevation=(left, top, right + width, bottom),
+        caption=(*places.caption[:2], places.caption[2] + width, places.caption[3]),
+        readings=readings,
+        dial=None if places.dial is None else shift_rect(places.dial, width),
+    )
+
+
 def _machine_above_plots(aspect_ratio: float, n_plots: int) -> FrameLayout:
     """Return the places of a machine of an aspect ratio over the whole width, with a number of plots in rows below it."""
     left, top, right, bottom = 8.0, 42.0, REFERENCE_SIZE - 8.0, READINGS_RECT[3]

@@ -110,10 +110,13 @@ def _find_areas(
         once = [opacity * colour + (1.0 - opacity) * np.array(ground) for ground in grounds]
         twice = [opacity * colour + (1.0 - opacity) * ground for ground in once]
         for red, green, blue in np.rint([*once, *twice]).astype(int).tolist():
-            # The renderer rounds in steps of its own.
-            near = [(red + i) | (green + j) << 8 | (blue + k) << 16 for i, j, k in product((-1, 0, 1), repeat=3)]
-            if max(sum(count.get(one, 0) for one in near) for count in counts) > MIN_AREA:
-                yield red, green, blue
+            # The renderer rounds in steps of its own: of colours that near, the one is taken that is seen.
+            near = {(red + i, green + j, blue + k): 0 for i, j, k in product((-1, 0, 1), repeat=3)}
+            for one in near:
+                near[one] = max(count.get(one[0] | one[1] << 8 | one[2] << 16, 0) for count in counts)
+            seen = max(near, key=near.__getitem__)
+            if near[seen] > MIN_AREA:
+                yield seen
 
 
 def artist_colours(figure: Figure) -> Iterator[Any]:
