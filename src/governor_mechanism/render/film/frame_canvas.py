@@ -23,12 +23,14 @@ from governor_mechanism.render.film import layout
 from governor_mechanism.render.film.gif_encoder import RgbaPixels
 from governor_mechanism.render.film.moving_parts import (
     CachedNumber,
+    CurvePanel,
     MovingArtist,
     Panel,
     PartPaths,
     ShapePanel,
     SortedPanel,
     choose_value_ticks,
+    plot_panel,
 )
 from governor_mechanism.render.frame_data import FrameData
 from governor_mechanism.render.geometry.attached import DrawnPart, Flexible, shapes_of
@@ -317,6 +319,21 @@ class FrameCanvas:
         xs, ys = zip(start, end, strict=True)
         columns, rows = [(x + self._shift) / self._width for x in xs], [1 - y / layout.REFERENCE_SIZE for y in ys]
         self.figure.add_artist(Line2D(columns, rows, color=colour, linewidth=0.8 * self._points_per_pixel))
+
+    def _add_scale_bar(self, start: Vec2, length: float, words: str) -> float:
+        """Add a scale bar of a length in pixels from a position on, with its words, and return where these end."""
+        (left, y), right = start, start[0] + length
+        self._add_line((left, y), (right, y), MUTED)
+        for x in (left, right):
+            self._add_line((x, y - 3), (x, y + 3), MUTED)
+        text = self.add_text(words, (right + 6, y), SMALL_TEXT, color=MUTED)
+        return right + 6.0 + self._width_of(text)
+
+    def _make_plot(self, panel: PlotPanel, data: FrameData, place: PixelRect, *, has_time_labels: bool) -> CurvePanel:
+        """Return the plot of a panel at a place in which its axes have room at the right, and below for times."""
+        left, top, right, bottom = place
+        axes = self._add_axes(layout.shift_rect((left, top, right - 3.0, bottom - layout.PLOT_BOTTOM), self._shift))
+        return plot_panel(axes, panel, data, self._points_per_pixel, has_time_labels=has_time_labels)
 
     def add_text(self, content: str, position: Vec2, height: float, *, max_width: float | None = None, **style: Any) -> Words:
         """Add text at a position and of a height (pixels of 480), fitted into `max_width` pixels."""

@@ -17,7 +17,7 @@ from governor_mechanism.render.film.frame_canvas import LINE_PITCH, FrameCanvas,
 from governor_mechanism.render.film.label_places import LABEL_HEIGHT, LETTER_WIDTH, PlacedLabel, place_labels, thin_out_numbers
 from governor_mechanism.render.film.labels import AngleArc, find_labels
 from governor_mechanism.render.film.layout import PLOT_GAP, frame_layout, shift_rect, with_names
-from governor_mechanism.render.film.moving_parts import Panel, plot_panel
+from governor_mechanism.render.film.moving_parts import Panel
 from governor_mechanism.render.film.outside_view import OutsideView, outside_box
 from governor_mechanism.render.frame_data import (
     REACTION,
@@ -374,10 +374,9 @@ class FramePainter(FrameCanvas):
         for panel, rect in zip(plotted, rects, strict=False):
             left, top, right, bottom = rect
             plot_top = top + layout.HEADING_HEIGHT + (LINE_PITCH if heights[top] is None else 0.0)
-            plot_rect = (left + label_widths[left], plot_top, right - 3.0, bottom - layout.PLOT_BOTTOM)
-            axes = self._add_axes(shift_rect(plot_rect, self._shift))
             is_lowest = bottom > max(rect[3] for rect in rects[: len(plotted)]) - 1.0
-            plots.append(plot_panel(axes, panel, self.frame_data, self._points_per_pixel, has_time_labels=is_lowest))
+            place = (left + label_widths[left], plot_top, right, bottom)
+            plots.append(self._make_plot(panel, self.frame_data, place, has_time_labels=is_lowest))
         for heading, (left, top, right, _) in zip(headings, rects, strict=True):
             heading.write(self, (left, right), top, heights[top])
         return plots
@@ -443,15 +442,6 @@ class FramePainter(FrameCanvas):
         for role, words in captions:
             text = self.add_text(words, (x, y), SMALL_TEXT, color=ROLE_STYLES[role].stroke)
             x += self._width_of(text) + 9.0
-
-    def _add_scale_bar(self, start: Vec2, length: float, words: str) -> float:
-        """Add a scale bar of a length in pixels from a position on, with its words, and return where these end."""
-        (left, y), right = start, start[0] + length
-        self._add_line((left, y), (right, y), MUTED)
-        for x in (left, right):
-            self._add_line((x, y - 3), (x, y + 3), MUTED)
-        text = self.add_text(words, (right + 6, y), SMALL_TEXT, color=MUTED)
-        return right + 6.0 + self._width_of(text)
 
 
 _MIN_TRACE = 4.0

@@ -18,8 +18,8 @@ from governor_mechanism.render.film import layout
 from governor_mechanism.render.film.frame_canvas import LINE_PITCH, FrameCanvas, HeadingRow, PlotHeading
 from governor_mechanism.render.film.frame_painter import FramePainter
 from governor_mechanism.render.film.gif_encoder import RgbaPixels
-from governor_mechanism.render.film.layout import HEADER_RULE_Y, REFERENCE_SIZE, shift_rect
-from governor_mechanism.render.film.moving_parts import CurvePanel, Panel, plot_panel
+from governor_mechanism.render.film.layout import HEADER_RULE_Y, REFERENCE_SIZE
+from governor_mechanism.render.film.moving_parts import CurvePanel, Panel
 from governor_mechanism.render.film.options import find_engine_room
 from governor_mechanism.render.frame_data import FrameData, ShownParts, find_parts
 from governor_mechanism.render.geometry.attached import at_own_moments
@@ -130,12 +130,7 @@ class EngineRoomPainter(FrameCanvas):
         engine, governor = self.room.engine, self.room.governor
         for name, scale in ((engine.scaled, engine.pixels_per_metre), ("governor", governor.pixels_per_metre)):
             length = round_step(110.0 / scale, 4)
-            right = x + length * scale
-            self._add_line((x, y), (right, y), MUTED)
-            for end in (x, right):
-                self._add_line((end, y - 3), (end, y + 3), MUTED)
-            text = self.add_text(f"{name} {length * 1e3:g} mm", (right + 5.0, y), SMALL_TEXT, color=MUTED)
-            x = right + 5.0 + self._width_of(text) + 16.0
+            x = self._add_scale_bar((x, y), length * scale, f"{name} {length * 1e3:g} mm") + 15.0
         slow_down = self._data.slow_down
         texts = [format_film_speed(slow_down)]
         if (slowing := self.room.rotation_slowing(self._data.times)) > 1:
@@ -164,9 +159,8 @@ class EngineRoomPainter(FrameCanvas):
             y = top + k * height
             is_last = k == len(plots) - 1
             plot_top = y + layout.HEADING_HEIGHT - 2.0 + (LINE_PITCH if name_height is None else 0.0)
-            rect = (left + label_width, plot_top, right - 3.0, y + height - layout.PLOT_BOTTOM)
-            axes = self._add_axes(shift_rect(rect, self._shift))
-            panels.append(plot_panel(axes, plot, self._data, self._points_per_pixel, has_time_labels=is_last))
+            place = (left + label_width, plot_top, right, y + height)
+            panels.append(self._make_plot(plot, self._data, place, has_time_labels=is_last))
             heading.write(self, (left, right), y, name_height)
         return panels
 
