@@ -220,7 +220,8 @@ def test_a_long_run_is_shown_in_time_lapse_that_the_frame_names(mean_torque, tmp
     painter = EngineRoomPainter(mean_torque, governed, *data)
     words = {artist.get_text() for artist in painter.figure.artists if hasattr(artist, "get_text")}
     assert {
-        "first 14 of 15 s, 2 × faster than real, 5 turns drawn as 1",
+        "first 14 of 15 s",
+        "2 × faster than real, 5 turns drawn as 1",
         "mean speed",
         "sleeve lift",
         "throttle",
