@@ -14,22 +14,23 @@ N_SCENES = 300
 ACCURACIES = 10.0 ** -np.arange(3, 9)
 
 
-def check_scene(number: int, seed: int) -> CertificateCheck:
+def check_scene(number: int, seed: int, *, with_friction: bool = False) -> CertificateCheck:
     """Check the estimate of a run; each kind of scene comes with each accuracy."""
-    drawn = draw_contact_scene(number, seed)
+    drawn = draw_contact_scene(number, seed, with_friction=with_friction)
     accuracy = float(ACCURACIES[number // len(KINDS) % len(ACCURACIES)])
     return check_certificate(drawn, "multibody", accuracy, ContactReferences(drawn.scene))
 
 
 ALL, OTHERS = (
-    pytest.param(range(15, N_SCENES), SEED, marks=pytest.mark.long),
+    pytest.param(range(N_SCENES), SEED, marks=pytest.mark.long),
     pytest.param(range(N_SCENES), OTHER_SEED, marks=pytest.mark.long),
 )
 
 
-@pytest.mark.parametrize(("numbers", "seed"), [(range(15), SEED), ALL, OTHERS], ids=["few", "all", "others"])
-def test_errors_are_within_their_estimates(numbers, seed):
-    checks = [check_scene(number, seed) for number in numbers]
+@pytest.mark.parametrize("with_friction", [False, True], ids=["smooth", "with friction"])
+@pytest.mark.parametrize(("numbers", "seed"), [(range(15, 30), SEED), ALL, OTHERS], ids=["few", "all", "others"])
+def test_errors_are_within_their_estimates(numbers, seed, with_friction):
+    checks = [check_scene(number, seed, with_friction=with_friction) for number in numbers]
     judged = [check for check in checks if check.is_judged]
     assert len(judged) >= 0.9 * len(checks)  # the references disagree near rounding, and where an event comes and goes
     wrong = [check for check in judged if not check.is_within_estimate or check.claims_too_much]
@@ -37,9 +38,10 @@ def test_errors_are_within_their_estimates(numbers, seed):
     assert sum(check.outcome == Outcome.DONE.name for check in checks) >= 0.99 * len(checks)
 
 
+@pytest.mark.parametrize("with_friction", [False, True], ids=["smooth", "with friction"])
 @pytest.mark.parametrize("number", range(10))
-def test_parts_stay_apart_and_gain_no_energy(number):
-    scene = draw_contact_scene(number, SEED).scene
+def test_parts_stay_apart_and_gain_no_energy(number, with_friction):
+    scene = draw_contact_scene(number, SEED, with_friction=with_friction).scene
     run, again = (MultibodyEngine().run(scene, accuracy=1e-7) for _ in range(2))
     gaps, repeated = ([values for name, values in one.readings.items() if name.startswith("c_gap")] for one in (run, again))
     assert min(values.min() for values in gaps) > -1e-11
@@ -50,7 +52,6 @@ def test_parts_stay_apart_and_gain_no_energy(number):
 
 
 def test_the_scenes_have_every_kind_of_contact_event():
-    kinds = {
-        event.kind for number in range(15) for event in MultibodyEngine().run(draw_contact_scene(number, SEED).scene, certify=False).events
-    }
-    assert {EventKind.IMPACT, EventKind.REST, EventKind.SEPARATION} <= kinds
+    drawn = [draw_contact_scene(number, SEED, with_friction=one) for number in range(15) for one in (False, True)]
+    kinds = {event.kind for one in drawn for event in MultibodyEngine().run(one.scene, certify=False).events}
+    assert {EventKind.IMPACT, EventKind.REST, EventKind.SEPARATION, EventKind.STICK, EventKind.SLIP} <= kinds

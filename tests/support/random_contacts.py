@@ -148,6 +148,23 @@ def draw_follower(random: np.random.Generator) -> Document:
     return document | {"ground": {"O": [0, 0], "top": [0, 0.25]}, "readings": {"lift": {"y": "follower.origin"}, "angle": {"angle": "cam"}}}
 
 
+def draw_cam_in_bowl(random: np.random.Generator) -> Document:
+    """A convex curve falls into a hollow arc, in which it rolls to and fro."""
+    disc, start = free_body(random, "disc", draw_cam(random, 0.04))
+    outline = [[-0.3, -0.1], [0.3, -0.1], [0.3, 0.2], [0.15, 0.2], [0.15, 0.15, -0.15], [-0.15, 0.15], [-0.15, 0.2], [-0.3, 0.2]]
+    contact = {"name": "c", "first": "disc", "second": "block", "restitution": draw_restitution(random)}
+    return make_document([block(outline), disc], [contact], start, joint=[WELD])
+
+
+def draw_disc_on_free_block(random: np.random.Generator) -> Document:
+    """A convex curve falls on a polygon that is free on a spring."""
+    disc, start = free_body(random, "disc", draw_cam(random, 0.04))
+    contact = {"name": "c", "first": "disc", "second": "block", "restitution": draw_restitution(random)}
+    start |= {"block_x": 0.0, "block_y": 0.0, "block_turn": 0.0} | dict.fromkeys(("block_x_rate", "block_y_rate", "block_turn_rate"), 0.0)
+    spring = {"type": "spring", "first": "ground.O", "second": "block.origin", "stiffness": float(random.uniform(1, 100))}
+    return make_document([block(draw_polygon(random, 0.1)), disc], [contact], start, force=[spring])
+
+
 KINDS: Mapping[str, Callable[[np.random.Generator], Document]] = {
     "ball": draw_ball,
     "roller": draw_roller,
@@ -155,15 +172,27 @@ KINDS: Mapping[str, Callable[[np.random.Generator], Document]] = {
     "disc": draw_disc,
     "follower": draw_follower,
 }
-"""Kinds of scenes."""
+"""Kinds of scenes without friction."""
+
+RUBBING_KINDS: Mapping[str, Callable[[np.random.Generator], Document]] = {
+    "disc": draw_disc,
+    "follower": draw_follower,
+    "cam in a bowl": draw_cam_in_bowl,
+    "disc on a free block": draw_disc_on_free_block,
+    "roller": draw_roller,
+}
+"""Kinds of scenes with friction: curves, and for comparison rollers."""
 
 
-def draw_contact_scene(number: int, seed: int) -> RandomScene:
+def draw_contact_scene(number: int, seed: int, *, with_friction: bool = False) -> RandomScene:
     """Return the scene of a number; the kinds take turns, and what is refused, as what overlaps at the start, is drawn again."""
     random, refused = np.random.default_rng([seed, number]), list[str]()
-    kind = list(KINDS)[number % len(KINDS)]
+    kinds = RUBBING_KINDS if with_friction else KINDS
+    kind = list(kinds)[number % len(kinds)]
     while len(refused) < MAX_DRAWS:
-        document = KINDS[kind](random)
+        document = kinds[kind](random)
+        if with_friction:
+            document["contact"][0]["friction"] = float(random.uniform(0.05, 0.8))
         try:
             scene = parse_scene_document(document)
             initial_state(scene)
