@@ -71,6 +71,9 @@ class StepBuffers(NamedTuple):
     n_kinks: int  # number of event functions, the last ones, that are kinks of the derivative: steps end there, see `step_ends`
     near_step: float  # largest length of steps unless all events are far, s; infinity if none is ever taken as far
     far_time: float  # time within which no event is expected where all are far, s
+    # which event functions are gaps, which a step may lead through a thin part and out of it again; shape (event functions,)
+    is_gap: BoolArray
+    start_slopes: FloatArray  # how fast each event function rose at the end of the step before, per second; same shape
 
 
 def make_step_buffers(
@@ -82,6 +85,7 @@ def make_step_buffers(
     n_kinks: int = 0,  # number of event functions, the last ones, that are kinks
     near_step: float = math.inf,  # largest length of steps unless all events are far, s
     far_time: float = math.inf,  # time within which no event is expected where all are far, s
+    is_gap: BoolArray | None = None,  # which event functions are gaps; none if left out
 ) -> StepBuffers:
     """Allocate the buffers of an integration."""
     stages, trial_stages = (runge_kutta.make_stages(n_components, error_scale.size, n_coupled, counts) for _ in range(2))
@@ -100,6 +104,8 @@ def make_step_buffers(
         n_kinks=n_kinks,
         near_step=near_step,
         far_time=far_time,
+        is_gap=np.zeros(event_tolerances.size, dtype=np.bool_) if is_gap is None else is_gap,
+        start_slopes=np.zeros(event_tolerances.size),
     )
 
 
@@ -138,10 +144,48 @@ def can_skip_samples(buffers: StepBuffers) -> bool:
     return are_events_far(buffers, buffers.far_time)
 
 
+LEAST_DIVIDED_STEP = 16.0
+"""Smallest step, in those that rounding lets advance, that is divided to see whether a gap closes in it."""
+
+FASTER_RATIO = 1.25
+"""Speed at which a gap is taken to close and open between two samples, relative to that beside them."""
+
+
+@jit_in_place
+def leads_through_gap(buffers: StepBuffers) -> bool:
+    """Return whether a gap may close between two samples of a step and open again, as behind a thin part.
+
+    It comes nearer before the first of both and goes away behind the second one, so fast that the lines meet beyond zero. Behind the
+    step it is taken to go away as fast as it came.
+    """
+    values, progress = buffers.event_values, buffers.progress[0]
+    if progress.h <= LEAST_DIVIDED_STEP * progress.min_step:
+        return False
+    for i in range(count_located(buffers)):
+        if not buffers.is_gap[i]:
+            continue
+        rise, tolerance = FASTER_RATIO * buffers.start_slopes[i] * EVENT_SAMPLE_FRACTIONS[1] * progress.h, buffers.event_tolerances[i]
+        for j in range(LAST_SAMPLE):
+            before, behind = values[j, i], values[j + 1, i]
+            fall = FASTER_RATIO * (behind - values[j + 2, i]) if j + 2 <= LAST_SAMPLE else rise
+            if rise > 0.0 and fall > 0.0 and before < -tolerance and behind < -tolerance:
+                share = (behind + fall - before) / (rise + fall)
+                if 0.0 < share < 1.0 and before + rise * share > tolerance:
+                    return True
+            rise = FASTER_RATIO * (behind - before)
+    return False
+
+
 @jit_in_place
 def may_miss_events(buffers: StepBuffers) -> bool:
     """Return whether a step is too long for an event that is not far; else note whether all are far from the next step."""
-    progress = buffers.progress[0]
+    progress, values = buffers.progress[0], buffers.event_values
+    if leads_through_gap(buffers):
+        progress.step = 0.5 * progress.h
+        progress.n_kink_retries = 0
+        return True
+    for i in range(buffers.start_slopes.size):
+        buffers.start_slopes[i] = (values[LAST_SAMPLE, i] - values[LAST_SAMPLE - 1, i]) / (EVENT_SAMPLE_FRACTIONS[1] * progress.h)
     if buffers.near_step == math.inf:
         return False
     is_too_long = bool(progress.h > buffers.near_step and not are_events_far(buffers, progress.h))

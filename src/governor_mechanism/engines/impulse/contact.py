@@ -25,6 +25,10 @@ RELEASE_RATE_FACTOR = 10.0
 """Release threshold, in units of the stiction rate, of a contact held by friction and a stop; how they share the force is indeterminate."""
 
 
+MAX_DIVISIONS = 40
+"""Largest number of places within a step at which a gap is looked at that closes and opens again in it, as behind a thin part."""
+
+
 class OutlineJoins:
     """The edge or corner that each resting contact touches; where it comes to the next one, force or curvature jump, and a step ends."""
 
@@ -75,6 +79,7 @@ class ContactModeTracker:
         table, time_scale = self.scene_contacts.contacts, problem.evaluator.time_scale
         self._stiction_rates: list[float] = (STICTION_RATE_TOLERANCE * table["scale"] / time_scale).tolist()
         self.contact_outputs, self._friction_inputs = table["output_index"], table["friction_input"]
+        self._gaps = set(np.flatnonzero(table["is_gap"]).tolist())
         arguments = zip(contacts_of(problem.scene), self.contact_outputs.tolist(), self._friction_inputs.tolist(), strict=True)
         self.constraints = list(starmap(stepper.model.make_contact_constraint, arguments))
         self._joins = OutlineJoins(stepper)
@@ -153,9 +158,26 @@ class ContactModeTracker:
                 # It is near: the gap of the joints, which grows with the step, must not hide an event up to the next one.
                 closed_end = closed_end or self._stepper.with_closed_joints(end)
                 value = crossing(closed_end)
+            if crossing.index in self._gaps and (latest := self._find_closed(crossing, end)) > 0.0:
+                detected.append(DetectedEvent(crossing.kind, crossing.index, crossing, int(crossing.sign), latest))
             if value > 0.0 or (value == 0.0 and crossing.kind is EventKind.STICK):
                 detected.append(DetectedEvent(crossing.kind, crossing.index, crossing, int(crossing.sign)))
         return [*detected, *self._joins.detect(end)]
+
+    def _find_closed(self, crossing: OutputCrossing, end: StepState) -> float:
+        """Return the fraction of a step at which a gap is closed that is open at both ends of the step, or 0; poses are interpolated."""
+        first, last = self._stepper.state, end
+        duration = end.time - first.time
+        for _ in range(MAX_DIVISIONS):
+            since = crossing.find_highest(first, last)
+            if since == 0.0:
+                break
+            middle = self._stepper.interpolate(first, last, since)
+            if crossing(middle) > 0.0:
+                return (middle.time - self._stepper.state.time) / duration
+            is_rising = crossing.sign * middle.rates[crossing.output] > 0.0
+            first, last = (middle, last) if is_rising else (first, middle)
+        return 0.0
 
     def _release_direction(self, k: int, rate: float) -> int:
         """Return the direction in which contact `k` is released, given its rate after a kick; 0 if it stays held or was not held."""

@@ -104,6 +104,15 @@ class OutputCrossing:
         """Return the event function, positive after the event."""
         return self.sign * float((state.rates if self.kind is EventKind.STICK else state.values)[self.output]) - self.threshold
 
+    def find_highest(self, start: StepState, end: StepState) -> float:
+        """Return the time since the start at which the lines of a rising and then falling value meet, if above zero; else 0."""
+        h, value, end_value = end.time - start.time, self(start), self(end)
+        rise, fall = self.sign * float(start.rates[self.output]), -self.sign * float(end.rates[self.output])
+        if not (value < 0.0 and end_value < 0.0 and rise > 0.0 and fall > 0.0):
+            return 0.0
+        time = (end_value + fall * h - value) / (rise + fall)
+        return time if 0.0 < time < h and value + rise * time > 0.0 else 0.0
+
 
 @dataclass(frozen=True)
 class DetectedEvent:
@@ -111,10 +120,11 @@ class DetectedEvent:
 
     Its kind is None where a contact comes to another edge, which is no event of the run.
 
-    `direction` is the sign of the motion after the event.
+    `direction` is the sign of the motion after the event, and `latest` a fraction of the step at which it has passed.
     """
 
     kind: EventKind | None
     index: int
     event_function: Callable[[StepState], float]
     direction: int
+    latest: float = 1.0

@@ -159,7 +159,7 @@ class EventDrivenStepper(StaggeredStepper):
             constraint.is_force_limited = False
             constraint.held_value = float(self.state.values[self._contact_tracker.contact_outputs[event.index]])
         try:
-            end_value, low = event_value(1.0), 0.0
+            end_value, low, high = event_value(event.latest), 0.0, event.latest
             if end_value <= 0.0:
                 return math.inf  # the joint solver had not converged in the full step
             if event.kind in (EventKind.SLIP, EventKind.SEPARATION):
@@ -177,7 +177,7 @@ class EventDrivenStepper(StaggeredStepper):
                     has_just_slipped = self._contact_tracker.last_release_time == self.state.time
                     return 1.0 if event.kind == EventKind.STICK and has_just_slipped else 0.0
             delay = JOIN_DELAY_FRACTION if event.kind is None else 0.0
-            return min(1.0, float(brentq(event_value, low, 1.0, xtol=EVENT_FRACTION_TOLERANCE, rtol=1e-15)) + delay)
+            return min(1.0, float(brentq(event_value, low, high, xtol=EVENT_FRACTION_TOLERANCE, rtol=1e-15)) + delay)
         finally:
             if constraint is not None:
                 constraint.is_force_limited, constraint.held_value = True, held_value

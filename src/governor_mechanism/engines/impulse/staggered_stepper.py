@@ -7,6 +7,7 @@ import numpy as np
 from governor_mechanism.engines.impulse.pymunk.applied_forces import StepInputs
 from governor_mechanism.engines.impulse.pymunk.model import PymunkModel
 from governor_mechanism.engines.impulse.records import FixedStepProblem, StepState
+from governor_mechanism.numerics.hermite import interpolate_samples
 from governor_mechanism.types import FloatArray
 
 N_WARM_STARTS = 3
@@ -133,6 +134,15 @@ class StaggeredStepper:
             spindle=self.time_inputs.spindle,
             dissipated_energy=state.dissipated_energy + remaining * self.forces.dissipated_power(state.rates, inputs),
         )
+
+    def interpolate(self, start: StepState, end: StepState, since: float) -> StepState:
+        """Return the state some time (s) after the first one of a step, with poses on the cubics between both and velocities on lines."""
+        times, inside = np.array([start.time, end.time]), np.array([start.time + since])
+        samples = np.array([start.poses, end.poses]), np.array([start.velocities, end.velocities])
+        (poses,) = interpolate_samples(times, *samples, inside)
+        velocities = start.velocities + since / (end.time - start.time) * (end.velocities - start.velocities)
+        values, rates = self.forces.evaluate_outputs(poses), self.forces.output_rates(velocities)
+        return replace(start, time=start.time + since, poses=poses, velocities=velocities, values=values, rates=rates)
 
     def with_closed_joints(self, state: StepState) -> StepState:
         """Return a state with closed joints and compatible velocities."""

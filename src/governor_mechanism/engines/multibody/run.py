@@ -42,7 +42,7 @@ from governor_mechanism.mechanics.dynamics.system.arrays import (
     make_system_workspace,
     to_mass_centres,
 )
-from governor_mechanism.mechanics.dynamics.system.event_functions import EventFunctionKind
+from governor_mechanism.mechanics.dynamics.system.event_functions import EventFunctionKind, find_gaps
 from governor_mechanism.mechanics.dynamics.system.holding_rows import stands_still
 from governor_mechanism.mechanics.dynamics.system.lowering import make_system
 from governor_mechanism.mechanics.kinematics.time_functions import stack_local_cubics
@@ -483,7 +483,7 @@ class ExplicitRun:
         elif has_events:
             max_step *= context.settings.event_step_ratio
         records = event_tolerances, self.counts, system.n_kinks, near_step, FAR_STEPS * max_step
-        buffers = make_step_buffers(n_states, n_states, context.error_scale, *records)
+        buffers = make_step_buffers(n_states, n_states, context.error_scale, *records, find_gaps(context.scene, system.event_functions))
         is_held = has_events and stands_still(system, self.state, cubics, context.evaluator.mechanism.length_scale)
         motion = self.state[: system.state_layout.work].copy()
         if is_held:  # only inputs change, slowly, and with them the loads and their work

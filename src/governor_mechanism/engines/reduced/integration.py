@@ -108,7 +108,10 @@ def make_reduced_buffers(model: ReducedModel, counts: IntArray) -> StepBuffers:
     n_coupled = n_integrated = N_STATES
     if not parameters["has_shaft"]:
         n_coupled, n_integrated = 2, 2 if parameters["is_conservative"] else int(StateIndex.SHAFT_ANGLE)
-    return make_step_buffers(N_STATES, n_coupled, error_scale[:n_integrated], make_event_tolerances(model), counts, len(model.kinks))
+    tolerances, low_stops = make_event_tolerances(model), model.event_layout.low_stops
+    is_gap = np.zeros(tolerances.size, dtype=np.bool_)
+    is_gap[low_stops : low_stops + len(model.contacts)] = model.contacts["is_gap"] != 0
+    return make_step_buffers(N_STATES, n_coupled, error_scale[:n_integrated], tolerances, counts, len(model.kinks), is_gap=is_gap)
 
 
 @jit_in_place
@@ -267,6 +270,7 @@ def integrate_reduced(
             begin_phases(model, state, time - span[0], equation.piece[0], buffers.event_values[LAST_SAMPLE])
         min_stiff_steps = math.inf if is_held or model.parameters[0].is_conservative != 0 else 0.0
         max_step = _choose_max_step(model, limits.max_step, is_held)
+        buffers.start_slopes[:] = 0.0  # what strikes turns back
         segment_limits = dop853.StepLimits(
             limits.tolerance, step, max_step, limits.max_steps, min_stiff_steps, limits.coarser_steps, limits.steps
         )

@@ -63,6 +63,7 @@ CONTACT_DTYPE = record_dtype(
     ("scale", "f8"),  # scale of the output, m or rad
     ("normal", "i8"),  # the contact whose force limits the friction, or NO_INDEX
     ("friction_coefficient", "f8"),  # Coulomb friction by that force
+    ("is_gap", "i8"),  # whether it is the gap between a roller and an outline
 )
 """One contact."""
 
@@ -103,7 +104,7 @@ def make_contact_table(
         scale = scene.mechanism.output_scale(contact.output_name)
         normal = NO_INDEX if contact.normal is None else names.index(contact.normal)
         stops = contact.low, contact.high, contact.restitution
-        rows.append((output, friction_input, *stops, scale, normal, contact.friction_coefficient))
+        rows.append((output, friction_input, *stops, scale, normal, contact.friction_coefficient, contact.is_gap))
     return np.array(rows, dtype=CONTACT_DTYPE)
 
 

@@ -26,7 +26,7 @@ from governor_mechanism.mechanics.kinematics.constraint_kernels import (
 from governor_mechanism.model.curves import CornerOutline
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.numerics.jit import jit_in_place, record_dtype
-from governor_mechanism.types import NO_INDEX, FloatArray, IntArray, RecordArray
+from governor_mechanism.types import NO_INDEX, BoolArray, FloatArray, IntArray, RecordArray
 
 
 class EventFunctionKind(IntEnum):
@@ -115,12 +115,18 @@ def rows_of_event_functions(event_functions: RecordArray) -> list[int]:
     return sorted(rows - {NO_INDEX})
 
 
+def find_gaps(scene: Scene, event_functions: RecordArray) -> BoolArray:
+    """Return which event functions are those of gaps that are open."""
+    gaps = {index for index, contact in enumerate(contacts_of(scene)) if contact.is_gap}
+    kinds, indices = event_functions["kind"].tolist(), event_functions["contact_index"].tolist()
+    values = EventFunctionKind.VALUE, EventFunctionKind.OTHER_GAP
+    return np.array([kind in values and index in gaps for kind, index in zip(kinds, indices, strict=True)], dtype=np.bool_)
+
+
 def are_gaps(scene: Scene, event_functions: RecordArray) -> bool:
     """Return whether all event functions, and there are some, are those of gaps that are open."""
-    n_contacts, is_gap = len(contacts_of(scene)), [contact.is_gap for contact in contacts_of(scene)]
-    indices = event_functions["contact_index"].tolist()
-    are_open = all(event_functions["kind"] == EventFunctionKind.VALUE)
-    return bool(indices) and are_open and all(index < n_contacts and is_gap[index] for index in indices)
+    are_open = find_gaps(scene, event_functions) & (event_functions["kind"] == EventFunctionKind.VALUE)
+    return len(event_functions) > 0 and bool(are_open.all())
 
 
 def _event_tolerances(scene: Scene) -> EventTolerances:
