@@ -18,8 +18,8 @@ from governor_mechanism.engines import MultibodyEngine, ReducedEngine
 from governor_mechanism.engines.initial_state import initial_state
 from governor_mechanism.errors import UnsupportedEffect
 from governor_mechanism.mechanics.dynamics.characteristic_scales import time_scale
-from governor_mechanism.mechanics.kinematics.constraint_kernels import RowEvaluation
 from governor_mechanism.mechanics.kinematics.output_variables import make_output_rows
+from governor_mechanism.mechanics.kinematics.row_evaluation import RowEvaluation
 from governor_mechanism.mechanics.reduction.lagrangian import SingleDofReduction
 from governor_mechanism.mechanics.reduction.motion_table import MotionTable
 from governor_mechanism.mechanics.reduction.node_evaluation import TableColumn

@@ -399,7 +399,7 @@ class CertifiedRunner(Runner):
         relative = ROUNDING_SAFETY_FACTOR * float(np.finfo(np.float64).eps) * math.sqrt(n_steps)
         readings, rates, times = result.observables.readings, result.observables.rates, result.reported_states.times
         sizes = {name: np.abs(values) + np.abs(times * rates.get(name, 0.0)) for name, values in readings.items()}
-        return self.with_least_errors(result, {name: relative * float(np.max(size, initial=0.0)) for name, size in sizes.items()})
+        return self.with_least_errors(result, {name: relative * float(size.max(initial=0.0)) for name, size in sizes.items()})
 
     def _with_energy_check(self, result: RunResult) -> RunResult:
         """Return a result whose estimate is at least the error that explains its energy drift, unless drivers alone give the motion."""
@@ -439,7 +439,7 @@ def speed_jump_work(evaluator: ReadingEvaluator, time: float, find_poses: Callab
     """Return the work (J) that jumps of given spindle speeds do at a time on the bodies of loaded planes, at poses (bodies, 3)."""
     work = 0.0
     for rotation in evaluator.rotations:
-        if rotation.plane.is_loaded and rotation.speed_function is not None:
+        if rotation.plane.is_loaded and rotation.speed_function is not None and not rotation.speed_function.is_constant:
             before, after = rotation.speed_function.limits_at(time)
             if before != after:
                 work += 0.5 * float(rotation.inertia(find_poses()[np.newaxis])[0]) * (after**2 - before**2)

@@ -41,7 +41,7 @@ class MotionScales:
 
     def _follow(self, rates: list[FloatArray]) -> float:
         """Return the largest rate (1/s) of a motion, or of what moves it; at most that of the stiffest spring."""
-        largest = max([self._loading_rate, *(float(np.max(values, initial=0.0)) for values in rates)])
+        largest = max([self._loading_rate, *(float(values.max(initial=0.0)) for values in rates)])
         return min(largest, 1 / self._time_scale) if self._loading_rate else 1 / self._time_scale
 
     def energy_scale(self, motion_rate: float) -> float:

@@ -108,33 +108,54 @@ class PlaneRotation:
 
     def inertia(self, poses: FloatArray) -> FloatArray:
         """Return the moment of inertia (n,) kg m2 of the bodies about the spindle at poses (n, bodies, 3)."""
-        masses, (xx, yy, xy, zz) = self._masses, self._second_moments
-        total: FloatArray = spindle_inertia(masses, xx, yy, xy, zz, poses[:, self._bodies, 0], poses[:, self._bodies, 2]).sum(axis=1)
+        total: FloatArray = poses[:, self._bodies, 0] ** 2 @ self._masses + self._constant_inertia
+        if self._oriented_bodies:
+            xx, yy, xy, zz = self._second_moments
+            total += spindle_inertia(0.0, xx, yy, xy, zz, 0.0, poses[:, self._oriented_bodies, 2]).sum(axis=1)
         return total
 
     def driving_torque(self, times: FloatArray, poses: FloatArray, velocities: FloatArray) -> FloatArray:
         """Return the torque (n,) N m that drives the plane at its given speed: the rate of the angular momentum, d(J omega)/dt."""
-        masses, (xx, yy, xy, _), (x, angle) = self._masses, self._second_moments, (poses[:, self._bodies, k] for k in (0, 2))
-        x_rate, angular_velocity = (velocities[:, self._bodies, k] for k in (0, 2))
-        inertia_rate = spindle_inertia_rate(masses, xx, yy, xy, x, angle, x_rate, angular_velocity).sum(axis=1)
+        inertia_rate = 2 * (poses[:, self._bodies, 0] * velocities[:, self._bodies, 0]) @ self._masses
+        if self._oriented_bodies:
+            xx, yy, xy, _ = self._second_moments
+            angles, rates = poses[:, self._oriented_bodies, 2], velocities[:, self._oriented_bodies, 2]
+            inertia_rate += spindle_inertia_rate(0.0, xx, yy, xy, 0.0, angles, 0.0, rates).sum(axis=1)
         torque: FloatArray = inertia_rate * self.speed(times, velocities)
         if self.speed_function is not None and not self.speed_function.is_constant:
             torque += self.inertia(poses) * self.speed_function.derivative(times)
         return torque
 
-    @property
-    def _bodies(self) -> list[int]:
-        return list(self.plane.bodies)
+    @cached_property
+    def _bodies(self) -> slice | list[int]:
+        """Bodies of the plane; a slice, which selects without a copy, where one follows the other."""
+        bodies = list(self.plane.bodies)
+        is_row = bodies == list(range(bodies[0], bodies[0] + len(bodies))) if bodies else False
+        return slice(bodies[0], bodies[-1] + 1) if is_row else bodies
 
     @cached_property
     def _masses(self) -> FloatArray:
         return np.array([self._mechanism.bodies[k].mass for k in self.plane.bodies])
 
     @cached_property
+    def _oriented_bodies(self) -> list[int]:
+        """Bodies whose moment of inertia about the spindle depends on their angle."""
+        bodies = self._mechanism.bodies
+        moments = {k: bodies[k].second_moments for k in self.plane.bodies}
+        return [k for k, one in moments.items() if one.xx != one.yy or one.xy != 0.0]
+
+    @cached_property
     def _second_moments(self) -> FloatArray:
-        """Second moments xx, yy, xy and zz of the bodies, kg m2; shape (4, bodies)."""
-        moments = [self._mechanism.bodies[k].second_moments for k in self.plane.bodies]
+        """Second moments xx, yy, xy and zz of the bodies whose angle counts, kg m2; shape (4, bodies)."""
+        moments = [self._mechanism.bodies[k].second_moments for k in self._oriented_bodies]
         return np.array([[one.xx, one.yy, one.xy, one.zz] for one in moments]).reshape(-1, 4).T
+
+    @cached_property
+    def _constant_inertia(self) -> float:
+        """Moment of inertia of the other bodies about axes through their mass centres, kg m2."""
+        others = set(self.plane.bodies) - set(self._oriented_bodies)
+        moments = [self._mechanism.bodies[k].second_moments for k in sorted(others)]
+        return sum(one.xx + one.zz for one in moments)
 
 
 @once_per_object
@@ -207,6 +228,12 @@ ERROR_ESTIMATE_FLOOR = 1e-13
 """Smallest error estimate, relative to the scales: two runs may agree to the last digit and share the same rounding error."""
 
 
+@once_per_object
+def _known_start_mobility(_: Scene) -> list[int]:
+    """Return the degrees of freedom at the start of a scene, if they were counted."""
+    return []
+
+
 class ReadingEvaluator:
     """Evaluator of the states of one scene, with the scales of its errors."""
 
@@ -242,30 +269,27 @@ class ReadingEvaluator:
         names = [reading.name for reading in mechanism.readings]
         readings = {one.name: unwrap_output(one, value) for one, value in zip(mechanism.readings, values, strict=True)}
         units = {reading.name: READING_UNITS[reading.quantity] for reading in mechanism.readings}
-        readings |= evaluate_derived_readings(self.scene, history) | evaluate_joint_forces(self.scene, history, modes)
-        readings |= evaluate_contact_forces(self.scene, history, modes)
-        readings |= evaluate_run_readings(self.scene, history, modes)
-        units |= {output.name: output.unit for output in mechanism.derived_readings}
+        if mechanism.derived_readings:
+            readings |= evaluate_derived_readings(self.scene, history) | evaluate_joint_forces(self.scene, history, modes)
+            readings |= evaluate_contact_forces(self.scene, history, modes)
+            readings |= evaluate_run_readings(self.scene, history, modes)
+            units |= {output.name: output.unit for output in mechanism.derived_readings}
         for name, unit, spindle_values in self._evaluate_spindles(history):
             readings[name], units[name] = spindle_values, unit
-        rates = dict(zip(names, rates_of_values, strict=True))
-        motion_rate = self._motion_scales.motion_rate(rates)
         return Observables(
             readings=readings,
-            rates=rates,
+            rates=dict(zip(names, rates_of_values, strict=True)),
             units=units,
-            scales=self._motion_scales.error_scales(readings, rates, motion_rate),
+            motion_scales=self._motion_scales,
             evaluate_joint_gap=partial(self.evaluate_joint_gap, history.poses, history.times),
-            evaluate_energy=partial(self._evaluate_energy, history, self._motion_scales.energy_scale(motion_rate)),
+            evaluate_energy=partial(self._evaluate_energy, history),
         )
 
     def make_trajectory(self, result: RunResult, *, cost: Cost, settings: dict[str, Any]) -> Trajectory:
         """Return the trajectory of a run; its joint reactions and events are computed on first access."""
         states = result.reported_states
         observables = result.observables
-        is_started = result.n_reached > 0
-        solver = position_solver_of(self.mechanism)
-        mobility = solver.count_degrees_of_freedom(states.poses[0]) if is_started else mobility_of(self.mechanism)
+        mobility = self._count_mobility(states) if result.n_reached > 0 else mobility_of(self.mechanism)
         return Trajectory(
             scene=self.scene,
             times=states.times,
@@ -288,6 +312,13 @@ class ReadingEvaluator:
             n_excluded=result.n_excluded,
             deferred_results=DeferredMotionAnalysis(self.scene, result, mobility),
         )
+
+    def _count_mobility(self, states: StateHistory) -> int:
+        """Return the degrees of freedom at the first state; at the start of a scene they are counted once."""
+        known = _known_start_mobility(self.scene) if states.times[0] == 0.0 else []
+        if not known:
+            known.append(position_solver_of(self.mechanism).count_degrees_of_freedom(states.poses[0]))
+        return known[0]
 
     def _missing_crossing_notes(self, result: RunResult) -> tuple[str, ...]:
         """Return a sentence if named crossings may be missing: without dense output nothing is known between two contact events."""
@@ -323,11 +354,11 @@ class ReadingEvaluator:
 
     def evaluate_joint_gap(self, poses: FloatArray, times: FloatArray) -> FloatArray:
         """Return the largest constraint violation (n,) m at poses (n, bodies, 3) and times (n,) s; a broken gear has none."""
-        gaps = np.abs(self._constraint_equations.residuals(poses, times))
+        gaps = np.abs(self._constraint_equations.residuals_along(poses, times))
         for name, end in self.scene.system.breaking_gears.items():
             is_gear = self._constraint_equations.joint_indices == self.mechanism.joint_index(name)
-            gaps[np.ix_(times > end, is_gear)] = 0.0
-        largest: FloatArray = np.max(gaps, axis=-1, initial=0.0)
+            gaps[np.ix_(is_gear, times > end)] = 0.0
+        largest: FloatArray = gaps.max(axis=0, initial=0.0)
         return largest
 
     def compare_observables(self, better: Observables, worse: Observables) -> dict[str, float]:
@@ -341,7 +372,7 @@ class ReadingEvaluator:
             if isinstance(output, CylinderPressure):
                 strokes, others = (np.floor(one.readings[output.reading] / np.pi) for one in (better, worse))
                 differences[output.name] = differences[output.name] * (strokes == others)
-        return {name: float(np.max(np.abs(values), initial=0.0)) for name, values in differences.items()}
+        return {name: float(np.abs(values).max(initial=0.0)) for name, values in differences.items()}
 
     def least_errors(self, observables: Observables) -> dict[str, float]:
         """Return the least error of each reading, rate and event time, SI: the rounding error that all runs share."""

@@ -28,6 +28,7 @@ from governor_mechanism.numerics.least_squares import RANK_TOLERANCE
 from governor_mechanism.numerics.roots import find_root
 from governor_mechanism.observables.branch_choice import find_singular_configurations
 from governor_mechanism.observables.crossings import find_crossings
+from governor_mechanism.observables.error_scales import MotionScales
 from governor_mechanism.observables.recurrences import are_regular, describe_recurrence
 from governor_mechanism.observables.sampled_motion import BodyState, BoundedDenseOutput, DenseOutput, SampledMotion
 from governor_mechanism.types import GROUND_INDEX, FloatArray, IntArray
@@ -150,9 +151,19 @@ class Observables:
     readings: dict[str, FloatArray]  # readings by name, SI; shape (n,) each
     rates: dict[str, FloatArray]  # rates of the readings by name, SI per second; shape (n,) each
     units: dict[str, str]  # units of the readings by name
-    scales: dict[str, float]  # scales of the errors of readings and rates in this motion, as in `Trajectory.scales`
+    motion_scales: MotionScales  # what the scales of errors in this motion follow from
     evaluate_joint_gap: Callable[[], FloatArray]  # function that evaluates `joint_gap`
-    evaluate_energy: Callable[[], Energy]  # function that evaluates `energy`
+    evaluate_energy: Callable[[float], Energy]  # function that evaluates `energy`, with the scale (J) of its errors
+
+    @cached_property
+    def motion_rate(self) -> float:
+        """Rate of the motion, 1/s, that scales per second are multiplied by."""
+        return self.motion_scales.motion_rate(self.rates)
+
+    @cached_property
+    def scales(self) -> dict[str, float]:
+        """Scales of the errors of readings and rates in this motion, as in `Trajectory.scales`."""
+        return self.motion_scales.error_scales(self.readings, self.rates, self.motion_rate)
 
     @cached_property
     def joint_gap(self) -> FloatArray:
@@ -162,7 +173,7 @@ class Observables:
     @cached_property
     def energy(self) -> Energy:
         """Energy balance."""
-        return self.evaluate_energy()
+        return self.evaluate_energy(self.motion_scales.energy_scale(self.motion_rate))
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -24,8 +24,8 @@ from governor_mechanism.mechanics.dynamics.system.arrays import (
 )
 from governor_mechanism.mechanics.dynamics.system.lowering import make_system
 from governor_mechanism.mechanics.kinematics.constraint_equations import make_constraint_table
-from governor_mechanism.mechanics.kinematics.constraint_kernels import RowEvaluation
 from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output, evaluate_output_value
+from governor_mechanism.mechanics.kinematics.row_evaluation import RowEvaluation
 from governor_mechanism.mechanics.kinematics.time_functions import N_CUBIC_COLUMNS, VALUE_COLUMN, stack_local_cubics
 from governor_mechanism.model.coupling.coupled_system import SPINDLE_ANGLE, SPINDLE_SPEED
 from governor_mechanism.model.force_elements import Force, Torque

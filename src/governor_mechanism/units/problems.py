@@ -213,14 +213,17 @@ def check_arguments(**requirements: Requirement) -> Callable[[Callable[_Paramete
     """Return a decorator that checks arguments, by name, in words and as a predicate, before each call; defaults are always allowed."""
 
     def decorate(function: Callable[_Parameters, _Result]) -> Callable[_Parameters, _Result]:
-        signature = inspect.signature(function)
+        parameters = inspect.signature(function).parameters
+        positional = [name for name, one in parameters.items() if one.kind is one.POSITIONAL_OR_KEYWORD]
+        defaults = {name: parameters[name].default for name in requirements}
 
         @functools.wraps(function)
         def checked(*arguments: _Parameters.args, **options: _Parameters.kwargs) -> _Result:
-            given = signature.bind(*arguments, **options).arguments
+            given = dict(zip(positional, arguments, strict=False)) | options  # the call itself refuses what does not fit
             for name, (description, is_met) in requirements.items():
-                if name in given and given[name] is not signature.parameters[name].default and not is_met(given[name]):
-                    raise MechanismError(f"{name} must be {description}; found {format_value(given[name])}")
+                value = given.get(name, defaults[name])
+                if value is not defaults[name] and not is_met(value):
+                    raise MechanismError(f"{name} must be {description}; found {format_value(value)}")
             return function(*arguments, **options)
 
         return checked

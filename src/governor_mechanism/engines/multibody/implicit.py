@@ -12,7 +12,7 @@ from governor_mechanism.integrators.step_record import IntegrationStatus
 from governor_mechanism.mechanics.dynamics.equations.constrained_solution import project_state
 from governor_mechanism.mechanics.dynamics.equations.equations_of_motion import evaluate_state_derivative
 from governor_mechanism.mechanics.dynamics.system.arrays import N_ENERGY_STATES, System, SystemWorkspace
-from governor_mechanism.mechanics.kinematics.constraint_kernels import RowEvaluation
+from governor_mechanism.mechanics.kinematics.row_evaluation import RowEvaluation
 from governor_mechanism.numerics.array_copy import copy_array
 from governor_mechanism.numerics.jit import jit_in_place
 from governor_mechanism.numerics.least_squares import RANK_TOLERANCE

@@ -35,7 +35,7 @@ from governor_mechanism.model.scene import Scene
 from governor_mechanism.observables.evaluation import ReadingEvaluator
 from governor_mechanism.observables.run_result import RunResult, StateHistory
 from governor_mechanism.observables.sampled_motion import DenseOutput
-from governor_mechanism.types import NO_INDEX, BoolArray, FloatArray, IntArray
+from governor_mechanism.types import NO_INDEX, BoolArray, FloatArray
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -82,7 +82,7 @@ class ReducedRunner(CertifiedRunner):
     def __init__(self, engine: ReducedEngine, scene: Scene, request: RunRequest) -> None:
         initial_motion, self.settings = initial_state(scene), engine.settings
         super().__init__(engine, request, ReadingEvaluator(scene, initial_motion[0]))
-        self._make_run = partial(ReducedRun, self.evaluator, initial_motion, self.max_steps, engine.settings)
+        self._initial_motion = initial_motion
         self._reduced_runs: dict[float, ReducedRun] = {}
         mechanism, part = scene.mechanism, parts_with_coordinate(scene)[0][1]
         self._has_control = any(isinstance(one, ControlledValue) for one in mechanism.derived_readings)
@@ -92,12 +92,16 @@ class ReducedRunner(CertifiedRunner):
     def get_reduced_run(self, width_ratio: float) -> ReducedRun:
         """Return the run along the table with this factor on the width of its first pieces."""
         if width_ratio not in self._reduced_runs:
-            reduced_run = self._make_run(width_ratio)
+            first = next(iter(self._reduced_runs.values()), None)
+            reduced_run = first.along_other_table(width_ratio) if first else self._make_run(width_ratio)
             if not reduced_run.motion_table.is_started:
                 message = reduced_run.motion_table.end_message(1)[1]
                 raise MechanismError(f"engine 'reduced' cannot start: {message}; choose engine 'multibody'")
             self._reduced_runs[width_ratio] = reduced_run
         return self._reduced_runs[width_ratio]
+
+    def _make_run(self, width_ratio: float) -> ReducedRun:
+        return ReducedRun(self.evaluator, self._initial_motion, self.max_steps, self.settings, width_ratio)
 
     def run_once(self, tolerance: float, plan: StepPlan) -> RunResult:
         """Return one run; every other one is along a table with narrower pieces."""
@@ -115,8 +119,10 @@ class ReducedRunner(CertifiedRunner):
         if motion_exit is not None:
             outcome, detail = motion_exit.outcome, motion_exit.detail
             is_kept = is_kept & (history.times < motion_exit.time)
-        reported: slice | IntArray = slice(None) if is_kept.all() else np.flatnonzero(is_kept)
-        reported_states, solution = history.at(reported), solution.at(reported)
+        reported_states = history
+        if not is_kept.all():
+            reported = np.flatnonzero(is_kept)
+            reported_states, solution = history.at(reported), solution.at(reported)
         modes = reduced_run.contact_modes(solution, reported_states.poses)
         return RunResult(
             reported_states=reported_states,
@@ -177,10 +183,10 @@ class ReducedRunner(CertifiedRunner):
     def count_work(self) -> tuple[int, int, Mapping[str, int]]:
         """Return the steps, the rejected steps, and the evaluations by force law."""
         reduced_runs = list(self._reduced_runs.values())
-        steps, rejected, evaluations, moving_evaluations = np.sum([reduced_run.counts for reduced_run in reduced_runs], axis=0).tolist()
+        steps, rejected, evaluations, moving_evaluations = map(sum, zip(*(one.counts.tolist() for one in reduced_runs), strict=True))
         n_pieces = sum(reduced_run.motion_table.n_pieces for reduced_run in reduced_runs)
         law_counts, model = Counter({"equations of motion": evaluations, "table pieces": n_pieces}), reduced_runs[0].motion_table.model
-        for law_index in np.concatenate([model.output_forces, model.shaft_forces])["law"]:
+        for law_index in [*model.output_forces["law"].tolist(), *model.shaft_forces["law"].tolist()]:
             law = FORCE_LAWS[law_index]
             law_counts[law.law_name] += moving_evaluations if law.dissipates else evaluations
         if n_frictions := int(np.sum(model.contacts["friction_input"] != NO_INDEX)):

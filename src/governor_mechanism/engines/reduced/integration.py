@@ -243,9 +243,10 @@ _integrate_to_event = jit_in_place(dop853.make_dop853(_EQUATION))
 
 @jit_in_place
 def integrate_reduced(
-    equation: ReducedEquation,  # its input cubics begin at span[0]
+    equation: ReducedEquation,
     buffers: StepBuffers,
     span: tuple[float, float],  # start and end, s
+    time_origin: float,  # time at which the input cubics of the equation begin, s
     times: FloatArray,  # reported times in (start, end], s; shape (n,)
     state: FloatArray,  # see StateIndex; advanced in place
     limits: dop853.StepLimits,
@@ -262,12 +263,12 @@ def integrate_reduced(
     set_table_terms(model)
     while True:
         if selects_mode:  # the only call: the machine code of the transition is a third of that of this function
-            apply_transition(model, time, time - span[0], equation.piece[0], is_released, state, event_log)
+            apply_transition(model, time, time - time_origin, equation.piece[0], is_released, state, event_log)
             if end == span[0]:
                 return IntegrationStatus.DONE, step, n_reached, time
         is_held, n_steps = mode[model.mode_layout.held] != 0, counts[StepCounter.ACCEPTED] + counts[StepCounter.REJECTED]
         if buffers.n_kinks > 0:
-            begin_phases(model, state, time - span[0], equation.piece[0], buffers.event_values[LAST_SAMPLE])
+            begin_phases(model, state, time - time_origin, equation.piece[0], buffers.event_values[LAST_SAMPLE])
         min_stiff_steps = math.inf if is_held or model.parameters[0].is_conservative != 0 else 0.0
         max_step = _choose_max_step(model, limits.max_step, is_held)
         buffers.start_slopes[:] = 0.0  # what strikes turns back
@@ -275,7 +276,7 @@ def integrate_reduced(
             limits.tolerance, step, max_step, limits.max_steps, min_stiff_steps, limits.coarser_steps, limits.steps
         )
         status, step, n_new, segment_end = _integrate_to_event(
-            equation, buffers, (time, end), span[0], state, segment_limits, times[n_reached:], states[n_reached:]
+            equation, buffers, (time, end), time_origin, state, segment_limits, times[n_reached:], states[n_reached:]
         )
         if not is_held:
             counts[StepCounter.MOVING_EVALUATIONS] += END_STAGE * (counts[StepCounter.ACCEPTED] + counts[StepCounter.REJECTED] - n_steps)
@@ -306,4 +307,4 @@ def initialise_contact_mode(equation: ReducedEquation, buffers: StepBuffers, tim
     """Select the contact mode at a start or after a discontinuity of an input; the state must be on the table."""
     no_states, no_modes = np.empty((0, state.size)), np.empty((0, equation.model.mode.size), dtype=np.int64)
     limits = dop853.StepLimits(1.0, 1.0, 1.0, 1, 0.0)
-    integrate_reduced(equation, buffers, (time, time), np.empty(0), state, limits, no_states, no_modes, event_log, True)
+    integrate_reduced(equation, buffers, (time, time), time, np.empty(0), state, limits, no_states, no_modes, event_log, True)

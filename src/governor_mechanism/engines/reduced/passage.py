@@ -69,8 +69,8 @@ class Tail:
 class PassageEnd:
     """How an integration ended: status, last step (s), number of times reached, time of the end (s), the side left last.
 
-    `stops_short` is whether the motion turns back between the end of the table and the bound of the coordinate. `origin` is the time (s)
-    from which the local times of the last equation count. Where the table ends, `tail` continues the motion to the bound of the coordinate.
+    `stops_short` is whether the motion turns back between the end of the table and the bound of the coordinate. Where the table ends,
+    `tail` continues the motion to the bound of the coordinate.
     """
 
     status: IntegrationStatus
@@ -78,7 +78,6 @@ class PassageEnd:
     n_reached: int
     time: float
     side: int
-    origin: float
     stops_short: bool = False
     tail: "Tail | None" = None
 
@@ -101,17 +100,18 @@ def integrate_passage(
 ) -> PassageEnd:
     """Integrate the reduced model over a span and extend its table where the motion leaves it; TABLE_ENDED where that ends."""
     (time, end), step, n_filled, side = span, step_limits.step, 0, 0
-    last_time, origin = -math.inf, time
+    last_time, table, equation = -math.inf, motion_table.table, make_equation(time)
     approach: tuple[float, FloatArray, FloatArray] | None = None
     while time < end:
-        origin = time
         outputs = times[n_filled:], state, step_limits._replace(step=step), states[n_filled:], modes[n_filled:], event_log
-        status, step, n_reached, time = integrate_reduced(make_equation(time), buffers, (time, end), *outputs, False)
+        status, step, n_reached, time = integrate_reduced(equation, buffers, (time, end), span[0], *outputs, False)
         n_filled += n_reached
         if status not in (IntegrationStatus.BELOW_TABLE, IntegrationStatus.ABOVE_TABLE):
-            return PassageEnd(IntegrationStatus(status), step, n_filled, time, side, origin)
+            return PassageEnd(IntegrationStatus(status), step, n_filled, time, side)
         side = status - IntegrationStatus.BELOW_TABLE
         if motion_table.extend(side):
+            if motion_table.table is not table:  # its arrays have grown
+                table, equation = motion_table.table, make_equation(span[0])
             continue
         scale = motion_table.arrays.assembly.coordinate_scale
         travel_left = motion_table.edge(side) - state[0]
@@ -127,10 +127,10 @@ def integrate_passage(
             stops_short, time_left = _find_motion_end(edge, end_coordinate, state[0], state[1], acceleration, tail.acceleration_slope)
             if not stops_short and time_left > 0.0:
                 return PassageEnd(
-                    IntegrationStatus.TABLE_ENDED, step, n_filled, tail.locate(end_coordinate, time + time_left), side, origin, tail=tail
+                    IntegrationStatus.TABLE_ENDED, step, n_filled, tail.locate(end_coordinate, time + time_left), side, tail=tail
                 )
-            return PassageEnd(IntegrationStatus.TABLE_ENDED, step, n_filled, time + time_left, side, origin, stops_short)
-    return PassageEnd(IntegrationStatus.DONE, step, n_filled, time, side, origin)
+            return PassageEnd(IntegrationStatus.TABLE_ENDED, step, n_filled, time + time_left, side, stops_short)
+    return PassageEnd(IntegrationStatus.DONE, step, n_filled, time, side)
 
 
 def _time_at_rate(travel: float, rate: float) -> float:

@@ -1,5 +1,6 @@
 """One run of a scene through its reported times at a tolerance."""
 
+from copy import copy
 from dataclasses import dataclass, replace
 from functools import partial
 from itertools import pairwise
@@ -74,15 +75,25 @@ class ReducedRun:
         self._own_bodies = slice(first_body, first_body + len(part.mechanism.bodies))
         self._rotors = {scene.mechanism.body_index(name): motion for name, motion in find_shaft_train(scene).motion.items()}
         self.start = self._make_start(prefix + part.mechanism.coordinate, *initial_motion)
-        coordinate = float(self.start[StateIndex.COORDINATE])
-        self.motion_table = MotionTable(scene, coordinate, self._initial_motion[0][self._own_bodies], width_ratio)
-        self.counts, self._step_start = np.zeros(len(StepCounter), dtype=np.int64), np.zeros(N_STATES + 1)
+        self._take_table(width_ratio)
         self.contacts, self.one_sided_springs = contacts_of(scene), one_sided_forces_of(scene)
         self._subjects = [contact.output_name for contact in self.contacts] + [spring.reading for spring in self.one_sided_springs]
         self.has_contacts, self._has_tables = bool(self._subjects), bool(reading_tables_of(scene))
         is_monitored = self.has_contacts or self._has_tables
         self._max_step = settings.max_step_ratio * max_step_scale(scene) * (settings.event_step_ratio if is_monitored else 1.0)
         self.breakpoints = sort_distinct(np.concatenate([function.breakpoints for function in self.motion_table.time_functions]))
+
+    def _take_table(self, width_ratio: float) -> None:
+        """Start a motion table, and count its steps from zero."""
+        coordinate, poses = float(self.start[StateIndex.COORDINATE]), self._initial_motion[0][self._own_bodies]
+        self.motion_table = MotionTable(self.evaluator.scene, coordinate, poses, width_ratio)
+        self.counts, self._step_start = np.zeros(len(StepCounter), dtype=np.int64), np.zeros(N_STATES + 1)
+
+    def along_other_table(self, width_ratio: float) -> "ReducedRun":
+        """Return runs of the same scene from the same start, along a table of their own."""
+        other = copy(self)
+        other._take_table(width_ratio)
+        return other
 
     def _make_initial_mode(self) -> IntArray:
         """Return the contact mode before the search for the one at the start, with the segments of tables at the start."""
@@ -140,7 +151,7 @@ class ReducedRun:
             status, step, time, side, stops_short = passage.status, passage.step, passage.time, passage.side, passage.stops_short
             n_filled += passage.n_reached
             if status == IntegrationStatus.TURNED_BACK:
-                step_start = passage.origin + float(self._step_start[-1])
+                step_start = start + float(self._step_start[-1])
                 exit_step = LastStep(step_start, self._step_start[:-1].copy(), time, state.copy(), mode.copy())
             if passage.tail is not None:
                 n_beyond = self._continue_beyond_table(passage.tail, time, times[n_filled:], states[n_filled:])
@@ -206,7 +217,7 @@ class ReducedRun:
             integration.initialise_contact_mode(equation, buffers, start, state, event_log)
         limits = StepLimits(tolerance, 0.01 * self.evaluator.time_scale, self._max_step, max_steps, 0.0)
         outputs = np.empty((0, len(state))), np.zeros((0, len(mode)), dtype=np.int64), event_log
-        status, *_ = integration.integrate_reduced(equation, buffers, (start, time), np.empty(0), state, limits, *outputs, False)
+        status, *_ = integration.integrate_reduced(equation, buffers, (start, time), start, np.empty(0), state, limits, *outputs, False)
         return state if status == IntegrationStatus.DONE else None
 
     def _make_equation(
@@ -233,13 +244,15 @@ class ReducedRun:
 
     def _evaluate_motion(self, states: FloatArray) -> Motion:
         """Return poses and velocities (n, bodies, 3) of all bodies in states (n, N_STATES)."""
-        own_poses, tangents = self.motion_table.evaluate_poses(states[:, 0])
+        own_poses, tangents = self.motion_table.evaluate_poses(states[:, StateIndex.COORDINATE])
+        flat_tangents = tangents.reshape(len(tangents), 3 * tangents.shape[1])
+        own_velocities = (flat_tangents * states[:, StateIndex.RATE, np.newaxis]).reshape(tangents.shape)
         if not self._rotors:
-            return own_poses, tangents * states[:, 1, np.newaxis, np.newaxis]
+            return own_poses, own_velocities
         poses = np.repeat(self._initial_motion[0][np.newaxis], len(states), axis=0)
         velocities = np.zeros_like(poses)
         poses[:, self._own_bodies] = own_poses
-        velocities[:, self._own_bodies] = tangents * states[:, 1, np.newaxis, np.newaxis]
+        velocities[:, self._own_bodies] = own_velocities
         for index, (ratio, angle) in self._rotors.items():
             poses[:, index, 2] = ratio * states[:, StateIndex.SHAFT_ANGLE] + angle
             velocities[:, index, 2] = ratio * states[:, StateIndex.SHAFT_SPEED]

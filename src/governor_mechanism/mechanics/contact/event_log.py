@@ -25,6 +25,8 @@ def compare_event_logs(
     end = float(times[-1]) if len(times) else 0.0
     for events, others in ((better, worse), (worse, better)):
         counted, other_times = [event for event in events if event.time <= end], _times_by_kind(others)
+        if not counted:
+            continue
         for kind, event_times in _times_by_kind(counted).items():
             delays = _distances_to_nearest(event_times, other_times.get(kind, np.empty(0)))
             largest_delay = max(largest_delay, float(np.max(np.minimum(delays, np.maximum(end - event_times, time_tolerance)))))

@@ -9,14 +9,9 @@ from numpy.typing import NDArray
 
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.mechanics.curves.segments import concatenate_segments, make_curve_segments
-from governor_mechanism.mechanics.kinematics.constraint_kernels import (
-    CONSTRAINT_ROW_DTYPE,
-    FOR_EVENTS,
-    FOR_FORCES,
-    ConstraintRows,
-    RowEvaluation,
-)
+from governor_mechanism.mechanics.kinematics.constraint_kernels import CONSTRAINT_ROW_DTYPE, FOR_EVENTS, FOR_FORCES, ConstraintRows
 from governor_mechanism.mechanics.kinematics.points import Origins, attachment_fields
+from governor_mechanism.mechanics.kinematics.row_evaluation import RowEvaluation, evaluate_row_motions
 from governor_mechanism.mechanics.kinematics.time_functions import CubicTimeFunction
 from governor_mechanism.model.joints import Joint
 from governor_mechanism.model.joints.base import ConstraintRow, RowKind
@@ -163,6 +158,13 @@ class ConstraintEquations:
     def residuals(self, poses: FloatArray, times: FloatArray | float = 0.0) -> FloatArray:
         """Return the signed residuals (m); shape (..., rows)."""
         return self.evaluate(poses, times).residuals
+
+    def residuals_along(self, poses: FloatArray, times: FloatArray) -> FloatArray:
+        """Return the signed residuals (m) along a motion with poses (n, bodies, 3) at times (n,) s; shape (rows, n)."""
+        residuals, _ = evaluate_row_motions(self.rows, poses, poses)  # the rates are not needed
+        if self._drive_functions:
+            residuals -= self.prescribed_motion(times)[:, :, 0].T
+        return residuals
 
     def jacobian(self, poses: FloatArray) -> FloatArray:
         """Return the derivatives of the residuals with respect to the poses, m/m and m/rad; shape (..., rows, bodies, 3)."""

@@ -14,8 +14,9 @@ from governor_mechanism.mechanics.curves.outline_kernels import N_CURVE_SAMPLES
 from governor_mechanism.mechanics.curves.outlines import bounding_circle, chains_of, make_curve_pieces, make_pieces
 from governor_mechanism.mechanics.curves.segments import concatenate_segments
 from governor_mechanism.mechanics.kinematics.constraint_equations import bodies_of_rows, make_row_table, set_fields
-from governor_mechanism.mechanics.kinematics.constraint_kernels import ConstraintRows, RowEvaluation
+from governor_mechanism.mechanics.kinematics.constraint_kernels import ConstraintRows
 from governor_mechanism.mechanics.kinematics.points import Origins, attachment_fields
+from governor_mechanism.mechanics.kinematics.row_evaluation import RowEvaluation, evaluate_row_motions
 from governor_mechanism.model.curves import CornerOutline, CurveOutline
 from governor_mechanism.model.joints import GROUND, Point
 from governor_mechanism.model.joints.base import RowKind
@@ -248,7 +249,7 @@ def evaluate_readings(
     Results: values, values, SI; shape (readings, n). Angles of lines lie within half a turn; rates, rates,
     SI/s; same shape.
     """
-    return _evaluate_rows(_select_rows(mechanism, slice(len(mechanism.readings))), poses, velocities)
+    return evaluate_row_motions(_select_rows(mechanism, slice(len(mechanism.readings))), poses, velocities)
 
 
 def evaluate_reading_motions(
@@ -269,13 +270,7 @@ def evaluate_reading_motions(
 def evaluate_limited_readings(mechanism: Mechanism, poses: FloatArray, velocities: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Evaluate the readings that the limits of a mechanism bound, in their order, and their rates, as `evaluate_readings` does."""
     indices = [mechanism.reading_index(limit.reading) for limit in mechanism.limits]
-    return _evaluate_rows(_select_rows(mechanism, indices), poses, velocities)
-
-
-def _evaluate_rows(rows: ConstraintRows, poses: FloatArray, velocities: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return values and rates (rows, n) at poses and velocities (n, bodies, 3)."""
-    evaluated = RowEvaluation(rows, poses)
-    return evaluated.residuals.T, evaluated.derivatives_along(velocities).T
+    return evaluate_row_motions(_select_rows(mechanism, indices), poses, velocities)
 
 
 @once_per_object
@@ -323,4 +318,5 @@ def wrap_difference(reading: Reading, difference: float) -> float:
 
 def unwrap_output(reading: Reading, values: FloatArray) -> FloatArray:
     """Return the values (..., n) of a reading along motions, continuous over full turns."""
-    return np.unwrap(values) if isinstance(reading, LineAngle) else values  # the angle of a body is continuous already
+    is_continuous = not isinstance(reading, LineAngle) or bool((np.abs(values[..., 1:] - values[..., :-1]) < np.pi).all())
+    return values if is_continuous else np.unwrap(values)  # the angle of a body is continuous already

@@ -361,14 +361,16 @@ class MotionTable:
 
     def evaluate_poses(self, values: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return poses and their derivative (n, bodies, 3) at values (n,) of the coordinate: tabulated ones, or solved a little beyond."""
-        is_beyond = (values < self.edge(0)) | (values > self.edge(1))
-        beyond = np.flatnonzero(is_beyond & (self.table.periodicity[PeriodIndex.PERIOD] == 0.0))
-        inner_values = np.clip(values, self.edge(0), self.edge(1)) if len(beyond) else values
-        poses, tangents = evaluate_poses(self.table, np.ascontiguousarray(inner_values))
-        if len(beyond):
-            distances = (values - inner_values)[beyond, np.newaxis, np.newaxis]
-            nodes, is_solved = self._solver.try_solve_nodes(poses[beyond] + distances * tangents[beyond], values[beyond])
-            poses[beyond[is_solved]], tangents[beyond[is_solved]] = nodes[is_solved, 0], nodes[is_solved, 1]
+        low, high = self.edge(0), self.edge(1)
+        is_periodic = self.table.periodicity[PeriodIndex.PERIOD] != 0.0
+        if is_periodic or (values.min(initial=high) >= low and values.max(initial=low) <= high):
+            poses, tangents = evaluate_poses(self.table, np.ascontiguousarray(values))
+            return poses, tangents
+        beyond, inner_values = np.flatnonzero((values < low) | (values > high)), np.clip(values, low, high)
+        poses, tangents = evaluate_poses(self.table, inner_values)
+        distances = (values - inner_values)[beyond, np.newaxis, np.newaxis]
+        nodes, is_solved = self._solver.try_solve_nodes(poses[beyond] + distances * tangents[beyond], values[beyond])
+        poses[beyond[is_solved]], tangents[beyond[is_solved]] = nodes[is_solved, 0], nodes[is_solved, 1]
         return poses, tangents
 
     def count_solved(self, values: FloatArray) -> int:

@@ -68,7 +68,8 @@ def evaluate_body_forces(
             speed = plane_motion[body.plane, PlaneColumn.SPEED]
             speed_squared = speed * speed
             force_x = centrifugal_force_jit(body.mass, poses[k, 0] + arm_x, speed_squared)
-            moment = centrifugal_moment_jit(body.xx, body.yy, body.xy, angle, speed_squared)
+            if body.xx != body.yy or body.xy != 0.0:
+                moment = centrifugal_moment_jit(body.xx, body.yy, body.xy, angle, speed_squared)
         result[k, 0] = force_x
         result[k, 1] = force_y
         result[k, 2] = moment + arm_x * force_y - arm_y * force_x

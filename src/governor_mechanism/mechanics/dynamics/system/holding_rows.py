@@ -15,8 +15,9 @@ from governor_mechanism.mechanics.dynamics.forces.contacts import contacts_of
 from governor_mechanism.mechanics.dynamics.system.arrays import RUBBING_DTYPE, System
 from governor_mechanism.mechanics.dynamics.system.event_functions import EventFunctionKind
 from governor_mechanism.mechanics.kinematics.constraint_equations import ConstraintTable, bodies_of_rows, make_constraint_table
-from governor_mechanism.mechanics.kinematics.constraint_kernels import FOR_EVENTS, FOR_FORCES, ConstraintRows, RowEvaluation
+from governor_mechanism.mechanics.kinematics.constraint_kernels import FOR_EVENTS, FOR_FORCES, ConstraintRows
 from governor_mechanism.mechanics.kinematics.output_variables import make_output_rows
+from governor_mechanism.mechanics.kinematics.row_evaluation import RowEvaluation
 from governor_mechanism.mechanics.kinematics.time_functions import N_CUBIC_COLUMNS, VALUE_COLUMN
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.numerics.least_squares import numerical_rank
