@@ -240,6 +240,16 @@ def test_out_must_be_a_folder(tmp_path):
     assert "is a file; give the name of a folder" in result.stderr
 
 
+def test_a_folder_stays_only_if_something_was_written_into_it(tmp_path):
+    new, old = tmp_path / "deep" / "new", tmp_path / "old"
+    old.mkdir()
+    for folder in (new, old):
+        assert call("effects", "porter", "--set", "run.duration=-1 s", "--out", folder).exit_code == 2
+    assert (new.exists(), old.exists()) == (False, True)
+    assert call("equilibria", "porter", "--out", new).exit_code == 0
+    assert {one.suffix for one in new.iterdir()} == {".png"}
+
+
 MARK_FIRST_STEP = """
 import sys
 from pathlib import Path

@@ -81,7 +81,6 @@ def compare(
         loaded = [_with_own_title(scene, own, loaded) for scene, own in zip(loaded, changes_of_each, strict=True)]
     if not no_film:
         check_film(loaded, film_options, film.value)
-    console.prepare_folder(figures.folder)
     between = None if working_range is None else parse_range(working_range)
     with console.show_status("simulating"):
         comparison = gm.compare(*loaded, engine=engine, accuracy=accuracy, resistance=resistance, between=between)

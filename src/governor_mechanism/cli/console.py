@@ -32,6 +32,9 @@ from governor_mechanism.render.figure_files import FigureFiles
 
 AsJson = Annotated[bool, typer.Option("--json", help="Print one JSON object to standard output, and nothing else.")]
 Accuracy = Annotated[float | None, typer.Option(help="Accuracy relative to the scale of each reading; by default the one of the scene.")]
+EngineOfScene = Annotated[str, typer.Option(help="Name of an engine; auto uses the engine of the scene.")]
+EngineOfRuns = Annotated[str, typer.Option(help="The engine of all runs.")]
+Workers = Annotated[int, typer.Option(help="Largest number of processes. The result does not depend on it.")]
 EXIT_OK, EXIT_FAILED, EXIT_BAD_INPUT, EXIT_INTERRUPTED = 0, 1, 2, 130
 
 INTERRUPT_REPEAT_INTERVAL = 1.0
@@ -87,7 +90,9 @@ def guarded_command(
         interrupt_handler = InterruptHandler()
         try:
             with interrupt_handler:
-                result = command(*args, **_gather_records(options, records))
+                arguments = _gather_records(options, records)
+                with _prepare_folder(arguments):
+                    result = command(*args, **arguments)
                 result.print(as_json=as_json)
                 status = EXIT_OK if result.ok else EXIT_FAILED
         except (Exception, KeyboardInterrupt) as error:
@@ -116,6 +121,23 @@ def _gather_records(options: Mapping[str, Any], records: Mapping[str, type]) -> 
     taken = {option.name for record in records.values() for option in _RECORDS[record][0]}
     gathered = {name: _RECORDS[record][1](options) for name, record in records.items()}
     return {**{name: value for name, value in options.items() if name not in taken}, **gathered}
+
+
+@contextmanager
+def _prepare_folder(arguments: Mapping[str, Any]) -> Iterator[None]:
+    """Make the folder of the figures before the work, if a command has any; take it away again if it is new and nothing is in it."""
+    folder = next((one.folder for one in arguments.values() if isinstance(one, FigureFiles)), None)
+    if folder is None or folder.is_dir():
+        yield
+        return
+    if folder.exists():
+        raise MechanismError(f"--out {folder} is a file; give the name of a folder")
+    folder.mkdir(parents=True, exist_ok=True)
+    try:
+        yield
+    finally:
+        if folder.is_dir() and not any(folder.iterdir()):
+            folder.rmdir()
 
 
 _RECORDS: Mapping[Any, tuple[Sequence[inspect.Parameter], Callable[[Mapping[str, Any]], object]]] = {
@@ -184,13 +206,6 @@ def add_command(
 def _first_sentence(command: Callable[..., object]) -> str:
     """Return the first paragraph of the docstring of a command, for the list of commands."""
     return (command.__doc__ or "").split("\n\n")[0].replace("\n", " ")
-
-
-def prepare_folder(out: Path) -> None:
-    """Create the output folder; raise MechanismError if a file has its name."""
-    if out.exists() and not out.is_dir():
-        raise MechanismError(f"--out {out} is a file; give the name of a folder")
-    out.mkdir(parents=True, exist_ok=True)
 
 
 @contextmanager

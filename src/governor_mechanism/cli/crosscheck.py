@@ -68,7 +68,6 @@ def crosscheck(
         return console.CommandResult(report, files=_write_junit(report, junit) or None, ok=report.passed)
     from governor_mechanism.verification.user_kernel.function import load_kernel
 
-    console.prepare_folder(figures.folder)
     function = load_kernel(kernel)
     with console.show_status("simulating"):
         kernel_report = gm.crosscheck(

@@ -88,7 +88,6 @@ def _design(
     """Design a machine, simulate it, compare it with its paper, and write the scene and the figures."""
     from governor_mechanism.studies.design.simulated import PROCEDURES, report_design
 
-    console.prepare_folder(figures.folder)
     procedure = PROCEDURES[machine]
     inputs = _replace_inputs(procedure.inputs, changes or (), parse_input_options(context.args))
     with console.show_status("designing"):

@@ -54,7 +54,6 @@ def equilibria(
     if linearise or limit is not None:
         with console.show_status("linearising"):
             return report_linearisation(loaded_scene, spindle_speed, limit)
-    console.prepare_folder(figures.folder)
     report = report_equilibria(
         loaded_scene,
         spindle_speed,

@@ -14,6 +14,8 @@ from governor_mechanism.cli.options import Changes, SceneName, load_changed, ref
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.render.figure_files import FigureFiles
 
+Unknowns = Annotated[list[str], typer.Option(help="An unknown with its bounds: dimensions.ball_mass=4kg:6kg. Repeatable.")]
+
 
 def sensitivities(
     scene: SceneName,
@@ -23,9 +25,9 @@ def sensitivities(
     ],
     by: Annotated[list[str], typer.Option(help="A key of the scene that has a number, as dimensions.arm. Repeatable.")],
     changes: Changes = None,
-    engine: Annotated[str, typer.Option(help="The engine of all runs.")] = "auto",
+    engine: console.EngineOfRuns = "auto",
     accuracy: Annotated[float | None, typer.Option(help="Accuracy of the runs, relative to the scale of each reading. [1e-10]")] = None,
-    workers: Annotated[int, typer.Option(help="Largest number of processes. The result does not depend on it.")] = 1,
+    workers: console.Workers = 1,
     *,
     figures: FigureFiles,
     as_json: console.AsJson = False,
@@ -34,7 +36,6 @@ def sensitivities(
 
     The exit status is 1 if a derivative does not exist, since a contact begins or ends there, or a value has a kink.
     """
-    console.prepare_folder(figures.folder)
     loaded = load_changed(scene, changes)
     with console.show_status("differentiating"):
         result = gm.sensitivities(loaded, of, by, engine=engine, accuracy=accuracy, workers=workers)
@@ -50,7 +51,7 @@ def fit(
     data: Annotated[
         Path, typer.Option(help="A CSV file: a column time, and one for each measured reading, with units as in 'sleeve_lift [mm]'.")
     ],
-    over: Annotated[list[str], typer.Option(help="An unknown with its bounds: dimensions.ball_mass=4kg:6kg. Repeatable.")],
+    over: Unknowns,
     changes: Changes = None,
     noise: Annotated[
         list[str] | None,
@@ -62,7 +63,7 @@ def fit(
     profile: Annotated[
         list[str] | None, typer.Option(help="An unknown whose interval is found by fitting all others again. Repeatable.")
     ] = None,
-    engine: Annotated[str, typer.Option(help="The engine of all runs.")] = "auto",
+    engine: console.EngineOfRuns = "auto",
     starts: Annotated[int, typer.Option(help="Number of starts of the search: the scene's own values, and random ones.")] = 2,
     seed: Annotated[int, typer.Option(help="Seed of the random starts.")] = 0,
     workers: Annotated[int, typer.Option(help="Largest number of processes for several starts.")] = 1,
@@ -75,7 +76,6 @@ def fit(
     Values have standard errors and 95 % intervals; combinations that the data do not determine are named. Ctrl-C keeps the best values
     so far. The exit status is 1 if the search does not converge.
     """
-    console.prepare_folder(figures.folder)
     loaded = load_changed(scene, changes)
     levels, intervals = _read_noise(noise or []), [tuple(one.split(":")) for one in without or []]
     with console.show_status("fitting"), console.first_interrupt_is_answered():
@@ -98,7 +98,7 @@ def _read_noise(noise: list[str]) -> str | dict[str, str] | None:
 
 def optimise(
     scene: SceneName,
-    over: Annotated[list[str], typer.Option(help="An unknown with its bounds: dimensions.ball_mass=4kg:6kg. Repeatable.")],
+    over: Unknowns,
     minimise: Annotated[
         list[str] | None,
         typer.Option(help='What is made least: a quantity as in a sweep, "max sleeve_lift". Two objectives give their trade-off.'),
@@ -113,7 +113,7 @@ def optimise(
     starts: Annotated[int, typer.Option(help="Number of starts of a local search: the scene's own values, and random ones.")] = 1,
     seed: Annotated[int, typer.Option(help="Seed of the random numbers.")] = 0,
     points: Annotated[int, typer.Option(help="Number of points of a trade-off.")] = 7,
-    engine: Annotated[str, typer.Option(help="The engine of all runs.")] = "auto",
+    engine: console.EngineOfRuns = "auto",
     accuracy: Annotated[float | None, typer.Option(help="Accuracy of the runs, relative to the scale of each reading. [1e-8]")] = None,
     workers: Annotated[int, typer.Option(help="Largest number of processes.")] = 1,
     film: Annotated[SideBySideFormat | None, typer.Option(help="Write a film of before and after side by side, in this format.")] = None,
@@ -126,7 +126,6 @@ def optimise(
     An impossible geometry lies outside. Ctrl-C keeps the best values so far, and the same command continues. The exit status is 1 if the
     search does not converge, or nothing that it found meets all conditions.
     """
-    console.prepare_folder(figures.folder)
     loaded = load_changed(scene, changes)
     options: dict[str, Any] = {"method": "global" if is_global else "local", "starts": starts, "seed": seed, "engine": engine}
     options |= {"accuracy": accuracy, "workers": workers, "subject_to": subject_to or ()}

@@ -30,7 +30,6 @@ def _make_command(name: str) -> Callable[..., console.CommandResult]:
     def study(scene: StudiedScene = "", *, figures: FigureFiles, as_json: console.AsJson = False) -> console.CommandResult:
         from governor_mechanism.studies.regulation.governor_studies import study_governors
 
-        console.prepare_folder(figures.folder)
         with console.show_status("running"):
             result = study_governors(name, [gm.load(scene)] if scene else None)
             return console.CommandResult(result, files=figures.save_all(result, name))
@@ -47,7 +46,7 @@ def loop(
     ] = "100%:50%",
     at: Annotated[str | None, typer.Option(help='The time of the change, for example "6 s". [a tenth of the duration]')] = None,
     ramp: Annotated[str, typer.Option(help='How long the change lasts, for example "3 s"; 0 is a step.')] = "0 s",
-    engine: Annotated[str, typer.Option(help="Name of an engine; auto uses the engine of the scene.")] = "auto",
+    engine: console.EngineOfScene = "auto",
     accuracy: console.Accuracy = None,
     *,
     figures: FigureFiles,
@@ -57,7 +56,6 @@ def loop(
 
     The run starts in the equilibrium under the first load. The exit status is 1 if the speed does not settle.
     """
-    console.prepare_folder(figures.folder)
     loaded = load_changed(scene, changes)
     with console.show_status("simulating"):
         times: dict[str, Any] = {"at": None if at is None else number_or_text(at), "ramp": number_or_text(ramp)}
@@ -74,7 +72,7 @@ def stability_map(
         typer.Option(help="The values of a key, key=first:last:count; twice. [inertia of the flywheel and dashpot on the sleeve]"),
     ] = None,
     border_points: Annotated[int, typer.Option(help="Number of points at which the border is located by simulation; 0 for none.")] = 8,
-    workers: Annotated[int, typer.Option(help="Largest number of processes. The result does not depend on it.")] = 2,
+    workers: console.Workers = 2,
     *,
     figures: FigureFiles,
     as_json: console.AsJson = False,
@@ -83,7 +81,6 @@ def stability_map(
 
     By eigenvalues with the mean torque, with Vyshnegradskii's limit over them, and by the simulated border under the cyclic torque.
     """
-    console.prepare_folder(figures.folder)
     loaded = load_changed(scene, changes)
     with console.show_progress_bar("map") as progress:
         study = gm.stability_map(loaded, vary or (), border_points=border_points, workers=workers, progress=progress)
@@ -92,7 +89,6 @@ def stability_map(
 
 def rules(*, figures: FigureFiles, as_json: console.AsJson = False) -> console.CommandResult:
     """Test the papers' rules about governing on the simulated engine: what each says, what the simulation shows, and whether it holds."""
-    console.prepare_folder(figures.folder)
     with console.show_progress_bar("rules") as progress:
         study = gm.paper_rules(progress)
     return console.CommandResult(study, files=figures.save_all(study, "paper_rules"))

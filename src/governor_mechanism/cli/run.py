@@ -37,7 +37,7 @@ if TYPE_CHECKING:
 def run(
     scene: SceneName,
     changes: Changes = None,
-    engine: Annotated[str, typer.Option(help="Name of an engine; auto uses the engine of the scene.")] = "auto",
+    engine: console.EngineOfScene = "auto",
     accuracy: console.Accuracy = None,
     seconds: Annotated[str | None, typer.Option(help='Duration, for example "2 s"; by default the one of the scene.')] = None,
     max_steps: Annotated[int | None, typer.Option(min=1, help="Largest number of steps of one run of the engine.")] = None,
@@ -62,7 +62,6 @@ def run(
         check_film([loaded], film_options, kind)
     if film_options.paths is not None:
         loaded = dataclasses.replace(loaded, run=dataclasses.replace(loaded.run, paths=film_options.paths))
-    console.prepare_folder(figures.folder)
     selected_engine = engine if max_steps is None else _limit_steps(engine, loaded, accuracy, max_steps)
     with console.show_status("simulating"):
         result = gm.run(loaded, engine=selected_engine, accuracy=accuracy)

@@ -87,7 +87,6 @@ def assemblies(
 
     `assembly = 2` in the scene file, or --set assembly=2, takes the second.
     """
-    console.prepare_folder(figures.folder)
     loaded = load_changed(scene, changes)
     with console.show_status("closing the joints"):
         result = gm.assemblies(loaded)
@@ -121,7 +120,6 @@ def kinematics(
     from governor_mechanism.studies.kinematics import default_readings
     from governor_mechanism.units.quantities import number_or_text
 
-    console.prepare_folder(figures.folder)
     loaded = load_changed(scene, changes)
     with console.show_status("moving the mechanism"):
         result = gm.kinematics(loaded, over, rate=number_or_text(rate), readings=readings or default_readings(loaded, over))

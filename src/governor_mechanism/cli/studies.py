@@ -29,7 +29,6 @@ def accuracy(
 
     if wanted is not None:
         validate_target_error(wanted)
-    console.prepare_folder(figures.folder)
     loaded_scene = load_changed(scene, changes)
     with console.show_progress_bar("accuracy") as progress:
         study = gm.accuracy_study(loaded_scene, longest, progress)
@@ -47,14 +46,13 @@ def accuracy(
 def effects(
     scene: SceneName,
     changes: Changes = None,
-    engine: Annotated[str, typer.Option(help="The engine of all runs.")] = "auto",
+    engine: console.EngineOfRuns = "auto",
     accuracy: Annotated[float | None, typer.Option(help="Accuracy relative to the scale of each reading.")] = None,
     *,
     figures: FigureFiles,
     as_json: console.AsJson = False,
 ) -> console.CommandResult:
     """Show what each effect of a scene changes, what it costs, and which effects can be left out."""
-    console.prepare_folder(figures.folder)
     loaded_scene = load_changed(scene, changes)
     with console.show_progress_bar("effects") as progress:
         study = gm.effects_study(loaded_scene, engine, accuracy, progress)
@@ -80,7 +78,7 @@ def sweep(
     engine: Annotated[str, typer.Option(help="The engine of all rows; auto uses the engine of the scene.")] = "auto",
     accuracy: console.Accuracy = None,
     certify: Annotated[bool, typer.Option("--certify", help="Estimate the error of every run.")] = False,
-    workers: Annotated[int, typer.Option(help="Largest number of processes. The result does not depend on it.")] = 1,
+    workers: console.Workers = 1,
     cluster: Annotated[
         str | None, typer.Option(help="Address of the scheduler of a cluster (dask.distributed) that computes the rows: tcp://host:8786.")
     ] = None,
@@ -96,7 +94,6 @@ def sweep(
     """
     from governor_mechanism.studies.sweep.run import count_journal_rows, journal_path
 
-    console.prepare_folder(figures.folder)
     loaded = load_changed(scene, changes)
     journal_file = journal_path(figures.folder, loaded.source)
     n_rows = 0
@@ -133,7 +130,6 @@ def hard_cases(
 
     A run passes if its true error is within its error estimate, or if it ends with an outcome that the case names.
     """
-    console.prepare_folder(figures.folder)
     with console.show_progress_bar("hard cases") as progress:
         report = gm.hard_cases(case or (), short, progress)
     files = figures.save_data(report, "hard_cases") + figures.save_figures(report, "hard_case")
@@ -150,7 +146,6 @@ def valve_gears(
     as_json: console.AsJson = False,
 ) -> console.CommandResult:
     """Compare valve gears: lead, cut-off and travel over the range of the gear; print a table, write a figure and a record (JSON)."""
-    console.prepare_folder(figures.folder)
     with console.show_status("reversing"):
         study = gm.valve_gears(scenes or (), count)
     return console.CommandResult(study, files=figures.save_all(study, "valve_gears"))
@@ -176,7 +171,6 @@ def errata(
 
     Every right value is recomputed by the closed forms. Draws one figure for the main error of each paper.
     """
-    console.prepare_folder(figures.folder)
     with console.show_status("simulating" if simulate else "recomputing"):
         result = gm.errata(paper, simulate=simulate)
     with console.show_status("drawing"):

@@ -27,7 +27,6 @@ def function(file: PointFile, take: Take = 1, *, figures: FigureFiles, as_json: 
     FILE has the columns "input_angle [deg]" and "output_angle [deg]", or as TOML: function = "log10(x)", over = [1, 2],
     input_angles, output_angles, count and ground. The exit status is 1 if there is no linkage without a defect.
     """
-    console.prepare_folder(figures.folder)
     with console.show_status("solving Freudenstein's equation"):
         return _report(gm.synthesise_function(file), file, take, figures)
 
@@ -46,7 +45,6 @@ def positions(
     positions fixed_pivots or moving_pivots, two points. With --map the first of them is kept, or else the point of the body; the map is
     written as a table, a record and a figure. The exit status is 1 if there is no linkage without a defect.
     """
-    console.prepare_folder(figures.folder)
     if draw_map:
         refuse_idle_options("take", condition="with --map")
         result, stem = gm.map_pivots(file), f"{Path(file).stem}_map"
@@ -70,7 +68,6 @@ def path(
     FILE has the columns "x [mm]" and "y [mm]", and "input_angle [deg]" for a timing, or as TOML: points = [["0 mm", "0 mm"], ...], and
     fixed_pivots, two points, closed, starts and seed. The exit status is 1 if there is no linkage without a defect.
     """
-    console.prepare_folder(figures.folder)
     with console.show_status("searching four-bars from random starts"):
         return _report(gm.synthesise_path(file, closed=closed or None, starts=starts, seed=seed), file, take, figures)
 
@@ -94,7 +91,6 @@ def dimensions(
 
     The path is passed in the order of its points, wherever it begins. The exit status is 1 if the search does not converge.
     """
-    console.prepare_folder(figures.folder)
     loaded = load_changed(scene, changes)
     ends = None if between is None else between.split(":")
     with console.show_status("searching dimensions"), console.first_interrupt_is_answered():
