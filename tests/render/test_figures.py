@@ -57,6 +57,15 @@ def test_a_constant_below_the_rounding_of_its_scale_is_zero(porter):
     assert "constant: sleeve lift 0 mm" in [text.get_text() for text in readings_figure(rest).texts]
 
 
+def test_an_angle_that_turns_evenly_is_stated_with_its_speed():
+    run = gm.run("astroid", times=np.linspace(0.0, 2.1, 43))
+    overview, asked = readings_figure(run), readings_figure(run, ["arm_angle"])
+    assert "turning evenly: arm angle at 30 rpm" in [text.get_text() for text in overview.texts]
+    assert [len(page.axes) for page in (overview, asked)] == [2, 1]
+    slow = gm.run("astroid", times=np.linspace(0.0, 1.9, 39))  # less than a turn
+    assert len(readings_figure(slow).axes) == 3
+
+
 @pytest.mark.long
 @pytest.mark.parametrize("theme", ["light", "dark", "transparent"])
 @pytest.mark.parametrize("ending", ["png", "svg", "pdf"])

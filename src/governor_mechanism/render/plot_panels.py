@@ -1,6 +1,5 @@
 """What is plotted over time beside a drawing, the same in films, in animated drawings and on pages: curves in display units."""
 
-import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -23,6 +22,7 @@ from governor_mechanism.render.shown_readings import (
     display_unit_of,
     format_name,
     format_numbers,
+    turns_evenly,
 )
 from governor_mechanism.render.style import CURVE_COLOURS, SERIES_COLOURS
 from governor_mechanism.types import FloatArray
@@ -30,8 +30,6 @@ from governor_mechanism.types import FloatArray
 _BLUE, _VERMILLION, _GREEN, _PURPLE, _PALE_BLUE, _BROWN = range(len(CURVE_COLOURS))
 """Indices of the colours of curves."""
 SPINDLE_SPEED: Final = "spindle_speed"
-_MAX_UNEVENNESS = math.radians(1.0)
-"""Deviation (rad) of an angle from even rotation below which nobody sees it in the plot of a turn or more."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -148,12 +146,7 @@ class _PartReading:
         return self.is_changing and not all(self._turns_evenly(data) for data in self._shown)
 
     def _turns_evenly(self, data: FrameData) -> bool:
-        """Return whether an angle makes a turn or more at a constant rate: its plot would be a straight line, as of any motor."""
-        sampled = _sampled_values(data, self.name)
-        if data.readings[self.name].unit != "rad" or np.ptp(sampled) < math.tau:
-            return False
-        even = np.interp(data.sample_times, data.sample_times[[0, -1]], sampled[[0, -1]])
-        return bool(np.abs(sampled - even).max() < _MAX_UNEVENNESS)
+        return turns_evenly(data.sample_times, _sampled_values(data, self.name), data.readings[self.name].unit)
 
     def to_panel(self, series: int, *, is_stated: bool = False) -> PlotPanel:
         """Return its panel; the speed of a spindle always has the same colour."""

@@ -174,6 +174,18 @@ class ShownReading:
     error: float
 
 
+_MAX_UNEVENNESS = math.radians(1.0)
+"""Deviation (rad) of an angle from even rotation below which nobody sees it in the plot of a turn or more."""
+
+
+def turns_evenly(times: FloatArray, values: FloatArray, unit: str) -> bool:
+    """Return whether an angle makes a turn or more at a constant rate: its plot would be a straight line, as of any motor."""
+    if unit != "rad" or np.ptp(values) < math.tau:
+        return False
+    even = np.interp(times, times[[0, -1]], values[[0, -1]])
+    return bool(np.abs(values - even).max() < _MAX_UNEVENNESS)
+
+
 def shown_readings(run: Trajectory) -> dict[str, ShownReading]:
     """Return the readings by name, openings of ports as a viewer expects them: zero while the port is closed."""
     # In a scene of several parts, rates stand for angles of many turns, which look like straight lines,

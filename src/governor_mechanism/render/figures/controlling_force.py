@@ -74,7 +74,8 @@ def _draw_speed_curve(panel: Panel, curve: SpeedCurve, factor: float) -> None:
     for kind, style, width, text in kinds:
         speed_rpm = np.where(curve.has_equilibrium & kind, curve.speed / RPM, np.nan)
         if not np.all(np.isnan(speed_rpm)):
-            panel.plot(curve.coordinate * factor, speed_rpm, linestyle=style, color=BLUE, linewidth=width, label=text)
+            # Points of one speed would be set to one row of pixels or the next by their rounding.
+            panel.plot(curve.coordinate * factor, speed_rpm, linestyle=style, color=BLUE, linewidth=width, label=text, snap=False)
     if curve.astatic.all():
         _draw_astatic_directions(panel, curve, factor)
 

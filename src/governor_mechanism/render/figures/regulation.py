@@ -335,13 +335,14 @@ def _draw_plane(page: Page, study: StabilityMap) -> None:
     first, second = study.parameters.reshape(2, -1)
     is_shown = (first < _PLANE_LIMIT) & (second < _PLANE_LIMIT)
     stable = (study.growth_rates < 0.0).ravel()
-    for chosen, colour, marker, label in ((stable, BLUE, ".", "eigenvalues: stable"), (~stable, VERMILLION, "x", "eigenvalues: hunts")):
+    for chosen, colour, marker, label in ((stable, BLUE, ".", "eigenvalues: stable"), (~stable, VERMILLION, "x", "hunts")):
         rows = chosen & is_shown
         panel.plot(first[rows], second[rows], marker, color=colour, markersize=3.5, linewidth=0, label=label)
     curve = np.linspace(1.0 / _PLANE_LIMIT, _PLANE_LIMIT, 200)
     panel.plot(curve, 1.0 / curve, color=INK, linewidth=1.4, label="$x\\,y = 1$")
     panel.set(xlim=(0.0, _PLANE_LIMIT), ylim=(0.0, _PLANE_LIMIT))
-    add_legend(panel, {"color": INK, "math_fontfamily": "stix"}, **_LEGEND)
+    above = {"loc": "lower left", "bbox_to_anchor": (0.0, 1.0), "ncols": 3, "columnspacing": 1.4, "frameon": False}
+    add_legend(panel, {"color": INK, "math_fontfamily": "stix"}, **{**_LEGEND, **above})
 
 
 def _map_footnote(study: StabilityMap) -> str:

@@ -44,6 +44,7 @@ from governor_mechanism.render.shown_readings import (
     format_rounded_up,
     name_to_plot,
     shown_readings,
+    turns_evenly,
 )
 from governor_mechanism.render.style import BLUE, CURVE_COLOURS, GREEN, INK, MUTED, PAPER, SANS_FONT, SERIES_COLOURS, SKY, VERMILLION
 from governor_mechanism.types import FloatArray
@@ -187,10 +188,11 @@ def readings_figure(
 ) -> Page:
     """Draw an overview of the readings over time, in everyday units, or chosen readings.
 
-    What stays constant stands in a line of its own instead of a panel. Of many other readings those are drawn that tell most (`overview`),
-    and a line below names the rest. Readings that are chosen all have a panel. A curve whose oscillations are too narrow to be resolved
-    is drawn as its range and mean within a turn (`range_bands`). Few events, such as impacts against stops, are marked by a line each
-    through the panels; many by a tick each in a strip below, with a row for each kind. Turning points are seen in the curves.
+    What stays constant or turns evenly stands in a line of its own instead of a panel. Of many other readings those are drawn that tell
+    most (`overview`), and a line below names the rest. Readings that are chosen all have a panel. A curve whose oscillations are too
+    narrow to be resolved is drawn as its range and mean within a turn (`range_bands`). Few events, such as impacts against stops, are
+    marked by a line each through the panels; many by a tick each in a strip below, with a row for each kind. Turning points are seen in
+    the curves.
 
     Result: the figure; `save` writes it. Raises MechanismError if the run has no reported time, or no such
     reading.
@@ -198,13 +200,14 @@ def readings_figure(
     _check_times(run)
     readings = chosen_readings(run, chosen) if chosen else shown_readings(run)
     constants = {} if chosen else {name: one for name, one in readings.items() if _is_constant(one)}
-    moving = {name: one for name, one in readings.items() if name not in constants} or readings
+    even = {} if chosen else {name: one for name, one in readings.items() if turns_evenly(run.times, one.values, one.unit)}
+    moving = {name: one for name, one in readings.items() if name not in constants | even} or readings
     drawn = moving if chosen else choose_overview(run, moving)
     panels = _make_panels(run, drawn)
     events = [event for event in run.events if event.kind != EventKind.TURNING_POINT and run.times[0] <= event.time <= run.times[-1]]
     event_times = group_event_times(events)
     has_strip = len(events) > MAX_EVENT_LINES
-    above: list[str | list[Artist]] = [_list_constants(constants)] if len(moving) < len(readings) else []
+    above: list[str | list[Artist]] = [_list_unplotted(constants, even, run)] if len(moving) < len(readings) else []
     keys = ([] if has_strip else event_handles(event_times), band_handles([band for _, band in panels if band is not None]))
     above += [handles for handles in keys if handles]
     below = _list_others(run, [name for name in moving if name not in drawn])
@@ -301,15 +304,18 @@ def _is_constant(reading: ShownReading) -> bool:
     return bool(np.ptp(reading.values) <= READING_NOISE_RATIO * reading.scale)
 
 
-def _list_constants(constants: Mapping[str, ShownReading]) -> str:
-    """Return the readings that stay constant, with their values, as a line."""
-    values = []
+def _list_unplotted(constants: Mapping[str, ShownReading], even: Mapping[str, ShownReading], run: Trajectory) -> str:
+    """Return the readings that stay constant, with their values, and the angles that turn evenly, with their speeds, as a line."""
+    values, (turning, rpm) = [], display_unit_of("rad/s")
     for name, reading in constants.items():
         unit, factor = display_unit_of(reading.unit)
         value = float(reading.values[0])
         is_zero = abs(value) <= max(_ROUNDING * reading.scale, reading.error)
         values.append(f"{format_name(name)} {0.0 if is_zero else value * factor:.6g} {unit}".rstrip())
-    return textwrap.shorten("constant: " + ", ".join(values), _MAX_FOOTER_LETTERS, placeholder=" …")
+    rates = {name: float(one.values[-1] - one.values[0]) / float(np.ptp(run.times)) for name, one in even.items()}
+    speeds = [f"{format_name(name)} at {rate * rpm:.4g} {turning}" for name, rate in rates.items()]
+    words = [f"{kind}: {', '.join(those)}" for kind, those in (("constant", values), ("turning evenly", speeds)) if those]
+    return textwrap.shorten("; ".join(words), _MAX_FOOTER_LETTERS, placeholder=" …")
 
 
 def _list_others(run: Trajectory, names: Sequence[str]) -> list[str]:

@@ -119,14 +119,13 @@ def _draw_speeds(panel: Panel, design: FlywheelDesign, simulated: Sequence[Simul
     panel.axhline(design.inputs.speed, color=MUTED, linewidth=0.8, linestyle=CHAIN_DOTTED, zorder=2)
     low, high = min(float(wheel.speeds.min()) for wheel in simulated), max(float(wheel.speeds.max()) for wheel in simulated)
     spread, line = high - low, 0.1 * (high - low)
-    panel.set(xlim=(0, 720), ylim=(low - 0.12 * spread, high + 0.12 * spread + len(simulated) * line), xticks=range(0, 721, 90))
+    panel.set(xlim=(0, 720), ylim=(low - 0.12 * spread, high + 0.12 * spread + (len(simulated) + 1) * line), xticks=range(0, 721, 90))
     for index, (wheel, (colour, style)) in enumerate(zip(simulated, _WHEEL_STYLES, strict=False)):
         panel.plot(np.degrees(wheel.crank_angles), wheel.speeds, color=colour, linewidth=1.8, linestyle=style, zorder=4)
         text = f"{wheel.sized_by}, {wheel.inertia:.4g} kg m²: coefficient {wheel.coefficient:.4f}"
-        panel.annotate_point((8, high + (len(simulated) - index) * line - 0.03 * spread), text, color=colour, va="center", fontsize=10)
-    text = f"{'' if design.inputs.inertia else 'allowed, '}$\\mu$ = {design.energy_ratio:.4g}"
-    valley = math.degrees(design.fluctuation.slowest_angle) + 180
-    panel.annotate_point((valley, design.highest_speed), text, (0, -14), ha="center")
+        panel.annotate_point((8, high + (len(simulated) + 1 - index) * line - 0.03 * spread), text, color=colour, va="center", fontsize=10)
+    text = f"shaded: {'' if design.inputs.inertia else 'allowed, '}$\\mu$ = {design.energy_ratio:.4g}"
+    panel.annotate_point((8, high + line - 0.03 * spread), text, color=GREEN, va="center", fontsize=10)
 
 
 def _draw_stored_work(panel: Panel, design: FlywheelDesign) -> None:

@@ -91,9 +91,10 @@ def _draw_polar_curves(panel: Panel, gear: ValveGear) -> None:
         if letter:
             panel.write_note(letter, (-abs(lap) * MM_PER_M, 0.0), (-4, 4), ha="right", color=MUTED)
     reach = 1.06 * largest
-    panel.plot((-0.55 * reach, reach), (0.0, 0.0), color=RULE, linewidth=0.9, zorder=0)
+    right = 0.2 * reach + reach * panel.aspect_ratio
+    panel.plot((-0.55 * reach, right), (0.0, 0.0), color=RULE, linewidth=0.9, zorder=0)
     panel.plot((0.0, 0.0), (-reach, reach), color=RULE, linewidth=0.9, zorder=0)
-    panel.write_note("dead centre, crank end", (reach, 0.0), (0, 5), ha="right", color=MUTED)
+    panel.write_note("dead centre, crank end", (right, 0.0), (0, 5), ha="right", color=MUTED)
     panel.write_note("dashed: crests of all gears; on the ray of the dead centre a curve is at lap and lead", (0.0, -reach), (0, -6),
                      ha="center", color=MUTED)  # fmt: skip
     panel.show_region((0.2 * reach, 0.0), 1.03 * reach * panel.aspect_ratio)
