@@ -18,6 +18,7 @@ from governor_mechanism.render.frame_data import FrameData
 from governor_mechanism.render.page.page_data import PLOT_SIZE, choose_panels, collect_data
 from governor_mechanism.render.page.views import show_run
 from governor_mechanism.render.plot_panels import choose_part_panels, choose_room_panels
+from governor_mechanism.render.shown_readings import choose_ticks
 from governor_mechanism.render.style import CURVE_COLOURS, SERIES_COLOURS
 from stub_run import GOVERNOR_DIMENSIONS, fake_run
 
@@ -91,6 +92,7 @@ def test_film_and_page_paint_the_same_bands_means_marks_and_limits_in_plots_of_o
         on_page = numbers_on_page(plot)
         shown |= set(on_page)
         assert axes.get_ylim() == tuple(plot["limits"])
+        assert_allclose(axes.get_yticks(), plot["ticks"], rtol=1e-5)
         marks = [line.get_xdata()[0] for line in axes.lines if list(line.get_ydata()) == [0, 1]]
         assert marks == plot["marks"] == [6.0]
         tolerance = np.array([0.5e-3 * 25.0, 0.51 * plot["curves"][0]["quantum"]])
@@ -102,6 +104,21 @@ def test_film_and_page_paint_the_same_bands_means_marks_and_limits_in_plots_of_o
         for points, mean in zip(reversed(lines), means, strict=True):
             assert np.all(np.abs(points - mean) <= tolerance)
     assert shown == {"actual", "sleeve lift", "throttle"}
+
+
+@pytest.mark.parametrize("low", [-3.0, 0.0, 0.117, 199.9, 1e5])
+@pytest.mark.parametrize("width", [1e-3, 0.7, 1.0, 3.3, 9.99, 4e4])
+def test_an_axis_has_ticks_from_two_on_at_round_values_clear_of_its_lower_end(low, width):
+    width = max(width, 0.04 * low)
+    ticks = np.array(choose_ticks((low, low + width)))
+    assert 2 <= len(ticks) <= 4
+    assert low <= ticks[0] < ticks[-1] <= low + width * (1 + 1e-9)
+    assert ticks[0] >= low + 0.06 * width or len(ticks) == 2
+    step = ticks[1] - ticks[0]
+    assert_allclose(np.diff(ticks), step, rtol=1e-6)
+    assert_allclose(ticks / step, np.rint(ticks / step), atol=1e-6)
+    digits = step / 10.0 ** np.floor(np.log10(step * (1 + 1e-9)))
+    assert_allclose(2 * digits, np.rint(2 * digits), atol=1e-4)  # 1, 1.5, 2, ... times a power of ten
 
 
 def test_an_animated_drawing_has_the_bands_of_its_film(steady, tmp_path):

@@ -279,6 +279,25 @@ READING_NOISE_RATIO = 1e-6
 """Change relative to the scale of a reading below which it is drawn as constant."""
 
 
+_TICK_STEPS = (1.0, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0)
+"""Steps of ticks, times a power of ten."""
+_LOWEST_TICK = 0.06
+"""Height, relative to that of a plot, below which a label would touch the heading of the next plot."""
+
+
+def choose_ticks(limits: tuple[float, float]) -> list[float]:
+    """Return a few ticks of an upright axis with limits: at least two, at most three steps apart."""
+    low, high = limits
+    widest = (high - low) / 3
+    decade = 10.0 ** math.floor(math.log10(widest))
+    steps = [number * part * decade for part in (0.1, 1.0, 10.0) for number in _TICK_STEPS]
+    wide = next(k for k, step in enumerate(steps) if step >= widest * (1 - 1e-9))
+    numbers = ((step, range(math.ceil(low / step - 1e-9), math.floor(high / step + 1e-9) + 1)) for step in reversed(steps[: wide + 1]))
+    ticks = next([k * step for k in within] for step, within in numbers if len(within) > 1)
+    clear = [tick for tick in ticks if tick >= low + _LOWEST_TICK * (high - low)]
+    return clear if len(clear) > 1 else ticks
+
+
 def axis_limits_for(values: FloatArray, noise: float = 0.0) -> tuple[float, float]:
     """Return limits around values, wide enough that changes up to `noise`, or far below the value, do not look like motion."""
     low, high = float(values.min()), float(values.max())

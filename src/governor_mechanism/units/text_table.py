@@ -116,11 +116,6 @@ def fill_places(text: str, record: object, places: Places | None = None, /, **va
     return "\n".join(lines)
 
 
-def read_place(place: str, record: object) -> Any:
-    """Return the value that a place such as "arm_angles[1]" names in a record."""
-    return Places().get_field(place, (record,), {})[0]
-
-
 MAX_REPR_LENGTH: Final = 300
 """Largest length of a short text, characters: about three lines of a terminal."""
 

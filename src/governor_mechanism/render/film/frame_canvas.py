@@ -18,7 +18,7 @@ from matplotlib.text import Text as Words
 from governor_mechanism.model.results.film_options import DEFAULT_OPTIONS, FilmOptions
 from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.render.artists import Brush, artist_paths, group_shapes, recolour
-from governor_mechanism.render.figures.page import Page
+from governor_mechanism.render.figures.page import Page, plain_labels
 from governor_mechanism.render.film import layout
 from governor_mechanism.render.film.gif_encoder import RgbaPixels
 from governor_mechanism.render.film.moving_parts import (
@@ -29,14 +29,13 @@ from governor_mechanism.render.film.moving_parts import (
     PartPaths,
     ShapePanel,
     SortedPanel,
-    choose_value_ticks,
     plot_panel,
 )
 from governor_mechanism.render.frame_data import FrameData
 from governor_mechanism.render.geometry.attached import DrawnPart, Flexible, shapes_of
 from governor_mechanism.render.geometry.primitives import SMALL_TEXT, DrawnShape, PixelRect, PixelView, Vec2
 from governor_mechanism.render.plot_panels import PlotPanel
-from governor_mechanism.render.shown_readings import format_closing_lines
+from governor_mechanism.render.shown_readings import choose_ticks, format_closing_lines
 from governor_mechanism.render.style import INK, MUTED, RULE, SANS_FONT, SERIF_FONT, VERMILLION
 from governor_mechanism.types import BoolArray, FloatArray
 
@@ -311,7 +310,7 @@ class FrameCanvas:
 
     def _measure_labels(self, limits: Vec2) -> float:
         """Return the width (pixels of 480) of the tick labels of an upright axis with limits, and of its ticks."""
-        _, labels = choose_value_ticks(limits)
+        labels = plain_labels(choose_ticks(limits), limits)
         return max((self.measure_text(label, SMALL_TEXT) for label in labels), default=0.0) + layout.TICK_WIDTH
 
     def _add_line(self, start: Vec2, end: Vec2, colour: str) -> None:

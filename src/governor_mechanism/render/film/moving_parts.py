@@ -14,7 +14,6 @@ from matplotlib.patches import PathPatch
 from matplotlib.patches import Polygon as PolygonPatch
 from matplotlib.path import Path
 from matplotlib.text import Text
-from matplotlib.ticker import MaxNLocator
 
 from governor_mechanism.render.artists import artist_paths, group_shapes
 from governor_mechanism.render.figures.page import plain_labels
@@ -24,6 +23,7 @@ from governor_mechanism.render.geometry.attached import Attached, DrawnPart, Fle
 from governor_mechanism.render.geometry.primitives import SMALL_TEXT, DrawnShape, PoseTuple, Vec2
 from governor_mechanism.render.plot_panels import PanelCurve, PlotPanel
 from governor_mechanism.render.range_bands import RangeBand
+from governor_mechanism.render.shown_readings import choose_ticks
 from governor_mechanism.render.style import MUTED, PAPER, RULE, parse_rgb
 from governor_mechanism.types import FloatArray
 
@@ -198,19 +198,6 @@ class CurvePanel(Panel):
     bands: Sequence[RangeBand]
 
 
-_LOWEST_TICK = 0.06
-"""Height, relative to that of a plot, below which a label would touch the heading of the next plot."""
-
-
-def choose_value_ticks(limits: Vec2) -> tuple[list[float], list[str]]:
-    """Return a few ticks of an upright axis with limits, and their labels."""
-    low, high = limits
-    within = [tick for tick in MaxNLocator(3, min_n_ticks=2).tick_values(low, high) if low <= tick <= high]
-    clear = [tick for tick in within if tick >= low + _LOWEST_TICK * (high - low)]
-    ticks = clear if len(clear) > 1 else within
-    return ticks, plain_labels(ticks, limits)
-
-
 def _style_axes(axes: Axes, time_span: Vec2, points_per_pixel: float) -> None:
     """Style the axes: thin spines, faint grid lines."""
     axes.spines[:].set_linewidth(0.8 * points_per_pixel)
@@ -234,8 +221,8 @@ def plot_panel(axes: Axes, panel: PlotPanel, frame_data: FrameData, points_per_p
     start, end = frame_data.time_span
     axes.set_xlim(start, max(end, start + 1e-9))
     axes.set_ylim(*panel.limits)
-    ticks, labels = choose_value_ticks(panel.limits)
-    axes.set_yticks(ticks, labels=labels)
+    ticks = choose_ticks(panel.limits)
+    axes.set_yticks(ticks, labels=plain_labels(ticks, panel.limits))
     _style_axes(axes, frame_data.time_span, points_per_pixel)
     if not has_time_labels:
         axes.set_xticklabels([])

@@ -4,7 +4,6 @@ Positions are units of the picture (`views.PICTURE_SIZE` on its larger side), an
 tells how numbers over time are written. Sample k of n stands for the time start + k (stop - start) / (n - 1).
 """
 
-import math
 from base64 import b64encode
 from collections.abc import Iterable, Iterator
 from typing import Any, Final
@@ -20,6 +19,7 @@ from governor_mechanism.render.page.part_names import name_part
 from governor_mechanism.render.page.views import PICTURE_SIZE, PageView, Picture, ShownRun, Track, TrackTable, Trail
 from governor_mechanism.render.plot_panels import PanelCurve, PlotPanel, all_part_panels, choose_part_panels, choose_room_panels
 from governor_mechanism.render.range_bands import RangeBand, name_cycles
+from governor_mechanism.render.shown_readings import choose_ticks
 from governor_mechanism.types import FloatArray
 
 MAX_FIRST_PLOTS = 4
@@ -28,7 +28,6 @@ MAX_PLOTS = 24
 """Largest number of plots: a page holds no more without becoming a table."""
 PLOT_SIZE = (250.0, 80.0, 1.6)
 """Width and height of a plot of a governed engine on a screen of 1366 pixels, and the width of its curves, pixels."""
-_MAX_TICKS = 3
 
 
 def choose_panels(shown: ShownRun) -> tuple[list[PlotPanel], list[PlotPanel]]:
@@ -295,17 +294,11 @@ def _collect_plot(panel: PlotPanel, times: FloatArray, has_parts: bool) -> dict[
             "unit": panel.unit,
             "decimals": panel.decimals,
             "limits": [low, high],
-            "ticks": [float(f"{tick:.6g}") for tick in _choose_ticks(low, high)],
+            "ticks": [float(f"{tick:.6g}") for tick in choose_ticks(panel.limits)],
             "marks": [float(f"{mark:.6g}") for mark in panel.marks if times[0] <= mark <= times[-1]],
             "curves": [_collect_curve(curve, band, times, low, quantum) for curve, band in zip(panel.curves, bands, strict=True)],
         }
     )
-
-
-def _choose_ticks(low: float, high: float) -> list[float]:
-    """Return a few round values within limits."""
-    step = round_step(high - low, _MAX_TICKS)
-    return [k * step for k in range(math.ceil(low / step - 1e-9), math.floor(high / step + 1e-9) + 1)]
 
 
 def _collect_curve(curve: PanelCurve, band: RangeBand | None, times: FloatArray, low: float, quantum: float) -> dict[str, Any]:
