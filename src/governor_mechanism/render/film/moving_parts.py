@@ -1,6 +1,7 @@
 """Moving parts of a frame: panels of artists, plots of readings, and numbers whose characters are drawn once and then copied."""
 
 import math
+import string
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from itertools import accumulate, pairwise
@@ -337,8 +338,10 @@ class CachedNumber:
         self._right_edge, self._top_edge = round(right), int(buffer.shape[0] - middle) - half_height
         text.set_horizontalalignment("center")
         longest = max(map(len, self.texts))
-        for character in sorted(set("".join(self.texts))):
-            width = self._glyph_width(character)
+        characters = sorted(set("".join(self.texts)))
+        digit_width = self._glyph_width("0")  # all digits of a font are as wide
+        for character in characters:
+            width = digit_width if character in string.digits else self._glyph_width(character)
             # Within the place of the number, where there is nothing else.
             left = self._right_edge - min(3, longest) * width
             text.set(text=character, position=to_pixels.inverted().transform((left + width / 2, middle)))
@@ -352,10 +355,10 @@ class CachedNumber:
     def _glyph_width(self, character: str) -> int:
         """Return the advance of a character in whole pixels, at least the width of its ink."""
         widths = []
-        for count in (1, 11):
+        for count in (1, 2):
             self.artist.set_text(count * character)
             widths.append(float(self.artist.get_window_extent().width))
-        return max(round((widths[1] - widths[0]) / 10), math.ceil(widths[0]))
+        return max(round(widths[1] - widths[0]), math.ceil(widths[0]))
 
     def blit(self, pixels: RgbaPixels, k: int) -> None:
         """Copy the text of frame k into a frame (size, size, 4)."""
