@@ -68,6 +68,7 @@ CONTACT_DTYPE = record_dtype(
 """One contact."""
 
 
+@once_per_object
 def outline_gaps_of(scene: Scene) -> tuple[OutlineGap, ...]:
     """Return the gaps between rollers and outlines."""
     return tuple(reading for reading in scene.mechanism.readings if isinstance(reading, OutlineGap))
