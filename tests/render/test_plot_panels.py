@@ -121,6 +121,24 @@ def test_an_axis_has_ticks_from_two_on_at_round_values_clear_of_its_lower_end(lo
     assert_allclose(2 * digits, np.rint(2 * digits), atol=1e-4)  # 1, 1.5, 2, ... times a power of ten
 
 
+def test_a_page_has_bands_in_all_its_plots(porter):
+    """A sine of 100 oscillations in two seconds, which the film of a part draws as it is: there it would have no space to say so."""
+    times = np.linspace(0.0, 2.0, 2001)
+    readings = {name: np.interp(times, porter.times, values) for name, values in porter.readings.items()}
+    readings["arm_angle"] = 0.7 + 0.1 * np.sin(100 * np.pi * times)
+    shape = (len(times), *porter.poses.shape[1:])
+    run = dataclasses.replace(
+        porter, times=times, readings=readings, poses=np.broadcast_to(porter.poses[0], shape), velocities=np.zeros(shape)
+    )
+    shown = show_run(run, None, (0.0, 2.0), np.linspace(0.0, 2.0, 61), 1.0)
+    plots = {plot["name"]: plot for plot in collect_data(shown, 1.0)["plots"]}
+    assert plots["arm angle"]["note"] == "band: range within an oscillation"
+    (outline, mean) = numbers_on_page(plots["arm angle"])["arm angle"]
+    assert_allclose(mean[:, 1], np.degrees(0.7), atol=0.02)
+    assert (outline[:, 1].min(), outline[:, 1].max()) == pytest.approx(np.degrees((0.6, 0.8)), abs=0.05)
+    assert not any(panel.may_have_bands for panel in panels_of(run))
+
+
 def test_an_animated_drawing_has_the_bands_of_its_film(steady, tmp_path):
     """Outlines in the SVG, in points from the top, against the numbers of the record at the size of the plots."""
     painter = make_painter((steady.run,), (0.0, 25.0), np.linspace(0.0, 25.0, 3), 1.0, FilmOptions())

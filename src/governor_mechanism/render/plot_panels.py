@@ -156,11 +156,16 @@ class _PartReading:
         colour = _GREEN if self.name == SPINDLE_SPEED else series
         of_runs = np.concatenate([_sampled_values(data, self.name) for data in self._shown])
         noise = READING_NOISE_RATIO * max(data.readings[self.name].scale for data in self._shown) * factor
+        times, run = self.data.sample_times, self.data.drawing.run
+        turns = count_turns(run)
+        curve = PanelCurve(
+            name=words, times=times, values=values, series=colour, turns=None if turns is None else np.interp(times, run.times, turns)
+        )
         return PlotPanel(
             name=words,
             part=format_name(self.data.part.name),
             unit=unit,
-            curves=(PanelCurve(name=words, times=self.data.sample_times, values=values, series=colour),),
+            curves=(curve,),
             limits=axis_limits_for(of_runs * factor, noise),
             is_stated=is_stated,
         )

@@ -6,6 +6,7 @@ tells how numbers over time are written. Sample k of n stands for the time start
 
 from base64 import b64encode
 from collections.abc import Iterable, Iterator
+from dataclasses import replace
 from typing import Any, Final
 
 import numpy as np
@@ -31,14 +32,18 @@ PLOT_SIZE = (250.0, 80.0, 1.6)
 
 
 def choose_panels(shown: ShownRun) -> tuple[list[PlotPanel], list[PlotPanel]]:
-    """Return the panels of a run beside its drawing, those of its film, and the ones of all other readings."""
+    """Return the panels of a run beside its drawing, those of its film, and the ones of all other readings.
+
+    All may have bands: a page has space to say what these are.
+    """
     if shown.governed and shown.room:
         first = choose_room_panels(shown.run, shown.governed, shown.room, shown.parts[0].time_span)
     else:
         first = choose_part_panels(shown.parts, most=MAX_FIRST_PLOTS, with_speed=True)
     taken = {(panel.part, panel.name) for panel in first}
     others = [panel for panel in all_part_panels(shown.parts) if (panel.part, panel.name) not in taken]
-    return first, others[: MAX_PLOTS - len(first)]
+    chosen = [replace(panel, may_have_bands=True) for panel in (*first, *others)[:MAX_PLOTS]]
+    return chosen[: len(first)], chosen[len(first) :]
 
 
 def _collect_plots(shown: ShownRun) -> list[dict[str, Any]]:
