@@ -272,3 +272,42 @@ def test_a_small_fast_roller_strikes_a_pit_through_which_a_step_would_lead(place
     strike = wait + math.sqrt(wait**2 + 2 * (0.01 - 5e-5) / GRAVITY)
     assert events_of(run, EventKind.IMPACT)[0] == pytest.approx(strike, rel=1e-9)
     assert min(run.readings[name].min() for name in ("ball_gap_1", "ball_gap_2")) > -1e-12
+
+
+@pytest.mark.parametrize("friction", [0.0, 0.3])
+@pytest.mark.parametrize("shift", [0.0, 1e-12, 1e-9])
+def test_a_square_that_falls_corner_on_corner_bounces_by_its_restitution(shift, friction):
+    """Rounded corners of each touch the outline of the other one: both contacts strike at once, and share the impulse."""
+    side, tip, drop, restitution = 0.1, 1e-3, 0.1, 0.5
+    square = [[-side, -side], [side, -side], [side, side], [-side, side]]
+    place, centre = side - tip, 2 * math.sqrt(2) * side
+    bodies = [
+        {"name": name, "mass": 1.0, "inertia": 0.01, "at": at, "angle": math.pi / 4, "outline": square}
+        for name, at in (("below", [0.0, 0.0]), ("above", [shift, centre + drop]))
+    ]
+    contacts = [
+        {
+            "name": one,
+            "first": [one, place, place],
+            "radius": tip,
+            "repeat": 4,
+            "second": other,
+            "restitution": restitution,
+            "friction": friction,
+        }
+        for one, other in (("below", "above"), ("above", "below"))
+    ]
+    document = ball_document(square, (0.0, 0.0)) | {"body": bodies, "contact": contacts}
+    document["joint"] = [{"type": "weld", "first": "ground.O", "second": "below.origin"}]
+    document["readings"] = {"x": {"x": "above.origin"}, "y": {"y": "above.origin"}, "turn": {"angle": "above"}}
+    document["start"] = {"x": shift, "y": centre + drop, "turn": math.pi / 4} | dict.fromkeys(("x_rate", "y_rate", "turn_rate"), 0.0)
+    scene = gm.Scene.from_dict(document)
+    fall = math.sqrt(
+        2 * (drop + (math.sqrt(2) - 1) * tip) / GRAVITY
+    )  # a rounded corner, which ends below the sharp one, strikes a sharp one
+    run = gm.run(scene, times=np.linspace(0.0, 2.2 * fall, 23), accuracy=1e-8)
+    assert run.outcome is gm.Outcome.DONE
+    impacts = sorted({round(time, 8) for time in events_of(run, EventKind.IMPACT)})
+    assert impacts == pytest.approx([fall, 2 * fall], abs=1e-6)
+    assert run.energy.drift < 1e-8
+    assert min(values.min() for name, values in run.readings.items() if "gap" in name) > -1e-11

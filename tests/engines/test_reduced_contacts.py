@@ -120,6 +120,21 @@ def test_along_one_coordinate_parts_touch_as_in_multibody(make, restitution):
     np.testing.assert_allclose(*times, atol=max(bound, 1e-12))
 
 
+@pytest.mark.parametrize("shift", [0.0, 1e-12, -1e-12])
+@pytest.mark.parametrize("is_above", [False, True])
+def test_a_bob_that_strikes_where_a_corner_and_its_face_are_equally_near_moves_as_in_multibody(is_above, shift):
+    """The gap has a kink exactly at the impact: the corner stands at the height at which the bob touches the face."""
+    level = -math.sqrt(LENGTH**2 - (0.1 - BOB) ** 2) + shift
+    low, high = (level, level + 1.0) if is_above else (level - 1.0, level)
+    scene = gm.Scene.from_dict(pendulum([[0.1, low], [0.4, low], [0.4, high], [0.1, high]], 0.5))
+    reduced, multibody = (gm.run(scene, engine, times=np.linspace(0.0, 2.0, 21)) for engine in ("reduced", "multibody"))
+    assert reduced.outcome is multibody.outcome is gm.Outcome.DONE
+    assert len(reduced.events) == len(multibody.events) > 1
+    for name in ("angle", "c_gap"):
+        bound = reduced.reading_errors[name] + multibody.reading_errors[name]
+        assert np.abs(reduced.readings[name] - multibody.readings[name]).max() <= bound, name
+
+
 def test_a_pendulum_leaves_a_wall_with_the_share_of_its_speed_that_restitution_gives():
     """It strikes at the angle at which its bob touches; the height to which it swings back has the square of the restitution."""
     start, restitution = -0.8, 0.6
