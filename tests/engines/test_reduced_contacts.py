@@ -7,6 +7,7 @@ import pytest
 
 import governor_mechanism as gm
 from contact_scenes import GRAVITY
+from governor_mechanism.model.events import EventKind
 from governor_mechanism.observables.error_scales import EVENT_TIMES
 
 WALL = [[0.1, -2], [0.5, -2], [0.5, 2], [0.1, 2]]
@@ -99,15 +100,20 @@ def lever(restitution):
     return document([arm, *pins], joints, contacts, {"angle": 0.1, "angle_rate": 2.0}, angle={"angle": "arm"})
 
 
-@pytest.mark.parametrize("restitution", [0.0, 0.5])
+def with_friction(scene, friction):
+    """The scene with friction of its contacts."""
+    return {**scene, "contact": [{**contact, "friction": friction} for contact in scene["contact"]]}
+
+
+@pytest.mark.parametrize(("restitution", "friction"), [(0.0, 0.0), (0.5, 0.0), (0.5, 0.3), (0.3, 1.5)])
 @pytest.mark.parametrize(
     "make",
     [lambda e: pendulum(WALL, e), lambda e: pendulum(BLOCK, e), lever, slider_crank],
     ids=["wall", "round a corner", "lever between pins", "slider crank"],
 )
-def test_along_one_coordinate_parts_touch_as_in_multibody(make, restitution):
+def test_along_one_coordinate_parts_touch_as_in_multibody(make, restitution, friction):
     """The gap is a function of the coordinate, and the contact a stop along it; both agree within their estimates."""
-    scene = gm.Scene.from_dict(make(restitution))
+    scene = gm.Scene.from_dict(with_friction(make(restitution), friction))
     reduced, multibody = (gm.run(scene, engine) for engine in ("reduced", "multibody"))
     assert reduced.outcome is multibody.outcome is gm.Outcome.DONE
     assert [(one.kind, one.subject) for one in reduced.events] == [(one.kind, one.subject) for one in multibody.events]
@@ -154,29 +160,74 @@ def test_auto_takes_multibody_for_parts_that_touch():
     assert run.cost.engine == "multibody"
 
 
-@pytest.mark.parametrize(("more", "what"), [({"friction": 0.2}, "friction"), ({"repeat": 2}, "several rollers")])
-def test_friction_of_contacts_and_repeated_rollers_are_refused(more, what):
+def test_repeated_rollers_are_refused():
     scene = pendulum(BLOCK, 0.5)
-    scene["contact"][0] |= more
-    with pytest.raises(gm.UnsupportedEffect, match=f"{what}.*contact 'c'.*choose engine 'multibody'"):
+    scene["contact"][0]["repeat"] = 2
+    with pytest.raises(gm.UnsupportedEffect, match=r"several rollers.*contact 'c'.*choose engine 'multibody'"):
         gm.run(gm.Scene.from_dict(scene), "reduced")
 
 
+FLOOR = [[-1, -1], [1, -1], [1, -0.45], [-1, -0.45]]
+"""A floor that a bob strikes on an inclined way."""
+TOUCH = math.acos((0.45 - BOB) / LENGTH)
+SELF_LOCKING = LENGTH * math.sin(TOUCH) / 0.45
+"""Angle of the rod where it touches, and the speed at which its bob comes nearer there, relative to that of the slip: 0.567."""
+
+
+@pytest.mark.parametrize("engine", ["reduced", "multibody"])
+@pytest.mark.parametrize("friction", [0.2, 0.55, 0.65, 3.0])
+def test_a_strut_rebounds_by_the_energy_that_friction_leaves_and_not_beyond_self_locking(engine, friction):
+    """Rates are proportional, and friction turns with them: Stronge's rebound is e sqrt((1 - r) / (1 + r)) of the speed, none for r > 1."""
+    restitution, ratio = 0.5, friction / SELF_LOCKING
+    scene = gm.Scene.from_dict(with_friction(pendulum(FLOOR, restitution, -1.2), friction))
+    run = gm.run(scene, engine, times=np.linspace(0.0, 0.5, 2001))
+    assert run.outcome is gm.Outcome.DONE
+    after = (run.times > run.events[0].time) & (run.times < 0.34)
+    if ratio >= 1.0:
+        assert [event.kind for event in run.events] == [EventKind.IMPACT, EventKind.REST]
+        assert np.abs(run.rates["angle"][after]).max() < 1e-9
+        assert run.energy.drift < 1e-9
+        return
+    before = float(run.rates["angle"][run.times < run.events[0].time][-1])
+    rebound = restitution * math.sqrt((1.0 - ratio) / (1.0 + ratio)) * before
+    assert -float(run.rates["angle"][after][0]) == pytest.approx(rebound, abs=0.005)  # gravity changes it by as much between reports
+    assert run.energy.drift < 1e-9
+
+
+@pytest.mark.parametrize(("friction", "moment"), [(0.55, -20.0), (0.65, -20.0), (0.65, 20.0)])
+def test_beyond_self_locking_a_strut_that_is_pulled_off_ends_by_name_in_both_engines(friction, moment):
+    """Where friction could hold it by itself, rigid bodies do not determine whether it leaves; pressed on, it stays."""
+    document = with_friction(pendulum(FLOOR, 0.0, -TOUCH), friction) | {"force": [{"type": "torque", "body": "arm", "moment": moment}]}
+    runs = [gm.run(gm.Scene.from_dict(document), engine, times=[0.0, 0.1]) for engine in ("reduced", "multibody")]
+    is_undetermined = moment < 0.0 and friction > SELF_LOCKING
+    for run in runs:
+        assert run.outcome is (gm.Outcome.STALLED if is_undetermined else gm.Outcome.DONE)
+        assert ("friction jams" in run.detail) == is_undetermined
+    if moment > 0.0:
+        assert runs[0].readings["angle"] == pytest.approx([-TOUCH, -TOUCH], abs=1e-12)
+
+
 @pytest.mark.long
-def test_pendulums_and_random_blocks_touch_as_in_multibody():
+@pytest.mark.parametrize("has_friction", [False, True])
+def test_pendulums_and_random_blocks_touch_as_in_multibody(has_friction):
     """Polygons of three to five corners, round which the bob comes: the gap has kinks where another edge is the nearest."""
     rng, count = np.random.default_rng(5), 0
-    for _ in range(60):
+    for number in range(60):
         angles = np.sort(rng.uniform(0.0, math.tau, rng.integers(3, 6)))
         centre = rng.uniform([0.1, -0.7], [0.5, -0.3])
         start, restitution = rng.uniform(-2.5, -0.3), rng.choice([0.0, 0.3, 0.8])
         if max(np.diff([*angles, angles[0] + math.tau])) > 3.0:
             continue
         block = (centre + 0.08 * np.column_stack([np.cos(angles), np.sin(angles)])).tolist()
-        scene = gm.Scene.from_dict(pendulum(block, float(restitution), float(start)))
+        scene = gm.Scene.from_dict(with_friction(pendulum(block, float(restitution), float(start)), 0.025 * number * has_friction))
         runs = [gm.run(scene, engine) for engine in ("reduced", "multibody")]
         count += 1
-        assert all(run.outcome is gm.Outcome.DONE for run in runs)
+        assert runs[0].outcome is runs[1].outcome
+        if runs[0].outcome is gm.Outcome.STALLED:
+            assert "friction jams" in runs[0].detail
+            assert len(runs[0].times) == len(runs[1].times)
+            continue
+        assert runs[0].outcome is gm.Outcome.DONE
         events = [[(event.kind, event.subject) for event in run.events] for run in runs]
         assert events[0] == events[1]
         for name in ("angle", "c_gap"):

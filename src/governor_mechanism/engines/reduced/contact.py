@@ -188,6 +188,21 @@ def find_blocked_directions(model: ReducedModel, piece_index: int, t: float) -> 
 
 
 @jit_in_place
+def is_jammed(model: ReducedModel, coordinate: float, piece_guess: int) -> bool:
+    """Return whether friction presses what is held more than it lets it yield (Painleve): rigid bodies do not determine how it goes on."""
+    piece, t, _ = find_piece(model.intervals, model.neighbours, model.periodicity, coordinate, piece_guess)
+    first, contacts = model.mode_layout.contacts, model.contacts
+    for k in range(contacts.size):
+        normal, sign = contacts[k].normal, model.mode[first + k]
+        if normal != NO_INDEX and model.mode[first + normal] == HELD and sign != HELD:
+            by_normal = evaluate_table_output(model, piece, t, contacts[normal].output_index)[1]
+            by_tangent = evaluate_table_output(model, piece, t, contacts[k].output_index)[1]
+            if by_normal * (by_normal - sign * contacts[k].friction_coefficient * by_tangent) <= 0.0:
+                return True
+    return False
+
+
+@jit_in_place
 def evaluate_reduced_event_functions(
     model: ReducedModel, state: FloatArray, local_time: float, piece_guess: int, event_values: FloatArray
 ) -> None:

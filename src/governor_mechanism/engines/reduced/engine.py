@@ -62,9 +62,8 @@ class ReducedEngine(ErrorControlledEngine):
         if (mobility := mobility_of(part.mechanism)) != 1:
             return f"engine 'reduced' integrates one degree of freedom; this mechanism has mobility {mobility}; {remedy}"
         for gap in outline_gaps_of(scene):
-            if gap.friction > 0.0 or gap.others:
-                what = "friction of" if gap.friction > 0.0 else "several rollers of"
-                return f"engine 'reduced' cannot model the {what} contact {gap.contact!r}; {remedy}"
+            if gap.others:
+                return f"engine 'reduced' cannot model the several rollers of contact {gap.contact!r}; {remedy}"
         own_readings = {prefix + reading.name for reading in (*part.mechanism.readings, *part.mechanism.internal_outputs)}
         for problem in _shaft_problems(scene, find_shaft_train(scene), own_readings):
             return f"engine 'reduced' cannot model {problem}; {remedy}"

@@ -13,6 +13,7 @@ from governor_mechanism.engines.reduced.contact import (
     change_table_segments,
     end_phases,
     evaluate_reduced_event_functions,
+    is_jammed,
     make_event_tolerances,
     set_table_terms,
 )
@@ -267,6 +268,9 @@ def integrate_reduced(
             if end == span[0]:
                 return IntegrationStatus.DONE, step, n_reached, time
         is_held, n_steps = mode[model.mode_layout.held] != 0, counts[StepCounter.ACCEPTED] + counts[StepCounter.REJECTED]
+        if is_held and is_jammed(model, state[0], equation.piece[0]):
+            end_phases(model)
+            return IntegrationStatus.UNDETERMINED, step, n_reached, time
         if buffers.n_kinks > 0:
             begin_phases(model, state, time - time_origin, equation.piece[0], buffers.event_values[LAST_SAMPLE])
         min_stiff_steps = math.inf if is_held or model.parameters[0].is_conservative != 0 else 0.0

@@ -15,7 +15,7 @@ import numpy as np
 
 from governor_mechanism.mechanics.contact import rules
 from governor_mechanism.mechanics.contact.rules import HELD, ContactDynamics
-from governor_mechanism.mechanics.contact.tolerances import MIN_REBOUND_HEIGHT
+from governor_mechanism.mechanics.contact.tolerances import MIN_COMPLIANCE_RATIO, MIN_REBOUND_HEIGHT
 from governor_mechanism.numerics.jit import jit, jit_in_place
 from governor_mechanism.types import NO_INDEX, BoolArray, FloatArray, IntArray
 
@@ -97,12 +97,16 @@ def _solve_sliding_impact(dynamics: ContactDynamics, tangent: int) -> FloatArray
         if sticks:
             ratio = -coupling / by_tangent if by_tangent > 0.0 else 0.0
         normal_slope, slip_slope = by_normal + coupling * ratio, 0.0 if sticks else coupling + by_tangent * ratio
+        if abs(normal_slope) <= MIN_COMPLIANCE_RATIO * by_normal:
+            normal_slope = 0.0  # what friction holds cannot yield
         is_slowing = slip_slope < 0.0 if slip > 0.0 else slip < 0.0 < slip_slope  # the product of both may be 0 by rounding
         to_stop = -slip / slip_slope if is_slowing else math.inf
         if is_compressing:
             to_end = -approach / normal_slope if normal_slope > 0.0 else math.inf
-        else:
+        elif normal_slope > 0.0:
             to_end = (math.sqrt(approach * approach + 2.0 * normal_slope * energy) - approach) / normal_slope
+        else:
+            to_end = math.inf
         length = min(to_stop, to_end)
         if length == math.inf:
             break  # nothing can move
