@@ -217,7 +217,7 @@ CAPTION_PITCH = 14.0
 """Distance (pixels) of lines below a drawing."""
 FORCE_NAMES_HEIGHT = 16.0
 """Height (pixels) that the names of forces, or of layers, take from the elevation."""
-FORCE_NAMES = {"centrifugal": "centrifugal force", "spring": "spring force", "damping": "damping force", REACTION: "force of a joint"}
+FORCE_NAMES = {"centrifugal": "centrifugal force", "spring": "spring force", "damping": "damping force", REACTION: "joint force"}
 """Names of kinds of forces; a weight is called so."""
 
 

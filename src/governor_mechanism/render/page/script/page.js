@@ -3,9 +3,9 @@
 /** Arrows that belong to a drawing, on a scale of its own: their role, kind and name. */
 const DRAWN_FORCES = [
   ["force", "load", "applied load"],
-  ["reaction", "joint", "force of a joint, on the scale of the drawing"],
+  ["reaction", "joint", "joint force, own scale"],
 ];
-const FORCE_NAMES = { weight: "weight", centrifugal: "centrifugal force", spring: "spring", damping: "damper", reaction: "force of a joint" };
+const FORCE_NAMES = { weight: "weight", centrifugal: "centrifugal force", spring: "spring", damping: "damper", reaction: "joint force" };
 const HINT = "Point at a part to see what it is; take it, and it goes along its path.";
 /** Width over height of all drawings together from which on the plots stand below them. */
 const WIDE_ASPECT = 1.9;
