@@ -167,19 +167,7 @@ def _kept_refusals(scene: Scene) -> dict[Engine, str]:
 
 
 class Runner(ABC):
-    """Runs of one scene with an engine, and the trajectory of the best of them.
-
-    Parameters
-    ----------
-    engine
-        Name of the engine.
-    settings
-        Settings of the engine, recorded in the trajectory.
-    request
-        What is requested.
-    evaluator
-        Evaluator of the scene.
-    """
+    """Runs of one scene with an engine, and the trajectory of the best of them, which records name and settings of the engine."""
 
     setup_time: float = 0.0  # time of preparations that the cost of a run lists separately, s
     iterations: int = 0  # number of iterations of the joint solver, if it iterates
@@ -285,23 +273,7 @@ class Runner(ABC):
 
 
 def make_reported_times(scene: Scene) -> FloatArray:
-    """Return the reported times of a scene: multiples of its output interval up to the duration, and the duration itself.
-
-    Parameters
-    ----------
-    scene
-        Scene with its run settings.
-
-    Returns
-    -------
-    FloatArray
-        Times, s; shape (n,).
-
-    Raises
-    ------
-    MechanismError
-        If there are more than MAX_REPORTED_TIMES.
-    """
+    """Return the reported times (n,) s: multiples of the output interval and the duration; MechanismError above MAX_REPORTED_TIMES."""
     output_interval, duration = scene.run.output_interval, scene.run.duration
     count = int(np.floor(duration / output_interval * (1 + 1e-12)))
     if count > MAX_REPORTED_TIMES:

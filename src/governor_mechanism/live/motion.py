@@ -57,15 +57,7 @@ class Piece:
 
 
 class Motion:
-    """The motion that one tab shows: pieces of certified runs, each from the state in which the one before it ends.
-
-    Parameters
-    ----------
-    run
-        The run from which it goes on.
-    boxes
-        Boxes of its views; they grow where the motion leaves them.
-    """
+    """The motion that one tab shows: pieces of certified runs, each from the end of the one before; its boxes grow with the motion."""
 
     def __init__(self, run: Trajectory, boxes: Sequence[BoundingBox]) -> None:
         self._pieces = [Piece(offset=0.0, run=run, count=len(run.times))]

@@ -23,13 +23,7 @@ FORBIDDEN_LETTERS: Final = '/\\:\0<>|"?*'
 
 
 class SceneFile:
-    """The file that a scene was opened from: it is written only if nobody else has changed it, or if that is confirmed.
-
-    Parameters
-    ----------
-    source
-        Its path; empty for a scene without a file.
-    """
+    """The file, if any, that a scene was opened from: it is written only if nobody else has changed it, or if that is confirmed."""
 
     def __init__(self, source: str) -> None:
         path = Path(source) if source else None

@@ -65,16 +65,10 @@ class Snapshot:
 
 
 class Session:
-    """The document of a scene with its changes. Its methods may be called from several threads, and all listeners hear of a change.
+    """The document of a scene with its changes; its methods may be called from several threads, and all listeners hear of a change."""
 
-    Parameters
-    ----------
-    scene
-        Scene with a document.
-    shown
-        Keys of the quantities that the page offers, with the ends of their sliders in their units; None for the usual ends. Without
-        any it offers all.
-    """
+    # `shown` are keys of the quantities that the page offers, all if it is empty, with the ends of
+    # their sliders in their units, or None for the usual ends.
 
     def __init__(self, scene: Scene, shown: Mapping[str, tuple[float, float] | None] | None = None) -> None:
         self.shown = dict(shown or {})

@@ -140,22 +140,7 @@ def travel_problems(values: Mapping[str, float | str], travel: Limit, max_angle:
 
 
 def unsupported_effect_messages(machine: str, effects: Iterable[Effect], supported: tuple[type[Effect], ...] = ()) -> tuple[str, ...]:
-    """Return sentences about effects that change bodies and that a machine does not support.
-
-    Parameters
-    ----------
-    machine
-        Name of the machine.
-    effects
-        Effects of the scene.
-    supported
-        Types of the body-changing effects that the machine supports.
-
-    Returns
-    -------
-    tuple of str
-        One sentence per unsupported effect.
-    """
+    """Return a sentence for each effect that changes bodies and that a machine does not support."""
     return tuple(
         f"the effect {effect.key} is for {effect.changes_bodies_of}; machine {machine!r} does not support it; leave the effect out"
         for effect in effects
@@ -181,21 +166,11 @@ def sleeve_lift(point: Point, *, zero: float) -> PointCoordinate:
 
 @dataclass(frozen=True, kw_only=True)
 class MassElement:
-    """A part of a rigid body.
+    """A part of a rigid body."""
 
-    Attributes
-    ----------
-    mass
-        Mass, kg.
-    centre
-        Position of the mass centre, m.
-    moments
-        Second moments of mass about the mass centre.
-    """
-
-    mass: float
-    centre: Vector2 = (0.0, 0.0)
-    moments: SecondMoments = field(default_factory=SecondMoments)
+    mass: float  # kg
+    centre: Vector2 = (0.0, 0.0)  # mass centre, m
+    moments: SecondMoments = field(default_factory=SecondMoments)  # about the mass centre
 
 
 def slender_rod(mass: float, end: Vector2) -> MassElement:

@@ -40,84 +40,26 @@ class BodyShape:
 
 
 def rod_shape(mass: float, length: float) -> BodyShape:
-    """Return a slender uniform rod along x with its first end at the origin.
-
-    Parameters
-    ----------
-    mass
-        Mass, kg.
-    length
-        Length, m.
-
-    Returns
-    -------
-    BodyShape
-        Shape with the points `start` and `end`.
-    """
+    """Return a slender uniform rod of a mass (kg) and length (m) along x from the origin, with the points `start` and `end`."""
     ends = {"start": (0.0, 0.0), "end": (length, 0.0)}
     return BodyShape(element=slender_rod(mass, ends["end"]), points=ends, extent=length)
 
 
 def disc_shape(mass: float, radius: float, thickness: float = 0.0) -> BodyShape:
-    """Return a uniform disc in the plane with its centre at the origin.
-
-    Parameters
-    ----------
-    mass
-        Mass, kg.
-    radius
-        Radius, m.
-    thickness
-        Thickness, m.
-
-    Returns
-    -------
-    BodyShape
-        Shape of the disc.
-    """
+    """Return a uniform disc of a mass (kg), radius and thickness (m) in the plane with its centre at the origin."""
     moment_in_plane = mass * radius**2 / 4
     moments = SecondMoments(xx=moment_in_plane, yy=moment_in_plane, zz=mass * thickness**2 / 12)
     return BodyShape(element=MassElement(mass=mass, moments=moments), extent=2 * radius)
 
 
 def plate_shape(mass: float, width: float, height: float, thickness: float = 0.0) -> BodyShape:
-    """Return a uniform plate in the plane with its centre at the origin.
-
-    Parameters
-    ----------
-    mass
-        Mass, kg.
-    width
-        Size along x, m.
-    height
-        Size along y, m.
-    thickness
-        Thickness, m.
-
-    Returns
-    -------
-    BodyShape
-        Shape of the plate.
-    """
+    """Return a uniform plate of a mass (kg), width along x, height along y, thickness (m) in the plane with its centre at the origin."""
     moments = SecondMoments(xx=mass * width**2 / 12, yy=mass * height**2 / 12, zz=mass * thickness**2 / 12)
     return BodyShape(element=MassElement(mass=mass, moments=moments), extent=math.hypot(width, height))
 
 
 def add_point_masses(shape: BodyShape, point_masses: Sequence[tuple[float, Vector2, float]]) -> BodyShape:
-    """Return the rigid body of a shape and masses on it, about the common mass centre.
-
-    Parameters
-    ----------
-    shape
-        Mass distribution without the point masses.
-    point_masses
-        Mass (kg), position in the axes of the body and radius (m) of each solid ball on the body; a point has no radius.
-
-    Returns
-    -------
-    BodyShape
-        Shape of the whole.
-    """
+    """Return the rigid body of a shape and solid balls: mass (kg), position in its axes and radius (m); a point has no radius."""
     elements = [shape.element, *(solid_ball(*ball) for ball in point_masses)]
     distances = [math.dist(one.centre, other.centre) for one, other in combinations(elements, 2)]
     extent = max([shape.extent, *distances, *(2 * radius for _, _, radius in point_masses)])
@@ -126,33 +68,15 @@ def add_point_masses(shape: BodyShape, point_masses: Sequence[tuple[float, Vecto
 
 @dataclass(frozen=True, kw_only=True)
 class SketchedBody:
-    """A body of the user: points in its own axes, and the pose of these axes in the initial configuration.
-
-    Attributes
-    ----------
-    name
-        Name of the body.
-    shape
-        Mass distribution.
-    can_rotate
-        Whether the body can rotate.
-    points
-        Positions of the user's named points, m.
-    origin
-        Position of the origin of its axes, m.
-    angle
-        Angle of its axes, rad.
-    outline
-        Outline in its axes, which other parts may touch; None without one.
-    """
+    """A body of the user: points in its own axes, and the pose of these axes in the initial configuration."""
 
     name: str
     shape: BodyShape
     can_rotate: bool = True
-    points: Mapping[str, Vector2] = field(default_factory=dict)
-    origin: Vector2 = (0.0, 0.0)
-    angle: float = 0.0
-    outline: Outline | None = None
+    points: Mapping[str, Vector2] = field(default_factory=dict)  # named by the user, m
+    origin: Vector2 = (0.0, 0.0)  # of its axes, m
+    angle: float = 0.0  # of its axes, rad
+    outline: Outline | None = None  # in its axes, which other parts may touch
 
     @property
     def named_points(self) -> dict[str, Vector2]:
@@ -206,27 +130,13 @@ class InitialConfiguration:
 
 @dataclass(frozen=True, kw_only=True)
 class MechanismSketch:
-    """The elements of a mechanism.
-
-    Attributes
-    ----------
-    bodies
-        Bodies in their initial configuration.
-    joints
-        Joints.
-    force_elements
-        Force elements.
-    ground
-        Positions of the points of the ground that rest, m.
-    gaps
-        Gaps between rollers and outlines.
-    """
+    """The elements of a mechanism, with bodies in their initial configuration."""
 
     bodies: Sequence[SketchedBody]
     joints: Sequence[Joint]
     force_elements: Sequence[ForceElement]
-    ground: Mapping[str, Vector2] = field(default_factory=dict)
-    gaps: Sequence[OutlineGap] = ()
+    ground: Mapping[str, Vector2] = field(default_factory=dict)  # points of the ground that rest, m
+    gaps: Sequence[OutlineGap] = ()  # between rollers and outlines
 
     @property
     def length_scale(self) -> float:
@@ -265,24 +175,7 @@ class MechanismSketch:
         return [(one, other) for one, other in combinations(drivers, 2) if _are_conflicting(one, other)]
 
     def build(self, readings: Sequence[Reading], coordinate: str, length_scale: float, valve: Valve | None = None) -> Mechanism:
-        """Build the mechanism. A run ends where a point leaves the table of its slot.
-
-        Parameters
-        ----------
-        readings
-            Readings.
-        coordinate
-            Name of the leading coordinate.
-        length_scale
-            Characteristic length, m.
-        valve
-            Slide valve that the mechanism moves; None if it has none.
-
-        Returns
-        -------
-        Mechanism
-            The mechanism.
-        """
+        """Build the mechanism with its leading coordinate and length scale (m); a run ends where a point leaves the table of its slot."""
         slots = [slot for slot in self.joints if isinstance(slot, CurveSlot)]
         ranges = [_slot_range(slot, slot.curve) for slot in slots if isinstance(slot.curve, SplineCurve)]
         return Mechanism(

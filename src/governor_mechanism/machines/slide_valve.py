@@ -216,35 +216,13 @@ class SlideValve(Machine):
 
 
 def valve_setting(scene: Scene) -> str:
-    """Return the rule for the centre of the valve's motion in the scene file.
-
-    Parameters
-    ----------
-    scene
-        Scene of a slide valve.
-
-    Returns
-    -------
-    str
-        The rule, or an empty string for a scene without a file.
-    """
+    """Return the rule for the centre of the valve's motion in the scene file; empty for a scene without a file."""
     dimensions = scene.document.get("dimensions", {})
     return str(dimensions.get("setting", SlideValve.setting)) if dimensions else ""
 
 
 def prescribed_centre(scene: Scene) -> float | None:
-    """Return the centre of the valve's motion, m; None for equal leads, for which the closed form has its own.
-
-    Parameters
-    ----------
-    scene
-        Scene of a slide valve.
-
-    Returns
-    -------
-    float or None
-        The centre.
-    """
+    """Return the centre of the valve's motion, m; None for equal leads, for which the closed form has its own."""
     return None if valve_setting(scene) == EQUAL_LEADS else scene.part.dimensions["centre"]
 
 

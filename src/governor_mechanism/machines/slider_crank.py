@@ -88,24 +88,8 @@ STEAM_READING_MEANINGS = {
 
 
 def piston_readings(crosshead: Point, crank: float, crank_end: float, side: float = 1.0) -> tuple[PointCoordinate, ...]:
-    """Return the travel of the piston from both ends of its stroke.
-
-    Parameters
-    ----------
-    crosshead
-        Point of the crosshead, on the valve line.
-    crank
-        Crank radius, m.
-    crank_end
-        Distance of the crosshead from the shaft with the piston at the crank end, m.
-    side
-        1 if the valve line leads away from the shaft along x, -1 if it does along -x.
-
-    Returns
-    -------
-    tuple[PointCoordinate, ...]
-        Readings crank_end_travel and head_end_travel.
-    """
+    """Return crank_end_travel and head_end_travel of a piston that is at the crank end where its crosshead is at `crank_end` (m)."""
+    # `side` is 1 if the valve line leads away from the shaft along x, -1 if it does along -x.
     return (
         x_coordinate(CRANK_END_TRAVEL, crosshead, sign=side, zero=crank_end),
         x_coordinate("head_end_travel", crosshead, sign=-side, zero=-crank_end - 2 * crank),
@@ -113,26 +97,9 @@ def piston_readings(crosshead: Point, crank: float, crank_end: float, side: floa
 
 
 def port_readings(valve: Point, centre: float, outside_lap: float, inside_lap: float, side: float = 1.0) -> tuple[PointCoordinate, ...]:
-    """Return the openings of the ports; negative: closed.
-
-    Parameters
-    ----------
-    valve
-        Point of the valve, on the valve line.
-    centre
-        Distance of the centre of the valve's motion from the shaft, m.
-    outside_lap
-        Outside lap, m.
-    inside_lap
-        Inside lap, m.
-    side
-        1 if the valve line leads away from the shaft along x, -1 if it does along -x.
-
-    Returns
-    -------
-    tuple[PointCoordinate, ...]
-        Readings of steam port and exhaust at the crank end and at the head end.
-    """
+    """Return the openings of steam port and exhaust at the crank end and the head end, negative where they are closed; all in m."""
+    # `side` is 1 if the valve line leads away from the shaft along x, -1 if it does along -x. The valve
+    # moves about `centre`, from the shaft.
     crank_end_steam, crank_end_exhaust, head_end_steam, head_end_exhaust = PORT_OPENINGS
     return (
         x_coordinate(crank_end_steam, valve, sign=side, zero=centre + outside_lap),

@@ -31,39 +31,17 @@ MAX_STEP_RATIO = 0.2
 
 @dataclass(frozen=True, kw_only=True)
 class LinkGeometry:
-    """The parts of a link gear that determine the position of the link, lengths in m.
+    """The parts of a link gear that determine the position of the link, lengths in m."""
 
-    Attributes
-    ----------
-    eccentric
-        Eccentricity.
-    eccentric_rod
-        Length of both eccentric rods.
-    advance
-        Angle of advance of both eccentrics, rad.
-    link_radius
-        Radius of the link's arc.
-    half_link
-        Half the distance of the rod pins.
-    pin_setback
-        Distance of the rod pins behind the arc, toward the shaft.
-    suspension
-        Point of the link from which it hangs, in the axes of the link.
-    hanger
-        Length of the hanger.
-    crossed
-        Whether the forward eccentric drives the lower pin.
-    """
-
-    eccentric: float
-    eccentric_rod: float
-    advance: float
-    link_radius: float
-    half_link: float
-    pin_setback: float
-    suspension: Vector2
-    hanger: float
-    crossed: bool
+    eccentric: float  # eccentricity
+    eccentric_rod: float  # both are equal
+    advance: float  # of both eccentrics, rad
+    link_radius: float  # of its arc
+    half_link: float  # half the distance of the rod pins
+    pin_setback: float  # of the rod pins behind the arc, toward the shaft
+    suspension: Vector2  # point from which the link hangs, in its axes
+    hanger: float  # length
+    crossed: bool  # whether the forward eccentric drives the lower pin
 
     @property
     def half_arc(self) -> float:

@@ -19,26 +19,7 @@ cubic_hermite_jit = jit_in_place(cubic_hermite)
 
 
 def interpolate_samples(positions: FloatArray, values: FloatArray, derivatives: FloatArray, at: ArrayLike) -> FloatArray:
-    """Interpolate by the cubics through values and derivatives at each two successive positions.
-
-    The first cubic and the last continue beyond the ends.
-
-    Parameters
-    ----------
-    positions
-        Positions, ascending; shape (n,), n > 1.
-    values
-        Values there; shape (n, ...).
-    derivatives
-        Their derivatives by the position; shape (n, ...).
-    at
-        Positions of the results; shape (m,), or one number.
-
-    Returns
-    -------
-    FloatArray
-        Interpolated values; shape (m, ...), or that of the values at one position.
-    """
+    """Return values (m, ...) at positions (m,) by cubics through values and derivatives (n, ...) at positions (n,), beyond them too."""
     points = np.asarray(at, dtype=float)
     start = np.clip(np.searchsorted(positions, points, side="right") - 1, 0, len(positions) - 2)
     end = start + 1
@@ -91,21 +72,7 @@ N_CONDITIONS = 3
 
 
 class MultipointHermite:
-    """Polynomials through values and two derivatives at their nodes, in Newton's form.
-
-    With k nodes the degree is 3 k - 1.
-
-    Parameters
-    ----------
-    nodes
-        Nodes of each function; shape (functions, k).
-    values
-        Values at the nodes; same shape.
-    rates
-        First derivatives; same shape.
-    accelerations
-        Second derivatives; same shape.
-    """
+    """Polynomials of degree 3 k - 1 through values and two derivatives at their k nodes, (functions, k) each, in Newton's form."""
 
     def __init__(self, nodes: FloatArray, values: FloatArray, rates: FloatArray, accelerations: FloatArray) -> None:
         self._nodes = np.repeat(nodes, N_CONDITIONS, axis=1)

@@ -120,20 +120,7 @@ def library_obstacle() -> str:
 
 
 def find_kernel(function: Callable[..., Any], fallback: Callable[..., Any]) -> Callable[..., Any] | None:
-    """Return what calls a kernel of the library; None if it is not in it.
-
-    Parameters
-    ----------
-    function
-        The function of Python.
-    fallback
-        What is called with arguments of other types.
-
-    Returns
-    -------
-    Callable[..., Any] or None
-        A function with the same arguments.
-    """
+    """Return what calls a kernel of the library, or `fallback` for arguments of other types; None if it is not in it."""
     import numpy as np
 
     library = _open_library()

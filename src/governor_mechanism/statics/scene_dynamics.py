@@ -105,41 +105,12 @@ def _evaluate_accelerations(
 
 
 class SceneDynamics:
-    """Accelerations, readings and inputs of a scene in independent coordinates.
+    """Accelerations, readings and inputs in coordinates that are chosen at poses; MechanismError if none is free, or a drive goes on."""
 
-    The state of a lag counts as the rate of a coordinate of its own, which nothing depends on.
-
-    Parameters
-    ----------
-    scene
-        The scene.
-    poses
-        Assembled poses, at which the independent coordinates are chosen; shape (bodies, 3).
-    velocities
-        Their time derivatives; shape (bodies, 3).
-    time
-        Time at which inputs are taken, s; that of their last change if None.
-
-    Attributes
-    ----------
-    scene
-        The scene.
-    names
-        Names of the independent coordinates: poses of bodies and shafts, then the lags.
-    scales
-        One radian, or a length scale, of each coordinate, and the start value of a lag times the time scale; shape (n,).
-    time_scale
-        Characteristic time, s.
-    start
-        Independent coordinates of the given poses; shape (n,).
-    start_rates
-        Their rates; shape (n,).
-
-    Raises
-    ------
-    MechanismError
-        If nothing can move freely, or the steady state is periodic because of a drive or a fluctuating speed.
-    """
+    # A lag counts as a rate of a coordinate of its own, on which nothing depends. `names` are those of
+    # poses of bodies and shafts, then lags; `scales` (n,) a radian or a length scale, of a lag its
+    # start value times the time scale (s); `start` and `start_rates` (n,) those of the given poses
+    # (bodies, 3) and velocities. Inputs are taken at `time` (s), by default that of their last change.
 
     def __init__(self, scene: Scene, poses: FloatArray, velocities: FloatArray, time: float | None = None) -> None:
         self.scene, self._mechanism, self.time_scale, self._time = scene, scene.mechanism, time_scale(scene), time

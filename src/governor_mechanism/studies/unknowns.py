@@ -24,25 +24,13 @@ SCREENED_PER_UNKNOWN: Final = 8
 
 @dataclass(frozen=True, kw_only=True)
 class Unknown(Recorded):
-    """A key of a scene whose value is sought.
+    """A key of a scene whose value is sought, in SI."""
 
-    Attributes
-    ----------
-    key
-        Dotted key of the scene document.
-    kind
-        Kind of quantity.
-    low, high
-        Bounds, SI.
-    start
-        Value of the scene, SI; where it leaves a dimension out, the usual one, and elsewhere the middle of the bounds.
-    """
-
-    key: str
+    key: str  # dotted key of the scene document
     kind: str
-    low: float
-    high: float
-    start: float
+    low: float  # bound
+    high: float  # bound
+    start: float  # value of the scene, or the usual dimension, or the middle of the bounds
 
     @property
     def unit(self) -> str:

@@ -120,29 +120,7 @@ class PathCoefficients:
 
 
 class SingleDofReduction:
-    """One scene's mechanism reduced to its leading coordinate; loads have their values at t = 0.
-
-    Parameters
-    ----------
-    scene
-        The scene.
-
-    Attributes
-    ----------
-    scene
-        The scene.
-    mechanism
-        Its mechanism.
-    coordinate_scale
-        SI value of a radian, or of a length scale, of the coordinate.
-    free_spindle_inertia
-        Moment of inertia of a free spindle itself, kg m2; else 0.
-
-    Raises
-    ------
-    MechanismError
-        If the mechanism has drives or another number of degrees of freedom than one.
-    """
+    """A scene's mechanism reduced to its leading coordinate, with the loads at t = 0; MechanismError for drives or another mobility."""
 
     def __init__(self, scene: Scene) -> None:
         self.scene = scene

@@ -149,20 +149,7 @@ class GovernedEngineDesign(CheckedDesign):
         return format_rows(self.machine, "throttle", self, "lr")
 
     def scene_values(self, *, mean_torque: bool = False, with_resistance: bool = False) -> Mapping[str, object]:
-        """Return what the scene adds: its load falls to the half.
-
-        Parameters
-        ----------
-        mean_torque
-            Whether the torque of the air is averaged over a turn, as in the theory of governing.
-        with_resistance
-            Whether the resistance is in it, as dry friction at the sleeve.
-
-        Returns
-        -------
-        Mapping[str, object]
-            Values of the places by name.
-        """
+        """Return what the scene adds: its load falls to the half; with the mean torque, as in the theory, or dry friction at the sleeve."""
         begin, end = change_times(self)
         return {
             "kind": "mean torque" if mean_torque else "designed",

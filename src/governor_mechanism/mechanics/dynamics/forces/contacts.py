@@ -22,36 +22,16 @@ FRICTION_LAW_NAME = "dry friction"
 
 @dataclass(frozen=True)
 class Contact:
-    """One output variable that dry friction or stops may hold.
-
-    Attributes
-    ----------
-    output_name
-        Name of the reading.
-    friction
-        Friction force against time, N or N m, or None.
-    low
-        Lower stop, m or rad.
-    high
-        Upper stop, m or rad.
-    restitution
-        Coefficient of restitution of the stops, 0 to 1.
-    normal
-        Name of the reading whose stop presses what slides along this one; None if its friction does not follow from such a force.
-    friction_coefficient
-        Coefficient of Coulomb friction under that force.
-    is_gap
-        Whether it is the gap between a roller and an outline, which may touch without a force.
-    """
+    """One output variable that dry friction or stops may hold."""
 
     output_name: str
-    friction: InputFunction | None = None
-    low: float = -math.inf
-    high: float = math.inf
-    restitution: float = 0.0
-    normal: str | None = None
-    friction_coefficient: float = 0.0
-    is_gap: bool = False
+    friction: InputFunction | None = None  # force against time, N or N m
+    low: float = -math.inf  # lower stop, m or rad
+    high: float = math.inf  # upper stop, m or rad
+    restitution: float = 0.0  # of the stops, 0 to 1
+    normal: str | None = None  # reading whose stop presses what slides along this one; None if no such force gives its friction
+    friction_coefficient: float = 0.0  # of Coulomb friction under that force
+    is_gap: bool = False  # between a roller and an outline, which may touch without a force
 
 
 CONTACT_DTYPE = record_dtype(
