@@ -9,9 +9,8 @@ from collections.abc import Mapping
 
 import governor_mechanism as gm
 from governor_mechanism.effects.dashpot import Dashpot
-from governor_mechanism.effects.dry_friction import DryFriction
+from governor_mechanism.effects.holding import DryFriction, Stops
 from governor_mechanism.effects.spring import OutputSpring
-from governor_mechanism.effects.stops import Stops
 from governor_mechanism.engines import MultibodyEngine
 from governor_mechanism.model.effect import Effect
 from governor_mechanism.model.part import Spindle

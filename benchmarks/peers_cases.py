@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 
 import governor_mechanism as gm
-from governor_mechanism.effects.dry_friction import DryFriction
+from governor_mechanism.effects.holding import DryFriction
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.types import FloatArray
 

@@ -56,7 +56,17 @@ INNER_FOLDERS = {
         {"__init__"},
     ],
     "engines/impulse": [{"pymunk"}, {"*"}],
-    "papers": [{"errata", "rules"}],
+    "papers": [
+        {"erratum"},
+        {"dubois", "redtenbacher", "zehnder"},
+        {"errata_results"},
+        {"errata_drawings"},
+        {"rule"},
+        {"droop"},
+        {"damping", "dead_band", "shaking"},
+        {"rules_study"},
+        {"rules_figure"},
+    ],
     "render": [
         {"*"},
         {"machines"},
@@ -86,13 +96,18 @@ INNER_FOLDERS = {
         {"assemblies", "comparison", "hard_cases", "regulation", "unknowns", "valve_gears", "work_precision_results"},
         {"design", "fitting", "optimisation", "sensitivities", "synthesis", "work_precision"},
     ],
-    "verification": [{"report"}, {"laws"}, {"machines", "user_kernel"}],
+    "verification": [
+        {"report"},
+        {"laws", "user_kernel_simulation"},
+        {"machines", "user_kernel", "user_kernel_quantities"},
+        {"user_kernel_comparison"},
+    ],
 }
 """The same order inside folders; "*" stands for every other module."""
 
 MAX_FILES = 14
 """Largest number of files in a folder that is read as a whole."""
-ROOMS_OF_MANY = {"closed_form", "effects", "machines", "model/joints", "render/machines", "verification/machines"}
+ROOMS_OF_MANY = {"closed_form", "effects", "machines", "render/machines", "verification/machines"}
 """Folders with one file for each closed form, effect, machine or joint, whose files are read one at a time."""
 
 ONLY = {

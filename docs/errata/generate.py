@@ -13,8 +13,8 @@ from pathlib import Path
 import governor_mechanism as gm
 from governor_mechanism.closed_form.flywheel_engine import net_work
 from governor_mechanism.closed_form.flywheel_equilibrium import energy_fluctuation
-from governor_mechanism.papers.errata.drawings import draw_erratum
-from governor_mechanism.papers.errata.erratum import CAUSE_MEANINGS, CAUSE_NOUNS, PAPER_REFERENCES, Erratum, Paper
+from governor_mechanism.papers.errata_drawings import draw_erratum
+from governor_mechanism.papers.erratum import CAUSE_MEANINGS, CAUSE_NOUNS, PAPER_REFERENCES, Erratum, Paper
 from governor_mechanism.studies.design.flywheel import PAPER_ENGINE, closed_cycle, compare_with_paper
 from governor_mechanism.studies.design.hartung import PAPER_GOVERNOR, PAPER_INPUTS
 from governor_mechanism.studies.design.hartung import compare_with_paper as compare_with_dubois

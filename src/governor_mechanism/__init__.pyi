@@ -56,8 +56,8 @@ from governor_mechanism.model.results.records import Reaction as Reaction
 from governor_mechanism.model.results.trajectory import Trajectory as Trajectory
 from governor_mechanism.model.scene import Scene as Scene
 from governor_mechanism.notebook.exploration import Exploration as Exploration
-from governor_mechanism.papers.errata.results import Errata as Errata
-from governor_mechanism.papers.rules.study import PaperRules as PaperRules
+from governor_mechanism.papers.errata_results import Errata as Errata
+from governor_mechanism.papers.rules_study import PaperRules as PaperRules
 from governor_mechanism.scenes.described_scene import SceneDescription as SceneDescription
 from governor_mechanism.scenes.library import SceneSource as SceneSource
 from governor_mechanism.statics.controlling_force import ControllingForce as ControllingForce
@@ -100,6 +100,6 @@ from governor_mechanism.types import InputValues as InputValues
 from governor_mechanism.types import Progress as Progress
 from governor_mechanism.types import QuantityValues as QuantityValues
 from governor_mechanism.verification.report import CheckReport as CheckReport
-from governor_mechanism.verification.user_kernel.comparison import KernelReport as KernelReport
+from governor_mechanism.verification.user_kernel_comparison import KernelReport as KernelReport
 
 __version__: str

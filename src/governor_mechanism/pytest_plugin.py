@@ -21,7 +21,7 @@ import pytest
 
 if TYPE_CHECKING:
     from governor_mechanism.model.scene import Scene
-    from governor_mechanism.verification.user_kernel.comparison import KernelReport
+    from governor_mechanism.verification.user_kernel_comparison import KernelReport
 
 MARKER = "governor"
 MARKER_LINE = (

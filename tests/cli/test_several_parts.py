@@ -15,8 +15,8 @@ from scipy.io import netcdf_file
 import governor_mechanism as gm
 from command_line import invoke as call
 from coupled_scenes import coupled_scene, discs_part, engine_part, porter_part
-from governor_mechanism.effects.centrifugal import Centrifugal
-from governor_mechanism.effects.dry_friction import DryFriction
+from governor_mechanism.effects.body_forces import Centrifugal
+from governor_mechanism.effects.holding import DryFriction
 from governor_mechanism.model.coupling.couplings import ControlCoupling, GearCoupling
 from governor_mechanism.model.time_functions import InputFunction, LinearFunction
 

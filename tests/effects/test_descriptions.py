@@ -8,15 +8,13 @@ import pytest
 
 import governor_mechanism as gm
 from governor_mechanism.closed_form import pendulum as closed
-from governor_mechanism.effects.clearance import CLEARANCE_READING, Clearance
+from governor_mechanism.effects.body_forces import Gravity
 from governor_mechanism.effects.dashpot import Dashpot, orifice_damping_coefficient
-from governor_mechanism.effects.dry_friction import DryFriction
 from governor_mechanism.effects.gas_pressure import GasPressure
-from governor_mechanism.effects.gravity import Gravity
+from governor_mechanism.effects.holding import CLEARANCE_READING, Clearance, DryFriction, Stops
+from governor_mechanism.effects.masses import RodMasses
 from governor_mechanism.effects.registry import FORCE_LAWS
-from governor_mechanism.effects.rod_masses import RodMasses
 from governor_mechanism.effects.spring import OutputSpring, helical_spring_rate
-from governor_mechanism.effects.stops import Stops
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.machines.parabolic import ParabolicGovernor
 from governor_mechanism.machines.pendulum import PendulumGovernor

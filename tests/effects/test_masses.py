@@ -5,12 +5,8 @@ from dataclasses import astuple
 
 import pytest
 
-from governor_mechanism.effects.bell_crank_masses import BellCrankMasses
-from governor_mechanism.effects.crank_masses import MIN_MASS_RATIO, CrankMasses
-from governor_mechanism.effects.link_masses import LinkMasses
-from governor_mechanism.effects.piston_masses import PistonMasses
+from governor_mechanism.effects.masses import MIN_MASS_RATIO, BellCrankMasses, CrankMasses, LinkMasses, PistonMasses, RodMasses
 from governor_mechanism.effects.registry import EFFECTS
-from governor_mechanism.effects.rod_masses import RodMasses
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.scenes.quantities import read_declared_quantity
 from governor_mechanism.units.fields import fields_of

@@ -24,14 +24,10 @@ from certificate_checks import (
 from certificate_groups import append_checks, format_groups, group_checks, load_checks, save_checks, summarise
 from chain_mechanisms import four_bar_chain
 from documentation_pages import ROOT
-from governor_mechanism.effects.bell_crank_masses import BellCrankMasses
-from governor_mechanism.effects.clearance import Clearance
-from governor_mechanism.effects.crank_masses import CrankMasses
 from governor_mechanism.effects.dashpot import Dashpot
-from governor_mechanism.effects.dry_friction import DryFriction
-from governor_mechanism.effects.rod_masses import RodMasses
+from governor_mechanism.effects.holding import Clearance, DryFriction, Stops
+from governor_mechanism.effects.masses import BellCrankMasses, CrankMasses, RodMasses
 from governor_mechanism.effects.spring import OutputSpring
-from governor_mechanism.effects.stops import Stops
 from governor_mechanism.engines import MultibodyEngine, ReducedEngine
 from governor_mechanism.engines.base import make_reported_times
 from governor_mechanism.engines.multibody.engine import MultibodyRunner

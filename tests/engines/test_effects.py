@@ -10,12 +10,10 @@ from hypothesis import strategies as st
 from scipy.special import lambertw
 
 import governor_mechanism as gm
-from governor_mechanism.effects.centrifugal import Centrifugal
+from governor_mechanism.effects.body_forces import Centrifugal, Gravity
 from governor_mechanism.effects.dashpot import Dashpot
-from governor_mechanism.effects.dry_friction import DryFriction
-from governor_mechanism.effects.gravity import Gravity
+from governor_mechanism.effects.holding import DryFriction, Stops
 from governor_mechanism.effects.spring import OutputSpring
-from governor_mechanism.effects.stops import Stops
 from governor_mechanism.engines import ImpulseEngine, MultibodyEngine, ReducedEngine
 from governor_mechanism.engines.impulse import level_runs
 from governor_mechanism.mechanics.dynamics.forces.contact_modes import ContactMode

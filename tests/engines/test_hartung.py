@@ -11,9 +11,9 @@ from scipy.integrate import solve_ivp
 
 import governor_mechanism as gm
 from governor_mechanism.closed_form import hartung as closed
-from governor_mechanism.effects.bell_crank_masses import BellCrankMasses
 from governor_mechanism.effects.dashpot import Dashpot
-from governor_mechanism.effects.stops import Stops
+from governor_mechanism.effects.holding import Stops
+from governor_mechanism.effects.masses import BellCrankMasses
 from governor_mechanism.engines import ENGINES, ImpulseEngine
 from governor_mechanism.machines.hartung import SLEEVE
 from governor_mechanism.model.joints import GROUND, Point, TranslationalDriver

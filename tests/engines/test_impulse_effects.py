@@ -7,12 +7,10 @@ import numpy as np
 import pytest
 
 import governor_mechanism as gm
-from governor_mechanism.effects.clearance import Clearance
+from governor_mechanism.effects.body_forces import Gravity
 from governor_mechanism.effects.dashpot import Dashpot
-from governor_mechanism.effects.dry_friction import DryFriction
-from governor_mechanism.effects.gravity import Gravity
+from governor_mechanism.effects.holding import Clearance, DryFriction, Stops
 from governor_mechanism.effects.spring import OutputSpring
-from governor_mechanism.effects.stops import Stops
 from governor_mechanism.engines import ImpulseEngine
 from governor_mechanism.engines.impulse.richardson import extrapolate_events
 from governor_mechanism.machines.registry import MACHINES

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pytest
 
-from governor_mechanism.effects.gravity import Gravity
+from governor_mechanism.effects.body_forces import Gravity
 from governor_mechanism.engines import ImpulseEngine, select_engine
 from governor_mechanism.engines.base import make_reported_times
 from governor_mechanism.errors import MechanismError, RunFailed, UnsupportedEffect

@@ -11,9 +11,8 @@ from hypothesis import strategies as st
 import governor_mechanism as gm
 from governor_mechanism.closed_form import pendulum as closed
 from governor_mechanism.effects.dashpot import Dashpot
-from governor_mechanism.effects.dry_friction import DryFriction
+from governor_mechanism.effects.holding import DryFriction, Stops
 from governor_mechanism.effects.spring import OutputSpring
-from governor_mechanism.effects.stops import Stops
 from governor_mechanism.engines import MultibodyEngine, ReducedEngine
 from governor_mechanism.engines.initial_state import initial_state
 from governor_mechanism.errors import UnsupportedEffect

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import governor_mechanism as gm
-from governor_mechanism.effects.dry_friction import DryFriction
+from governor_mechanism.effects.holding import DryFriction
 from governor_mechanism.engines.selection import select_engine
 from governor_mechanism.model.events import EventKind
 from governor_mechanism.model.results.outcome import Outcome

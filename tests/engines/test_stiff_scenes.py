@@ -8,7 +8,7 @@ from scipy.special import ellipj, ellipk
 
 import governor_mechanism as gm
 from coupled_scenes import coupled_scene, discs_part
-from governor_mechanism.effects.gravity import Gravity
+from governor_mechanism.effects.body_forces import Gravity
 from governor_mechanism.engines import MultibodyEngine
 from governor_mechanism.model.force_elements import Damper, Spring, Torque, TorsionDamper, TorsionSpring
 from governor_mechanism.model.joints import Distance, Pin

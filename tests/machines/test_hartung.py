@@ -13,9 +13,8 @@ from hypothesis import strategies as st
 import governor_mechanism as gm
 from governor_mechanism.closed_form import hartung as closed
 from governor_mechanism.closed_form.hartung_design import symmetric_sleeve_arm
-from governor_mechanism.effects.bell_crank_masses import BellCrankMasses
-from governor_mechanism.effects.rod_masses import RodMasses
-from governor_mechanism.effects.stops import Stops
+from governor_mechanism.effects.holding import Stops
+from governor_mechanism.effects.masses import BellCrankMasses, RodMasses
 from governor_mechanism.machines.hartung import HartungGovernor
 from governor_mechanism.mechanics.reduction.lagrangian import SingleDofReduction
 from governor_mechanism.model.part import FreeSpindle

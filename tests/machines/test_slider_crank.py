@@ -6,7 +6,7 @@ import pytest
 import governor_mechanism as gm
 from crank_scenes import SLIDER_CRANK_DIMENSIONS, SLIDER_CRANK_MASSES, crank_scene, document
 from governor_mechanism.closed_form import slider_crank as closed
-from governor_mechanism.effects.crank_masses import CrankMasses
+from governor_mechanism.effects.masses import CrankMasses
 from governor_mechanism.engines import ImpulseEngine, MultibodyEngine
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.model.results.outcome import Outcome

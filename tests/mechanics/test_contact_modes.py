@@ -4,9 +4,8 @@ import numpy as np
 import pytest
 
 from coupled_scenes import coupled_scene, discs_part, engine_part, porter_part
-from governor_mechanism.effects.dry_friction import DryFriction
+from governor_mechanism.effects.holding import DryFriction, Stops
 from governor_mechanism.effects.spring import OutputSpring
-from governor_mechanism.effects.stops import Stops
 from governor_mechanism.mechanics.contact.scene_contacts import InputModes, SceneContacts
 from governor_mechanism.mechanics.dynamics.equations.constrained_solution import project_state
 from governor_mechanism.mechanics.dynamics.equations.equations_of_motion import evaluate_state_derivative

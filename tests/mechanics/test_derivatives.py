@@ -8,8 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from governor_mechanism.closed_form import pendulum as closed
-from governor_mechanism.effects.centrifugal import Centrifugal
-from governor_mechanism.effects.gravity import Gravity
+from governor_mechanism.effects.body_forces import Centrifugal, Gravity
 from governor_mechanism.mechanics.dynamics.forces.output_forces import element_potential_energy
 from governor_mechanism.mechanics.kinematics.assembly import PositionSolver
 from governor_mechanism.mechanics.kinematics.constraint_equations import ConstraintEquations

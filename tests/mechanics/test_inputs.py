@@ -7,8 +7,8 @@ import pytest
 
 import governor_mechanism as gm
 from coupled_scenes import coupled_scene, discs_part
-from governor_mechanism.effects.dry_friction import DryFriction
-from governor_mechanism.effects.gravity import Gravity
+from governor_mechanism.effects.body_forces import Gravity
+from governor_mechanism.effects.holding import DryFriction
 from governor_mechanism.engines.initial_state import initial_state
 from governor_mechanism.mechanics.dynamics.equations.equations_of_motion import compute_inverse_dynamics, evaluate_state_derivative
 from governor_mechanism.mechanics.dynamics.forces.contact_modes import ContactMode

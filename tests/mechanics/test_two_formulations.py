@@ -7,7 +7,7 @@ import pytest
 
 import governor_mechanism as gm
 from governor_mechanism.effects.dashpot import Dashpot
-from governor_mechanism.effects.dry_friction import DryFriction
+from governor_mechanism.effects.holding import DryFriction
 from governor_mechanism.effects.spring import OutputSpring
 from governor_mechanism.engines.initial_state import initial_state
 from governor_mechanism.mechanics.dynamics.equations.body_forces import inertia_of_plane

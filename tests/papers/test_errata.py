@@ -16,9 +16,9 @@ from command_line import invoke
 from documentation_pages import ROOT, check_options
 from governor_mechanism.cli.studies import PaperChoice
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.papers.errata.drawings import DRAWINGS, draw_erratum
-from governor_mechanism.papers.errata.erratum import CAUSE_MEANINGS, CAUSE_NOUNS, PAPER_REFERENCES, Paper, make_number_erratum
-from governor_mechanism.papers.errata.results import SIMULATIONS, simulated_speeds
+from governor_mechanism.papers.errata_drawings import DRAWINGS, draw_erratum
+from governor_mechanism.papers.errata_results import SIMULATIONS, simulated_speeds
+from governor_mechanism.papers.erratum import CAUSE_MEANINGS, CAUSE_NOUNS, PAPER_REFERENCES, Paper, make_number_erratum
 from governor_mechanism.studies.design.pendulum import design_pendulum
 from governor_mechanism.studies.design.skeleton import Cause, PrintedNumber
 from reference import flywheel, hartung, marks, zehnder

@@ -7,17 +7,17 @@ from unittest.mock import Mock
 
 import numpy as np
 import pytest
+from governor_mechanism.papers import damping, dead_band, droop
+from governor_mechanism.papers import rules_study as paper_rules
 
 import governor_mechanism as gm
 from governor_mechanism.closed_form.hartung import HartungGovernor, static_sleeve_force
-from governor_mechanism.papers.rules import damping, dead_band, droop
-from governor_mechanism.papers.rules import study as paper_rules
-from governor_mechanism.papers.rules.damping import DashpotCheck, DryFrictionCheck
-from governor_mechanism.papers.rules.dead_band import DeadBandCheck, RegulatingForceCheck, measure_dead_band
-from governor_mechanism.papers.rules.droop import DroopCheck
-from governor_mechanism.papers.rules.rule import SteadyEngine, Verdict, build_cyclic_engine, find_steady_engine
-from governor_mechanism.papers.rules.shaking import ClearanceCheck, OilBrakeCheck, ShakingCheck
-from governor_mechanism.papers.rules.study import PaperRules, study_paper_rules
+from governor_mechanism.papers.damping import DashpotCheck, DryFrictionCheck
+from governor_mechanism.papers.dead_band import DeadBandCheck, RegulatingForceCheck, measure_dead_band
+from governor_mechanism.papers.droop import DroopCheck
+from governor_mechanism.papers.rule import SteadyEngine, Verdict, build_cyclic_engine, find_steady_engine
+from governor_mechanism.papers.rules_study import PaperRules, study_paper_rules
+from governor_mechanism.papers.shaking import ClearanceCheck, OilBrakeCheck, ShakingCheck
 from result_checks import check_result
 
 ARM, BALL, SLEEVE_MASS, GRAVITY, FLYWHEEL = 0.3, 5.0, 21.0, 9.81, 800.0

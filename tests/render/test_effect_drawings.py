@@ -8,12 +8,10 @@ import numpy as np
 import pytest
 
 from decoding import paint_frames, words_of
-from governor_mechanism.effects.clearance import Clearance
 from governor_mechanism.effects.dashpot import Dashpot
-from governor_mechanism.effects.dry_friction import DryFriction
-from governor_mechanism.effects.rod_masses import RodMasses
+from governor_mechanism.effects.holding import Clearance, DryFriction, Stops
+from governor_mechanism.effects.masses import RodMasses
 from governor_mechanism.effects.spring import OutputSpring
-from governor_mechanism.effects.stops import Stops
 from governor_mechanism.model.events import Event
 from governor_mechanism.model.joints import Point
 from governor_mechanism.model.output_variables import PointCoordinate

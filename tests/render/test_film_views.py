@@ -9,7 +9,7 @@ from numpy.testing import assert_allclose
 
 import governor_mechanism as gm
 from decoding import pixel_of
-from governor_mechanism.effects.stops import Stops
+from governor_mechanism.effects.holding import Stops
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.machines.pendulum import PendulumGovernor
 from governor_mechanism.model.part import FreeSpindle

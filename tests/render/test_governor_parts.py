@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import governor_mechanism as gm
-from governor_mechanism.effects.dry_friction import DryFriction
+from governor_mechanism.effects.holding import DryFriction
 from governor_mechanism.model.time_functions import InputFunction
 from governor_mechanism.render.geometry.attached import shapes_of
 from governor_mechanism.render.geometry.primitives import Lines, Polygon, TextShape, bounding_box

@@ -8,11 +8,10 @@ import pytest
 
 import governor_mechanism as gm
 from drawing_checks import assert_shapes_keep
-from governor_mechanism.effects.bell_crank_masses import BellCrankMasses
 from governor_mechanism.effects.dashpot import Dashpot
-from governor_mechanism.effects.dry_friction import DryFriction
+from governor_mechanism.effects.holding import DryFriction, Stops
+from governor_mechanism.effects.masses import BellCrankMasses
 from governor_mechanism.effects.spring import OutputSpring
-from governor_mechanism.effects.stops import Stops
 from governor_mechanism.model.time_functions import InputFunction
 from governor_mechanism.render.geometry.primitives import Lines, Polygon, bounding_box
 from governor_mechanism.render.machines.registry import drawing_of

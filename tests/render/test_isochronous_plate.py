@@ -10,8 +10,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from PIL import Image
 
-from governor_mechanism.effects.centrifugal import Centrifugal
-from governor_mechanism.effects.gravity import Gravity
+from governor_mechanism.effects.body_forces import Centrifugal, Gravity
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.machines.pendulum import PendulumGovernor
 from governor_mechanism.model.part import Spindle

@@ -14,7 +14,7 @@ from numpy.testing import assert_allclose
 
 import governor_mechanism as gm
 from decoding import unpack_numbers
-from governor_mechanism.effects.clearance import Clearance
+from governor_mechanism.effects.holding import Clearance
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.model.results.pictures import Film
 from governor_mechanism.render.frame_data import find_forces

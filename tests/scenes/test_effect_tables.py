@@ -8,14 +8,11 @@ import numpy as np
 import pytest
 
 import governor_mechanism as gm
-from governor_mechanism.effects.centrifugal import Centrifugal
-from governor_mechanism.effects.clearance import CLEARANCE_READING, Clearance
+from governor_mechanism.effects.body_forces import Centrifugal, Gravity
 from governor_mechanism.effects.dashpot import Dashpot
-from governor_mechanism.effects.dry_friction import DryFriction
-from governor_mechanism.effects.gravity import Gravity
-from governor_mechanism.effects.rod_masses import RodMasses
+from governor_mechanism.effects.holding import CLEARANCE_READING, Clearance, DryFriction, Stops
+from governor_mechanism.effects.masses import RodMasses
 from governor_mechanism.effects.spring import OutputSpring
-from governor_mechanism.effects.stops import Stops
 from governor_mechanism.machines.pendulum import PendulumGovernor
 from governor_mechanism.model.effect import Effect
 from governor_mechanism.model.part import EQUILIBRIUM, Spindle

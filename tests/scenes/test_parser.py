@@ -16,8 +16,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 import governor_mechanism as gm
-from governor_mechanism.effects.centrifugal import Centrifugal
-from governor_mechanism.effects.gravity import Gravity
+from governor_mechanism.effects.body_forces import Centrifugal, Gravity
 from governor_mechanism.machines.pendulum import PendulumGovernor
 from governor_mechanism.model.events import NamedCrossing
 from governor_mechanism.model.part import EQUILIBRIUM, Spindle

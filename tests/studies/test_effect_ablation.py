@@ -8,8 +8,8 @@ import pytest
 
 import governor_mechanism as gm
 from governor_mechanism.effects.dashpot import Dashpot
-from governor_mechanism.effects.dry_friction import DryFriction
-from governor_mechanism.effects.rod_masses import RodMasses
+from governor_mechanism.effects.holding import DryFriction
+from governor_mechanism.effects.masses import RodMasses
 from governor_mechanism.model.time_functions import InputFunction
 from governor_mechanism.render.figures.work_precision import effect_ablation_figure
 from governor_mechanism.scenes.parser import parse_scene_document

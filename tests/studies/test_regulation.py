@@ -8,9 +8,8 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import governor_mechanism as gm
-from governor_mechanism.effects.clearance import Clearance
 from governor_mechanism.effects.dashpot import Dashpot
-from governor_mechanism.effects.dry_friction import DryFriction
+from governor_mechanism.effects.holding import Clearance, DryFriction
 from governor_mechanism.render.figures.regulation import clearance_figure, cyclic_figure, fold_jump_figure, settling_figure
 from governor_mechanism.studies.regulation.cyclic_irregularity import study_clearance, study_cyclic_motion
 from governor_mechanism.studies.regulation.speed_changes import SettlingStudy, study_fold_jump, study_settling

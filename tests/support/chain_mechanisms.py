@@ -2,7 +2,7 @@
 
 import math
 
-from governor_mechanism.effects.gravity import Gravity
+from governor_mechanism.effects.body_forces import Gravity
 from governor_mechanism.model.joints import GROUND, Pin, Point
 from governor_mechanism.model.mechanism import Body, Mechanism, SecondMoments
 from governor_mechanism.model.output_variables import BodyAngle

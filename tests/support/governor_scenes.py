@@ -2,8 +2,7 @@
 
 import numpy as np
 
-from governor_mechanism.effects.centrifugal import Centrifugal
-from governor_mechanism.effects.gravity import Gravity
+from governor_mechanism.effects.body_forces import Centrifugal, Gravity
 from governor_mechanism.machines.registry import MACHINES
 from governor_mechanism.model.part import Part, Spindle, Start
 from governor_mechanism.model.scene import RunSettings, Scene

@@ -7,8 +7,7 @@ import numpy as np
 from scipy.optimize import brentq
 
 from governor_mechanism.closed_form import hartung as closed
-from governor_mechanism.effects.centrifugal import Centrifugal
-from governor_mechanism.effects.gravity import Gravity
+from governor_mechanism.effects.body_forces import Centrifugal, Gravity
 from governor_mechanism.machines.hartung import HartungGovernor
 from governor_mechanism.model.effect import Effect
 from governor_mechanism.model.part import FreeSpindle, Part, Spindle, Start

@@ -10,7 +10,7 @@ from scipy.integrate import solve_ivp
 from scipy.interpolate import CubicSpline, PchipInterpolator
 from scipy.special import ellipj, ellipk
 
-from governor_mechanism.effects.gravity import Gravity
+from governor_mechanism.effects.body_forces import Gravity
 from governor_mechanism.model.curves import Curve, PolynomialCurve, SplineCurve
 from governor_mechanism.model.force_elements import Damper, Force, Spring, Torque, TorsionDamper, TorsionSpring
 from governor_mechanism.model.joints import (

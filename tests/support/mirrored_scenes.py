@@ -5,8 +5,8 @@ from dataclasses import replace
 from functools import partial
 from typing import TypeVar
 
+from governor_mechanism.effects.holding import Stops
 from governor_mechanism.effects.spring import OutputSpring
-from governor_mechanism.effects.stops import Stops
 from governor_mechanism.model.curves import Curve, PolynomialCurve, SplineCurve
 from governor_mechanism.model.effect import Effect
 from governor_mechanism.model.force_elements import Force, ForceElement, Torque, TorsionSpring

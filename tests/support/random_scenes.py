@@ -12,11 +12,9 @@ from typing import Any
 
 import numpy as np
 
-from governor_mechanism.effects.clearance import CLEARANCE_READING
 from governor_mechanism.effects.dashpot import Dashpot
-from governor_mechanism.effects.dry_friction import DryFriction
+from governor_mechanism.effects.holding import CLEARANCE_READING, DryFriction, Stops
 from governor_mechanism.effects.spring import OutputSpring
-from governor_mechanism.effects.stops import Stops
 from governor_mechanism.engines.initial_state import initial_state, part_initial_state
 from governor_mechanism.errors import GovernorMechanismError, MechanismError
 from governor_mechanism.mechanics.dynamics.characteristic_scales import time_scale

@@ -5,8 +5,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from governor_mechanism.effects.clearance import CLEARANCE_READING, Clearance
-from governor_mechanism.effects.rod_masses import RodMasses
+from governor_mechanism.effects.holding import CLEARANCE_READING, Clearance
+from governor_mechanism.effects.masses import RodMasses
 from governor_mechanism.machines.pendulum import PendulumBuilder, PendulumGovernor
 from governor_mechanism.model.effect import Effect
 from governor_mechanism.model.events import Event

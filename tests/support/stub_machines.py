@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from governor_mechanism.effects.gravity import Gravity
+from governor_mechanism.effects.body_forces import Gravity
 from governor_mechanism.model.curves import PolynomialCurve, SplineCurve
 from governor_mechanism.model.force_elements import Damper, Force, ForceElement, Spring, Torque, TorsionDamper, TorsionSpring
 from governor_mechanism.model.joints import (

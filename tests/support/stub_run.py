@@ -3,8 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from governor_mechanism.effects.centrifugal import Centrifugal
-from governor_mechanism.effects.gravity import Gravity
+from governor_mechanism.effects.body_forces import Centrifugal, Gravity
 from governor_mechanism.machines.pendulum import PendulumGovernor
 from governor_mechanism.model.part import Part, Spindle, Start
 from governor_mechanism.model.results.outcome import Cost, Outcome

@@ -7,8 +7,8 @@ from typing import Any
 import pytest
 
 import governor_mechanism as gm
-from governor_mechanism.effects.bell_crank_masses import BellCrankMasses
-from governor_mechanism.effects.dry_friction import DryFriction
+from governor_mechanism.effects.holding import DryFriction
+from governor_mechanism.effects.masses import BellCrankMasses
 from governor_mechanism.model.part import FreeSpindle, Spindle
 from governor_mechanism.model.time_functions import InputFunction
 from governor_mechanism.verification.machines import hartung

@@ -19,7 +19,7 @@ from governor_mechanism.files.writing import format_json
 from governor_mechanism.scenes.parser import parse_scene_document
 from governor_mechanism.studies.design.flywheel import compare_with_paper
 from governor_mechanism.studies.design.hartung import PRINTED_SPRING_FORCES
-from governor_mechanism.verification.user_kernel.comparison import kernel_quantities, list_quantities
+from governor_mechanism.verification.user_kernel_comparison import kernel_quantities, list_quantities
 from governor_scenes import PORTER, governor_scene
 
 ANGLES = {"arm_angle": "15 deg:45 deg:7"}

@@ -11,7 +11,7 @@ from governor_mechanism.errors import MechanismError
 from governor_mechanism.units.problems import BY_NAME, FLAG, FUNCTION, NUMBER, TEXT, TEXTS_BY_NAME, VARIED, check_arguments, whole_number
 
 if TYPE_CHECKING:
-    from governor_mechanism.verification.user_kernel.function import VariedKey
+    from governor_mechanism.verification.user_kernel import VariedKey
 
 
 @overload
@@ -74,7 +74,7 @@ def crosscheck(
         Values of the inputs of the quantity, as {"arm_angle": [0.3, 0.5]} in SI, or as text, {"arm_angle": "15 deg:45 deg:25"}; several
         inputs give a grid. Over "time", readings are compared with those of a run.
     allowed
-        Relative tolerance of the kernel; the default of `verification.user_kernel.comparison` if None.
+        Relative tolerance of the kernel; the default of `verification.user_kernel_comparison` if None.
     names
         Our name by the kernel's name where they differ, with a unit if it is not SI, as {"alpha": "arm_angle in deg"}.
     unit
@@ -112,7 +112,7 @@ def crosscheck(
         from governor_mechanism.verification.machines.registry import check_against_closed_forms
 
         return check_against_closed_forms(as_rotating_part(scene))
-    from governor_mechanism.verification.user_kernel.comparison import KERNEL_RELATIVE_TOLERANCE, check_kernel
+    from governor_mechanism.verification.user_kernel_comparison import KERNEL_RELATIVE_TOLERANCE, check_kernel
 
     resolved_scene = as_scene(scene)
     tolerance = KERNEL_RELATIVE_TOLERANCE if allowed is None else allowed
@@ -124,7 +124,7 @@ def crosscheck(
 def _varied_keys(scene: gm.Scene, vary: Mapping[str, Any] | Sequence[str]) -> tuple[VariedKey, ...]:
     """Return the keys of a scene that vary, with their numbers; "first:last" stands for two values."""
     from governor_mechanism.studies.sweep.parameters import parse_axes
-    from governor_mechanism.verification.user_kernel.function import VariedKey
+    from governor_mechanism.verification.user_kernel import VariedKey
 
     if isinstance(vary, str):
         vary = [vary]
@@ -167,6 +167,6 @@ def errata(paper: str | None = None, *, simulate: bool = False) -> gm.Errata:
     >>> angle.printed, angle.right
     ('133 deg', '137.33 deg')
     """
-    from governor_mechanism.papers.errata.results import collect_errata
+    from governor_mechanism.papers.errata_results import collect_errata
 
     return collect_errata(paper, simulate=simulate)

@@ -131,6 +131,6 @@ def paper_rules(progress: Callable[[int, int], None] | None = None) -> gm.PaperR
     >>> import governor_mechanism as gm
     >>> print(gm.paper_rules())  # doctest: +SKIP
     """
-    from governor_mechanism.papers.rules.study import study_paper_rules
+    from governor_mechanism.papers.rules_study import study_paper_rules
 
     return study_paper_rules(progress)

@@ -59,14 +59,14 @@ def crosscheck(
     _refuse_idle(has_kernel=kernel is not None, is_random=random is not None, shows_list=show_list)
     loaded_scene = load_changed(scene, changes)
     if show_list:
-        from governor_mechanism.verification.user_kernel.comparison import list_quantities
+        from governor_mechanism.verification.user_kernel_comparison import list_quantities
 
         return console.CommandResult(list_quantities(loaded_scene))
     if kernel is None:
         with console.show_status("simulating"):
             report = gm.crosscheck(loaded_scene)
         return console.CommandResult(report, files=_write_junit(report, junit) or None, ok=report.passed)
-    from governor_mechanism.verification.user_kernel.function import load_kernel
+    from governor_mechanism.verification.user_kernel import load_kernel
 
     function = load_kernel(kernel)
     with console.show_status("simulating"):

@@ -1,18 +1,11 @@
 """Registry of all effects."""
 
-from governor_mechanism.effects.bell_crank_masses import BellCrankMasses
-from governor_mechanism.effects.centrifugal import Centrifugal
-from governor_mechanism.effects.clearance import Clearance
-from governor_mechanism.effects.crank_masses import CrankMasses
+from governor_mechanism.effects.body_forces import Centrifugal, Gravity
 from governor_mechanism.effects.dashpot import Dashpot
-from governor_mechanism.effects.dry_friction import DryFriction
 from governor_mechanism.effects.gas_pressure import GasPressure
-from governor_mechanism.effects.gravity import Gravity
-from governor_mechanism.effects.link_masses import LinkMasses
-from governor_mechanism.effects.piston_masses import PistonMasses
-from governor_mechanism.effects.rod_masses import RodMasses
+from governor_mechanism.effects.holding import Clearance, DryFriction, Stops
+from governor_mechanism.effects.masses import BellCrankMasses, CrankMasses, LinkMasses, PistonMasses, RodMasses
 from governor_mechanism.effects.spring import OutputSpring
-from governor_mechanism.effects.stops import Stops
 from governor_mechanism.model.effect import Effect, ForceLaw, OutputForce
 
 EffectTypes = tuple[type[Effect], ...]

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from governor_mechanism.effects.clearance import CLEARANCE_READING
+from governor_mechanism.effects.holding import CLEARANCE_READING
 from governor_mechanism.engines.continuation import motion_at_start
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.mechanics.curves.outlines import is_inside, outline_points

@@ -9,10 +9,9 @@ from typing import Any, Final, NamedTuple
 import numpy as np
 
 from governor_mechanism.effects.dashpot import Dashpot
-from governor_mechanism.effects.dry_friction import DryFriction
+from governor_mechanism.effects.holding import DryFriction, Stops
 from governor_mechanism.effects.registry import EFFECTS
 from governor_mechanism.effects.spring import OutputSpring
-from governor_mechanism.effects.stops import Stops
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.live.quantities import name_of_item, split_quantity
 from governor_mechanism.machines.registry import MACHINES

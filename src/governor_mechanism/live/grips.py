@@ -7,7 +7,7 @@ from typing import Any, Final, NamedTuple
 
 import numpy as np
 
-from governor_mechanism.effects.stops import Stops
+from governor_mechanism.effects.holding import Stops
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.live.quantities import Quantity, split_quantity
 from governor_mechanism.mechanics.kinematics.kinematic_analysis import Kinematics

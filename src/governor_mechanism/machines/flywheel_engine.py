@@ -13,7 +13,7 @@ from functools import partial
 from typing import ClassVar
 
 from governor_mechanism.effects.gas_pressure import work_per_stroke
-from governor_mechanism.effects.piston_masses import PistonMasses
+from governor_mechanism.effects.masses import PistonMasses
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.machines.base import Machine, values_of
 from governor_mechanism.machines.slide_valve import rod_field

@@ -15,10 +15,10 @@ from functools import cached_property
 from itertools import chain
 from typing import Any, ClassVar, NamedTuple, Self
 
-from governor_mechanism.effects.bell_crank_masses import BellCrankMasses
-from governor_mechanism.effects.gravity import DEFAULT_GRAVITY
+from governor_mechanism.effects.body_forces import DEFAULT_GRAVITY
+from governor_mechanism.effects.holding import Stops
+from governor_mechanism.effects.masses import BellCrankMasses
 from governor_mechanism.effects.spring import helical_spring_rate
-from governor_mechanism.effects.stops import Stops
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.machines.base import (
     Machine,

@@ -11,8 +11,8 @@ from dataclasses import asdict, dataclass
 from functools import cached_property
 from typing import ClassVar, NamedTuple
 
-from governor_mechanism.effects.clearance import CLEARANCE_READING, Clearance
-from governor_mechanism.effects.rod_masses import RodMasses
+from governor_mechanism.effects.holding import CLEARANCE_READING, Clearance
+from governor_mechanism.effects.masses import RodMasses
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.machines.base import (
     Machine,

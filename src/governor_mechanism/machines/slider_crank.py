@@ -11,7 +11,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import ClassVar
 
-from governor_mechanism.effects.crank_masses import CrankMasses
+from governor_mechanism.effects.masses import CrankMasses
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.machines.base import Machine, rotate_point, unit_hint, x_coordinate
 from governor_mechanism.model.effect import Effect

@@ -15,7 +15,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from governor_mechanism.effects.link_masses import LinkMasses
+from governor_mechanism.effects.masses import LinkMasses
 from governor_mechanism.machines import slider_crank
 from governor_mechanism.machines.base import MassElement, rotate_point, slender_rod, thin_arc, values_of, x_coordinate
 from governor_mechanism.machines.slide_valve import VALVE_GUIDE

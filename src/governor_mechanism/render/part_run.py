@@ -8,8 +8,7 @@ from typing import TypeVar
 
 import numpy as np
 
-from governor_mechanism.effects.clearance import Clearance
-from governor_mechanism.effects.stops import Stops
+from governor_mechanism.effects.holding import Clearance, Stops
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.mechanics.dynamics.forces.contacts import contacts_of
 from governor_mechanism.mechanics.dynamics.forces.inputs import evaluate_reading_function_along

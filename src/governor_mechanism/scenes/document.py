@@ -7,9 +7,8 @@ from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
-from governor_mechanism.effects.centrifugal import Centrifugal
-from governor_mechanism.effects.clearance import CLEARANCE_READING, Clearance
-from governor_mechanism.effects.gravity import DEFAULT_GRAVITY
+from governor_mechanism.effects.body_forces import DEFAULT_GRAVITY, Centrifugal
+from governor_mechanism.effects.holding import CLEARANCE_READING, Clearance
 from governor_mechanism.errors import MechanismError, did_you_mean
 from governor_mechanism.machines.base import Machine, unsupported_effect_messages
 from governor_mechanism.machines.custom import CUSTOM_MACHINE

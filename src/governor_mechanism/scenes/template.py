@@ -5,7 +5,7 @@ import tomllib
 from collections.abc import Iterator, Mapping
 from typing import Any, Final
 
-from governor_mechanism.effects.clearance import Clearance
+from governor_mechanism.effects.holding import Clearance
 from governor_mechanism.effects.registry import EFFECTS
 from governor_mechanism.errors import MechanismError, did_you_mean
 from governor_mechanism.machines.base import Machine

@@ -12,9 +12,8 @@ from typing import Any
 
 import numpy as np
 
-from governor_mechanism.effects.centrifugal import Centrifugal
-from governor_mechanism.effects.clearance import CLEARANCE_READING
-from governor_mechanism.effects.gravity import Gravity
+from governor_mechanism.effects.body_forces import Centrifugal, Gravity
+from governor_mechanism.effects.holding import CLEARANCE_READING
 from governor_mechanism.effects.registry import EFFECTS
 from governor_mechanism.engines import select_engine
 from governor_mechanism.errors import MechanismError

@@ -4,7 +4,7 @@ import math
 from dataclasses import dataclass
 from typing import ClassVar, final
 
-from governor_mechanism.effects.clearance import Clearance
+from governor_mechanism.effects.holding import Clearance
 from governor_mechanism.effects.registry import EFFECT_TYPES
 from governor_mechanism.engines.base import Engine, RunRequest
 from governor_mechanism.engines.impulse.pymunk.applied_forces import cannot_rotate_in_pymunk

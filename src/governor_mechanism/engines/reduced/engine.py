@@ -8,7 +8,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from governor_mechanism.effects.clearance import Clearance
+from governor_mechanism.effects.holding import Clearance
 from governor_mechanism.effects.registry import EFFECT_TYPES, FORCE_LAWS
 from governor_mechanism.engines.base import RunRequest
 from governor_mechanism.engines.certificate import CertifiedRunner, ErrorControlledEngine, StepPlan

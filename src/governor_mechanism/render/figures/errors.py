@@ -17,7 +17,7 @@ from governor_mechanism.studies.hard_cases.case import HardCase
 from governor_mechanism.studies.hard_cases.study import ROUNDING_ERROR, HardCaseRow, HardCasesReport, Verdict
 from governor_mechanism.types import FloatArray
 from governor_mechanism.units.quantities import DISPLAY_UNITS
-from governor_mechanism.verification.user_kernel.comparison import KernelReport, format_percent
+from governor_mechanism.verification.user_kernel_comparison import KernelReport, format_percent
 
 _ENGINE_STYLES = {"reduced": (GREEN, "o"), "multibody": (BLUE, "s"), "impulse": (VERMILLION, "^"), "every": (INK, "D")}
 """Colour and marker of each engine."""

@@ -10,7 +10,7 @@ from operator import itemgetter
 from typing import Any, ClassVar
 
 from governor_mechanism.effects.dashpot import Dashpot
-from governor_mechanism.effects.dry_friction import DryFriction
+from governor_mechanism.effects.holding import DryFriction
 from governor_mechanism.model.output_variables import FollowerHeight, PointCoordinate
 from governor_mechanism.render.geometry.attached import Attached, Frame, Moment, axes_along, axes_shifted, fixed, once_per_moment
 from governor_mechanism.render.geometry.outlines import make_bar, make_hatched_block, make_rectangle, make_wall

@@ -7,9 +7,8 @@ from functools import cached_property
 
 import numpy as np
 
-from governor_mechanism.effects.dry_friction import DryFriction
+from governor_mechanism.effects.holding import DryFriction, Stops
 from governor_mechanism.effects.spring import OutputSpring
-from governor_mechanism.effects.stops import Stops
 from governor_mechanism.machines.hartnell import LEFT_BALL, RIGHT_BALL
 from governor_mechanism.render.geometry.attached import Attached, DrawnPart, Flexible, Moment, fixed
 from governor_mechanism.render.geometry.outlines import make_bar, make_burst, make_rectangle

@@ -11,10 +11,9 @@ from itertools import chain
 
 import numpy as np
 
-from governor_mechanism.effects.bell_crank_masses import BellCrankMasses
-from governor_mechanism.effects.dry_friction import DryFriction
+from governor_mechanism.effects.holding import DryFriction, Stops
+from governor_mechanism.effects.masses import BellCrankMasses
 from governor_mechanism.effects.spring import OutputSpring
-from governor_mechanism.effects.stops import Stops
 from governor_mechanism.machines.hartung import LEFT_WEIGHT, RIGHT_WEIGHT, SLEEVE
 from governor_mechanism.render.geometry.attached import Attached, DrawnPart, Flexible, Frame, Moment, fixed, once_per_moment
 from governor_mechanism.render.geometry.outlines import make_bar, make_box, make_burst, make_hatched_block, make_hatching, make_rectangle

@@ -11,9 +11,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from governor_mechanism.effects.dry_friction import DryFriction
+from governor_mechanism.effects.holding import DryFriction, Stops
 from governor_mechanism.effects.spring import OutputSpring
-from governor_mechanism.effects.stops import Stops
 from governor_mechanism.machines.parabolic import LEFT_BALL, RIGHT_BALL, SLEEVE
 from governor_mechanism.render.geometry.attached import (
     Attached,

@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from functools import cached_property
 from itertools import pairwise
 
-from governor_mechanism.effects.clearance import CLEARANCE_READING
+from governor_mechanism.effects.holding import CLEARANCE_READING
 from governor_mechanism.machines.pendulum import RIGHT_LINK, SLEEVE
 from governor_mechanism.render.geometry.attached import Attached, DrawnPart, Flexible, Moment, axes_shifted, fixed
 from governor_mechanism.render.geometry.outlines import first_free_position, make_bar, make_rectangle, select_extreme_rows

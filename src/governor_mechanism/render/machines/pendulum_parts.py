@@ -10,12 +10,10 @@ from functools import cached_property, partial
 
 import numpy as np
 
-from governor_mechanism.effects.clearance import Clearance
 from governor_mechanism.effects.dashpot import Dashpot
-from governor_mechanism.effects.dry_friction import DryFriction
-from governor_mechanism.effects.rod_masses import RodMasses
+from governor_mechanism.effects.holding import Clearance, DryFriction, Stops
+from governor_mechanism.effects.masses import RodMasses
 from governor_mechanism.effects.spring import OutputSpring
-from governor_mechanism.effects.stops import Stops
 from governor_mechanism.machines.pendulum import LEFT_BALL, RIGHT_BALL, SLEEVE
 from governor_mechanism.model.joints import Point
 from governor_mechanism.model.output_variables import LineAngle

@@ -13,7 +13,7 @@ from importlib import resources
 from pathlib import Path
 from typing import Any, ClassVar
 
-from governor_mechanism.effects.gravity import DEFAULT_GRAVITY
+from governor_mechanism.effects.body_forces import DEFAULT_GRAVITY
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.files.writing import save_scene_text
 from governor_mechanism.model.results.result import Column, Recorded, Result

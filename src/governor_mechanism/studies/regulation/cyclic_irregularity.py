@@ -6,8 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from governor_mechanism.effects.clearance import CLEARANCE_READING, Clearance
-from governor_mechanism.effects.dry_friction import DryFriction
+from governor_mechanism.effects.holding import CLEARANCE_READING, Clearance, DryFriction
 from governor_mechanism.engines.initial_state import initial_state
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.machines.registry import MACHINES

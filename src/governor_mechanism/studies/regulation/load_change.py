@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from governor_mechanism.effects.dry_friction import DryFriction
+from governor_mechanism.effects.holding import DryFriction
 from governor_mechanism.engines import select_engine
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.model.results.outcome import Outcome

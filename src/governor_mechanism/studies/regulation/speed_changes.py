@@ -10,7 +10,7 @@ from scipy.interpolate import CubicHermiteSpline
 from scipy.optimize import brentq, minimize_scalar
 
 from governor_mechanism.effects.dashpot import Dashpot
-from governor_mechanism.effects.stops import Stops
+from governor_mechanism.effects.holding import Stops
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.mechanics.reduction.lagrangian import SingleDofReduction
 from governor_mechanism.model.events import EventKind

@@ -8,10 +8,9 @@ import numpy as np
 
 from governor_mechanism.closed_form.governed_engine import CharacteristicCoefficients, pendulum_coefficients, vyshnegradskii_parameters
 from governor_mechanism.closed_form.pendulum import PendulumGovernor
-from governor_mechanism.effects.centrifugal import Centrifugal
+from governor_mechanism.effects.body_forces import Centrifugal, Gravity
 from governor_mechanism.effects.dashpot import Dashpot
-from governor_mechanism.effects.gravity import Gravity
-from governor_mechanism.effects.stops import Stops
+from governor_mechanism.effects.holding import Stops
 from governor_mechanism.engines.initial_state import initial_state
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.machines import pendulum

@@ -18,7 +18,7 @@ from typing import Any
 
 import numpy as np
 
-from governor_mechanism.effects.dry_friction import DryFriction
+from governor_mechanism.effects.holding import DryFriction
 from governor_mechanism.engines import select_engine
 from governor_mechanism.errors import GovernorMechanismError, MechanismError
 from governor_mechanism.files.results import package_versions

@@ -9,8 +9,8 @@ import numpy as np
 from scipy.optimize import brentq
 
 from governor_mechanism.closed_form import hartung as closed
-from governor_mechanism.effects.bell_crank_masses import BellCrankMasses
-from governor_mechanism.effects.stops import Stops
+from governor_mechanism.effects.holding import Stops
+from governor_mechanism.effects.masses import BellCrankMasses
 from governor_mechanism.mechanics.kinematics.time_functions import SpindleSpeedFunction
 from governor_mechanism.mechanics.reduction.lagrangian import SingleDofReduction
 from governor_mechanism.model.events import EventKind

@@ -7,8 +7,8 @@ import numpy as np
 
 from governor_mechanism.closed_form import pendulum as closed
 from governor_mechanism.closed_form.pendulum import PendulumGovernor
-from governor_mechanism.effects.clearance import Clearance
-from governor_mechanism.effects.rod_masses import RodMasses
+from governor_mechanism.effects.holding import Clearance
+from governor_mechanism.effects.masses import RodMasses
 from governor_mechanism.mechanics.kinematics.time_functions import SpindleSpeedFunction
 from governor_mechanism.model.effect import OutputEffect
 from governor_mechanism.model.part import FreeSpindle, Spindle

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from governor_mechanism.closed_form import slider_crank as closed
-from governor_mechanism.effects.crank_masses import CrankMasses
+from governor_mechanism.effects.masses import CrankMasses
 from governor_mechanism.mechanics.kinematics.kinematic_analysis import solve_kinematics
 from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.model.scene import Scene

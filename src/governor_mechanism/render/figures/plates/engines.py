@@ -10,8 +10,8 @@ from matplotlib.patches import Circle, Rectangle
 from numpy.typing import NDArray
 
 from governor_mechanism.closed_form.slider_crank import BearingLoads, CrankTrain, bearing_loads, crosshead_distance
-from governor_mechanism.effects.crank_masses import CrankMasses
 from governor_mechanism.effects.gas_pressure import pressure_in_stroke
+from governor_mechanism.effects.masses import CrankMasses
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.model.force_elements import CylinderGas
 from governor_mechanism.model.results.trajectory import Trajectory

@@ -8,9 +8,8 @@ from collections.abc import Iterable, Iterator
 from functools import partial
 
 from governor_mechanism.effects.dashpot import Dashpot
-from governor_mechanism.effects.dry_friction import DryFriction
+from governor_mechanism.effects.holding import DryFriction, Stops
 from governor_mechanism.effects.spring import OutputSpring
-from governor_mechanism.effects.stops import Stops
 from governor_mechanism.model.effect import OutputEffect
 from governor_mechanism.model.force_elements import Damper, Force, Spring, Torque, TorsionDamper, TorsionSpring
 from governor_mechanism.model.joints import GROUND, Distance, Pin, Point, RotationalDriver, TranslationalDriver, Weld

@@ -10,7 +10,7 @@ from collections.abc import Iterator
 from functools import partial
 
 from governor_mechanism.closed_form import parabolic
-from governor_mechanism.papers.errata.erratum import Erratum, Paper
+from governor_mechanism.papers.erratum import Erratum, Paper
 from governor_mechanism.studies.design.pendulum import ParabolaStart, PendulumDesign, design_pendulum
 from governor_mechanism.studies.design.skeleton import Cause
 from governor_mechanism.units.constants import RPM

@@ -7,8 +7,8 @@ from typing import Any, ClassVar
 import numpy as np
 
 from governor_mechanism.model.scene import Scene
-from governor_mechanism.papers.rules.droop import find_growth_rate
-from governor_mechanism.papers.rules.rule import (
+from governor_mechanism.papers.droop import find_growth_rate
+from governor_mechanism.papers.rule import (
     DURATION,
     HALF_LOAD,
     INTERVAL,

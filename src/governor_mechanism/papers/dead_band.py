@@ -8,7 +8,7 @@ import numpy as np
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.model.events import EventKind
 from governor_mechanism.model.scene import Scene
-from governor_mechanism.papers.rules.rule import (
+from governor_mechanism.papers.rule import (
     DURATION,
     ENGINE_SPEED,
     GOVERNOR_SPEED,

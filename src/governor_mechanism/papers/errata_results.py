@@ -9,18 +9,10 @@ from typing import Any
 import numpy as np
 
 from governor_mechanism.model.results.result import Column, Result, format_columns
-from governor_mechanism.papers.errata.dubois import list_dubois_errata
-from governor_mechanism.papers.errata.erratum import (
-    CAUSE_NOUNS,
-    PAPER_REFERENCES,
-    Erratum,
-    Paper,
-    check_cause,
-    check_paper,
-    list_marks_errata,
-)
-from governor_mechanism.papers.errata.redtenbacher import list_redtenbacher_errata
-from governor_mechanism.papers.errata.zehnder import LONGER, PROBE_ANGLE_DEG, SHORTER, list_zehnder_errata
+from governor_mechanism.papers.dubois import list_dubois_errata
+from governor_mechanism.papers.erratum import CAUSE_NOUNS, PAPER_REFERENCES, Erratum, Paper, check_cause, check_paper, list_marks_errata
+from governor_mechanism.papers.redtenbacher import list_redtenbacher_errata
+from governor_mechanism.papers.zehnder import LONGER, PROBE_ANGLE_DEG, SHORTER, list_zehnder_errata
 from governor_mechanism.scenes.library import load_scene
 from governor_mechanism.scenes.parser import parse_scene_document
 from governor_mechanism.statics.controlling_force import compute_controlling_force
@@ -160,7 +152,7 @@ class Errata(Result):
 
     __repr__ = short_repr
 
-    figure_set = "papers.errata.drawings.errata_figures"
+    figure_set = "papers.errata_drawings.errata_figures"
     record = ("counts", "errata=rows")
     columns = (
         Column("paper"),

@@ -5,12 +5,12 @@ from typing import Any
 
 import numpy as np
 
-from governor_mechanism.papers.rules.damping import DashpotCheck, DryFrictionCheck
-from governor_mechanism.papers.rules.dead_band import DeadBandCheck, RegulatingForceCheck
-from governor_mechanism.papers.rules.droop import DroopCheck
-from governor_mechanism.papers.rules.rule import RuleCheck, Verdict
-from governor_mechanism.papers.rules.shaking import ClearanceCheck, OilBrakeCheck, ShakingCheck
-from governor_mechanism.papers.rules.study import PaperRules
+from governor_mechanism.papers.damping import DashpotCheck, DryFrictionCheck
+from governor_mechanism.papers.dead_band import DeadBandCheck, RegulatingForceCheck
+from governor_mechanism.papers.droop import DroopCheck
+from governor_mechanism.papers.rule import RuleCheck, Verdict
+from governor_mechanism.papers.rules_study import PaperRules
+from governor_mechanism.papers.shaking import ClearanceCheck, OilBrakeCheck, ShakingCheck
 from governor_mechanism.render.figures.page import (
     DASHED,
     MM_PER_M,

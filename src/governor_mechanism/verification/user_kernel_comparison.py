@@ -16,7 +16,7 @@ from governor_mechanism.model.scene import Scene
 from governor_mechanism.types import FloatArray
 from governor_mechanism.units.quantities import format_quantity
 from governor_mechanism.verification.report import MAX_PRINTED_ROWS, CheckReport, ComparisonRow
-from governor_mechanism.verification.user_kernel.function import (
+from governor_mechanism.verification.user_kernel import (
     Kernel,
     KernelResults,
     SampleGroup,
@@ -29,7 +29,7 @@ from governor_mechanism.verification.user_kernel.function import (
     parse_inputs,
     random_groups,
 )
-from governor_mechanism.verification.user_kernel.quantities import (
+from governor_mechanism.verification.user_kernel_quantities import (
     TIME,
     engine_quantities,
     position_quantities,
@@ -37,7 +37,7 @@ from governor_mechanism.verification.user_kernel.quantities import (
     static_quantities,
     valve_quantities,
 )
-from governor_mechanism.verification.user_kernel.simulated import Quantity, Series, Simulated, constant_units, constant_values, unit_factor
+from governor_mechanism.verification.user_kernel_simulation import Quantity, Series, Simulated, constant_units, constant_values, unit_factor
 
 
 @dataclass(frozen=True)

@@ -11,10 +11,10 @@ from governor_mechanism.closed_form import parabolic
 from governor_mechanism.closed_form.flywheel import speed_limits
 from governor_mechanism.closed_form.flywheel_equilibrium import shaft_speed
 from governor_mechanism.closed_form.slide_valve import event_angle
-from governor_mechanism.papers.errata.dubois import USED_ANGLE_DEG
-from governor_mechanism.papers.errata.erratum import ECCENTRIC, LAPS, Paper
-from governor_mechanism.papers.errata.results import Errata
-from governor_mechanism.papers.errata.zehnder import LONGER, SHORTER
+from governor_mechanism.papers.dubois import USED_ANGLE_DEG
+from governor_mechanism.papers.errata_results import Errata
+from governor_mechanism.papers.erratum import ECCENTRIC, LAPS, Paper
+from governor_mechanism.papers.zehnder import LONGER, SHORTER
 from governor_mechanism.render.figures.page import CHAIN_DOTTED, DASHED, MM_PER_M, Page, Panel, PanelRect, add_legend
 from governor_mechanism.render.style import BLUE, GREEN, INK, LIGHT_STEEL, MUTED, PAPER, SERIF_FONT, SKY, VERMILLION
 from governor_mechanism.studies.design import hartung

@@ -9,7 +9,7 @@ import math
 from collections.abc import Iterator
 from functools import partial
 
-from governor_mechanism.papers.errata.erratum import Erratum, Paper, make_number_erratum
+from governor_mechanism.papers.erratum import Erratum, Paper, make_number_erratum
 from governor_mechanism.studies.design.hartung import PAPER_INPUTS, build_hartung_layout, compare_with_paper
 from governor_mechanism.studies.design.skeleton import Cause, PrintedNumber
 

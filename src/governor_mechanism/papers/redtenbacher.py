@@ -10,7 +10,7 @@ from collections.abc import Iterator
 from functools import partial
 
 from governor_mechanism.numerics.roots import find_root
-from governor_mechanism.papers.errata.erratum import Erratum, Paper, make_number_erratum
+from governor_mechanism.papers.erratum import Erratum, Paper, make_number_erratum
 from governor_mechanism.studies.design.flywheel import (
     PAPER_ENGINE,
     PRINTED_ANGLES,

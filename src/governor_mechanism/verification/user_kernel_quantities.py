@@ -33,7 +33,7 @@ from governor_mechanism.statics.equilibrium_speed import (
 )
 from governor_mechanism.statics.speed_curve import compute_insensitivity_band, equilibrium_speed_at
 from governor_mechanism.types import FloatArray
-from governor_mechanism.verification.user_kernel.simulated import ROUNDING, Input, Quantity, Series, Simulated, evaluate_with_rounding
+from governor_mechanism.verification.user_kernel_simulation import ROUNDING, Input, Quantity, Series, Simulated, evaluate_with_rounding
 
 RATE = "rate"
 STATIC_SLEEVE_FORCE = "static_sleeve_force"

@@ -16,18 +16,11 @@ from functools import partial
 from typing import Any
 
 from governor_mechanism.model.results.result import Column, Result, format_columns
-from governor_mechanism.papers.rules.damping import DashpotCheck, DryFrictionCheck, check_dashpot, check_dry_friction
-from governor_mechanism.papers.rules.dead_band import DeadBandCheck, RegulatingForceCheck, check_dead_band, check_regulating_force
-from governor_mechanism.papers.rules.droop import DroopCheck, check_droop
-from governor_mechanism.papers.rules.rule import RuleCheck, build_cyclic_engine, find_steady_engine
-from governor_mechanism.papers.rules.shaking import (
-    ClearanceCheck,
-    OilBrakeCheck,
-    ShakingCheck,
-    check_clearance,
-    check_oil_brake,
-    check_shaking,
-)
+from governor_mechanism.papers.damping import DashpotCheck, DryFrictionCheck, check_dashpot, check_dry_friction
+from governor_mechanism.papers.dead_band import DeadBandCheck, RegulatingForceCheck, check_dead_band, check_regulating_force
+from governor_mechanism.papers.droop import DroopCheck, check_droop
+from governor_mechanism.papers.rule import RuleCheck, build_cyclic_engine, find_steady_engine
+from governor_mechanism.papers.shaking import ClearanceCheck, OilBrakeCheck, ShakingCheck, check_clearance, check_oil_brake, check_shaking
 from governor_mechanism.scenes.library import load_scene
 from governor_mechanism.units.text_table import short_repr
 
@@ -73,7 +66,7 @@ class PaperRules(Result):
 
     __repr__ = short_repr
 
-    figure = "papers.rules.figure.paper_rules_figure"
+    figure = "papers.rules_figure.paper_rules_figure"
     data_files = ("json",)
     record = ("rules=rows",)
     columns = (

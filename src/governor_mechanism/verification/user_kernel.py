@@ -22,7 +22,7 @@ from governor_mechanism.model.scene import Scene
 from governor_mechanism.scenes.changed_document import parse_scene_with
 from governor_mechanism.types import FloatArray
 from governor_mechanism.units.quantities import format_value, number_or_text, parse_quantity
-from governor_mechanism.verification.user_kernel.simulated import Input, Quantity, Series, kind_of_unit, unit_factor
+from governor_mechanism.verification.user_kernel_simulation import Input, Quantity, Series, kind_of_unit, unit_factor
 
 EXAMPLE = "mine.py:speed, or package.module:speed"
 

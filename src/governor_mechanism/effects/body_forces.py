@@ -1,4 +1,6 @@
-"""Effect `gravity`: uniform gravity."""
+"""Effects `gravity` and `centrifugal`: forces on masses."""
+
+from __future__ import annotations
 
 from dataclasses import dataclass
 
@@ -34,3 +36,11 @@ class Gravity(Effect):
     def gravity(self) -> float:
         """Gravitational acceleration along -y, m/s2."""
         return self.acceleration
+
+
+@dataclass(frozen=True, kw_only=True)
+class Centrifugal(Effect):
+    """Centrifugal load on bodies whose plane turns with the spindle."""
+
+    key = "centrifugal"
+    loads_turning_bodies = True

@@ -9,7 +9,7 @@ import numpy as np
 from governor_mechanism.model.coupling.couplings import ControlCoupling
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.model.time_functions import TableFunction
-from governor_mechanism.papers.rules.rule import (
+from governor_mechanism.papers.rule import (
     DURATION,
     ENGINE_SPEED,
     HALF_LOAD,

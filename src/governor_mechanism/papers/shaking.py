@@ -7,9 +7,9 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from governor_mechanism.effects.clearance import CLEARANCE_READING
+from governor_mechanism.effects.holding import CLEARANCE_READING
 from governor_mechanism.model.scene import Scene
-from governor_mechanism.papers.rules.rule import (
+from governor_mechanism.papers.rule import (
     INERTIA,
     CyclicEngine,
     RuleCheck,

@@ -1,1 +1,0 @@
-"""The simulation against a user's function: its quantities, samples, calls and report."""
