@@ -7,11 +7,11 @@ from unittest.mock import Mock
 
 import numpy as np
 import pytest
-from governor_mechanism.papers import damping, dead_band, droop
-from governor_mechanism.papers import rules_study as paper_rules
 
 import governor_mechanism as gm
 from governor_mechanism.closed_form.hartung import HartungGovernor, static_sleeve_force
+from governor_mechanism.papers import damping, dead_band, droop
+from governor_mechanism.papers import rules_study as paper_rules
 from governor_mechanism.papers.damping import DashpotCheck, DryFrictionCheck
 from governor_mechanism.papers.dead_band import DeadBandCheck, RegulatingForceCheck, measure_dead_band
 from governor_mechanism.papers.droop import DroopCheck

@@ -62,10 +62,7 @@ def make_attempt(functions: EquationFunctions[Equation]) -> Callable[..., None]:
 
 
 def make_output(functions: EquationFunctions[Equation]) -> Callable[..., float]:
-    """Return the function that fills in the states at the times within an accepted step.
-
-    It returns the quality of the additional stages, negative if one leaves the domain.
-    """
+    """Return the function that fills in states within a step, and returns the quality of its stages, negative outside the domain."""
     evaluate, project = functions.evaluate, functions.project
 
     def write_outputs(

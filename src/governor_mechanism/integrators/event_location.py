@@ -44,10 +44,7 @@ def is_any_positive(
     event_values: FloatArray,  # values of the event functions; shape (n,)
     n_functions: int,
 ) -> bool:
-    """Return whether any of the first event functions is positive.
-
-    Result: true if one has risen through zero.
-    """
+    """Return whether any of the first event functions has risen through zero."""
     is_positive = False
     for i in range(n_functions):
         is_positive = is_positive or event_values[i] > 0.0
@@ -65,10 +62,9 @@ def is_any_above(event_values: FloatArray, tolerances: FloatArray, n_functions: 
 
 @jit_in_place
 def _locate_parabola_maximum(event_values: FloatArray, i: int, j: int) -> tuple[float, float]:
-    """Return fraction and an upper estimate of the maximum of the parabola through sample j of function i and its neighbours.
-
-    The estimate is raised by OVERSHOOT_RATIO of the spread of the samples. It is -1 if there is no maximum between the samples.
-    """
+    """Return fraction and an upper estimate of the maximum of the parabola through sample j of function i and its neighbours, or -1."""
+    # The estimate is raised by OVERSHOOT_RATIO of the spread of the samples. It is -1 if there is no
+    # maximum between the samples.
     before, middle, after = event_values[j - 1, i], event_values[j, i], event_values[j + 1, i]
     second_difference, central_difference = before - 2.0 * middle + after, 0.5 * (after - before)
     if not second_difference < 0.0 or abs(central_difference) > -second_difference:
@@ -127,11 +123,7 @@ def make_bracketing(evaluate_after_fraction: TrialEvaluation[Equation]) -> Calla
     """Return the function that brackets the first event in a step between two fractions; (2, 2) if there is none."""
 
     def bracket_first_event(equation: Equation, step: EventStep) -> tuple[float, float]:
-        """Bracket the first event in a step.
-
-        Results: low, fraction of the step before the event, or NO_EVENT; high, fraction of the step after it,
-        or NO_EVENT.
-        """
+        """Return the fractions of a step before and after its first event, or NO_EVENT twice."""
         event_values, trial_values = step.buffers.event_values, step.buffers.trial_event_values
         low, high = NO_EVENT, NO_EVENT
         for i in range(count_located(step.buffers)):
@@ -158,18 +150,14 @@ def make_bracketing(evaluate_after_fraction: TrialEvaluation[Equation]) -> Calla
 
 
 def make_zero_search(evaluate_after_fraction: TrialEvaluation[Equation]) -> Callable[[Equation, EventStep, int, float, float], float]:
-    """Return the function that locates the zero of one event function.
-
-    N. Anderson, A. Bjorck, A new high order method of regula falsi type, BIT 13 (1973): where false positions stay on one side of the
-    zero, the value at the other end of the bracket is reduced.
-    """
+    """Return the function that locates the zero of one event function, by false positions."""
+    # N. Anderson, A. Bjorck, A new high order method of regula falsi type, BIT 13 (1973): where false
+    # positions stay on one side of the zero, the value at the other end of the bracket is reduced.
 
     def locate_zero(equation: Equation, step: EventStep, i: int, low: float, high: float) -> float:
-        """Locate the zero of an event function between fractions of the step at which it is negative and positive.
-
-        The row of event functions at LOW_VALUES is that at `low`; the last row is that at `high`, and becomes that at the result. Result:
-        fraction of the step just after the zero.
-        """
+        """Return the fraction of the step just after a zero of an event function, between negative and positive values."""
+        # The row of event functions at LOW_VALUES is that at `low`; the last row is that at `high`,
+        # and becomes that at the result.
         values_high, trial_values = step.buffers.event_values[LAST_SAMPLE], step.buffers.trial_event_values
         at_low, at_high = min(step.buffers.event_values[LOW_VALUES, i], -MIN_POSITIVE_EVENT_VALUE), values_high[i]
         at_zero, side = AT_ZERO * step.buffers.event_tolerances[i], 0
@@ -196,18 +184,14 @@ def make_zero_search(evaluate_after_fraction: TrialEvaluation[Equation]) -> Call
 
 
 def make_event_location(evaluate_after_fraction: TrialEvaluation[Equation]) -> Callable[[Equation, EventStep], float]:
-    """Return the function that locates the first event in a step: the fraction of the step after which an event function is positive.
-
-    A function that starts at zero, as at a body that just left a stop, must be negative first, unless it rises at once.
-    """
+    """Return the function that locates the first event in a step: the fraction of the step after which an event function is positive."""
+    # A function that starts at zero, as at a body that just left a stop, must be negative first, unless
+    # it rises at once.
     bracket_first_event = jit_in_place(make_bracketing(evaluate_after_fraction))
     locate_in_bracket = jit_in_place(_make_location_in_bracket(evaluate_after_fraction))
 
     def locate_first_event(equation: Equation, step: EventStep) -> float:
-        """Locate the first event in a step; the last row of its event functions becomes that at the event.
-
-        Result: fraction of the step after which an event function is positive, or NO_EVENT.
-        """
+        """Return the fraction of the step after its first event, or NO_EVENT; the last row of event functions becomes that there."""
         buffers, n_located = step.buffers, count_located(step.buffers)
         trial_values, end_values = buffers.trial_event_values, buffers.event_values[LAST_SAMPLE]
         low, high = bracket_first_event(equation, step)
@@ -232,10 +216,7 @@ def _make_location_in_bracket(evaluate_after_fraction: TrialEvaluation[Equation]
     locate_zero = jit_in_place(make_zero_search(evaluate_after_fraction))
 
     def locate_in_bracket(equation: Equation, step: EventStep, low: float, high: float) -> float:
-        """Locate where the first of the functions that are positive at `high`, as evaluated last, becomes positive.
-
-        The last row of event functions becomes that just after the event. Result: fraction of the step there.
-        """
+        """Return where the first of the functions that are positive at `high` becomes positive; the last row becomes that just after."""
         buffers, n_located = step.buffers, count_located(step.buffers)
         trial_values, start_values, tolerances = buffers.trial_event_values, buffers.event_values[0], buffers.arming_tolerances
         at_event, rising = buffers.event_values[LAST_SAMPLE], buffers.is_rising

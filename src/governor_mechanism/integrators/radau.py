@@ -55,10 +55,7 @@ class RadauLimits(NamedTuple):
 
 @dataclass(frozen=True)
 class StiffEquationFunctions(Generic[Equation]):
-    """Compiled functions of a stiff equation; times are local, as those of its inputs.
-
-    Qualities are negative where a state is outside the domain of the equation.
-    """
+    """Compiled functions of a stiff equation, in local times, as its inputs; qualities are negative outside its domain."""
 
     start_step: Callable[[Equation], None]  # prepare the evaluations of a step from the present state
     # fill the derivative at a time and state, count the evaluation, and return the quality; the last argument
@@ -246,10 +243,9 @@ def advance(progress: RecordArray, limits: RadauLimits, factor: float, max_jacob
 
 @jit_in_place
 def _predict_factor(error: float, previous_error: float, h: float, previous_h: float, n_stages: int) -> float:
-    """Return the factor on a step size h that its error allows, relative to the tolerance; previous_h is 0 in a first step.
-
-    The error of the next step is expected to change as it has changed since the previous one (Gustafsson).
-    """
+    """Return the factor on a step size h that its error allows, relative to the tolerance; previous_h is 0 in a first step."""
+    # The error of the next step is expected to change as it has changed since the previous one
+    # (Gustafsson).
     exponent = 1.0 / (n_stages + 1)
     factor: float = error**-exponent
     return min(factor, h / previous_h * (previous_error / error**2) ** exponent) if previous_h > 0.0 else factor

@@ -129,11 +129,7 @@ def make_newton_iteration(
         tolerance: float,
         last_rate: float,
     ) -> tuple[int, float]:
-        """Solve the collocation equations of a step for its increments, in place.
-
-        Results: n_iterations, number of iterations; 0 if they do not converge; rate, rate of their
-        convergence.
-        """
+        """Solve the collocation equations in place; return the number of iterations, 0 without convergence, and its rate."""
         nodes, increments, residuals = buffers.tableau.nodes, buffers.increments, buffers.residuals
         n_stages, n = increments.shape
         max_iterations, newton_tolerance = 5 + n_stages, NEWTON_TOLERANCE_RATIO * tolerance
@@ -183,11 +179,10 @@ def estimate_errors(buffers: RadauBuffers, h: float, derivative: FloatArray) -> 
 def make_error_estimate(
     evaluate: Callable[[Equation, float, FloatArray, FloatArray, int], float],
 ) -> Callable[[Equation, RadauBuffers, float, float, FloatArray, float, bool], float]:
-    """Return the function that estimates the error of a step relative to the tolerance.
-
-    Where that is doubtful, a large estimate is filtered a second time, with the derivative at the start plus the errors: in a first step
-    and after a rejected one, components that decay fast would make it too large.
-    """
+    """Return the function that estimates the error of a step relative to the tolerance."""
+    # Where that is doubtful, a large estimate is filtered a second time, with the derivative at the
+    # start plus the errors: in a first step and after a rejected one, components that decay fast would
+    # make it too large.
 
     def estimate_error(
         equation: Equation,

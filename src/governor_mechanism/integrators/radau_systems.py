@@ -15,10 +15,7 @@ def factorise_lu(
     matrix: NDArray[Any],  # matrix; becomes the unit lower and the upper triangle; shape (n, n)
     pivots: IntArray,  # result: the row with which each row was exchanged; shape (n,)
 ) -> bool:
-    """Replace a square matrix by its factors, and return whether it is regular.
-
-    Result: whether no pivot is 0 or not a number.
-    """
+    """Replace a square matrix by its factors, and return whether it is regular: no pivot is 0 or not a number."""
     n = pivots.size
     for k in range(n):
         pivots[k] = k

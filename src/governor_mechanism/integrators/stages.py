@@ -53,10 +53,7 @@ def make_stages(
     n_coupled: int,
     counts: IntArray,
 ) -> Stages:
-    """Allocate the stages of a step.
-
-    Result: buffers filled with zeros.
-    """
+    """Allocate the stages of a step, filled with zeros."""
     return Stages(
         derivatives=np.zeros((n_components, N_STAGES)),
         stage_state=np.zeros(n_components),
@@ -98,11 +95,7 @@ def make_take_step(
         # stages, with the derivative at the start in the first column; the state at the end follows in `end`
         stages: Stages,
     ) -> float:
-        """Fill the stages of a step.
-
-        Result: lowest quality of the stages; negative where one leaves the domain, whose state is in `end`
-        then.
-        """
+        """Fill the stages of a step; return their lowest quality, negative where one, whose state is in `end` then, leaves the domain."""
         quality = 1.0
         for stage in range(1, END_STAGE + 1):
             result = stages.end if stage == END_STAGE else stages.last_stage_state if stage == END_STAGE - 1 else stages.stage_state

@@ -54,18 +54,11 @@ def make_kink_prediction(
     # function that fills the event functions at a fraction of the step
     sample_events: SampleEvents[Equation],
 ) -> Callable[[Equation, EventStep], float]:
-    """Return the function that predicts the first kink in a step or a little behind it.
-
-    Result: function of the equation and a step with its event functions; it returns the kink as a fraction of the step, up to
-    1 + MAX_STRETCH, or NO_EVENT.
-    """
+    """Return the function that predicts the first kink in a step or a little behind it."""
     find_root = jit_in_place(_make_root_search(sample_events))
 
     def predict_kink(equation: Equation, step: EventStep) -> float:
-        """Predict the first kink in a step or a little behind it.
-
-        Result: the kink as a fraction of the step, up to 1 + MAX_STRETCH, or NO_EVENT.
-        """
+        """Return the first kink in a step or a little behind it as a fraction of the step, up to 1 + MAX_STRETCH, or NO_EVENT."""
         prediction, event_values = NO_EVENT, step.buffers.event_values
         for i in range(count_located(step.buffers), event_values.shape[1]):
             if event_values[0, i] < 0.0:
@@ -82,16 +75,12 @@ def make_kink_prediction(
 
 
 def _make_root_search(sample_events: SampleEvents[Equation]) -> Callable[[Equation, EventStep, int, int], float]:
-    """Return the function that finds the zero of event function i near a sample, in which it rises from the sample before it.
-
-    The secant steps stay between both samples if the zero is there. A zero too far behind the step is not located.
-    """
+    """Return the function that finds the zero of event function i near a sample, in which it rises from the sample before it."""
+    # The secant steps stay between both samples if the zero is there. A zero too far behind the step is
+    # not located.
 
     def find_root(equation: Equation, step: EventStep, i: int, sample: int) -> float:
-        """Find the zero of an event function by secant steps.
-
-        Result: the zero as a fraction of the step, or NO_EVENT if it is too far behind the step.
-        """
+        """Return the zero of an event function by secant steps, as a fraction of the step, or NO_EVENT if it is too far behind."""
         event_values, buffer = step.buffers.event_values, step.buffers.trial_event_values
         low, high, is_bracketed = EVENT_SAMPLE_FRACTIONS[sample - 1], EVENT_SAMPLE_FRACTIONS[sample], event_values[sample, i] > 0.0
         position, previous, previous_value, value = high, low, event_values[sample - 1, i], event_values[sample, i]
@@ -151,10 +140,7 @@ def make_kink_aim(
         event_values: FloatArray,
         buffer: FloatArray,  # buffer; shape (components,)
     ) -> float:
-        """Aim a step at the first kink along the tangent of the motion.
-
-        Result: length of the step, or a shorter one up to the kink, s.
-        """
+        """Return the length (s) of a step, or a shorter one up to the first kink along the tangent of the motion."""
         aim, kink, low, high = h, NO_INDEX, 0.0, h
         for j in range(1, EVENT_SAMPLE_FRACTIONS.size):
             low, high = EVENT_SAMPLE_FRACTIONS[j - 1] * h, EVENT_SAMPLE_FRACTIONS[j] * h
@@ -189,12 +175,9 @@ def judge_length(
     min_length: float,  # length of the shortest step, s
     time_rounding: float,  # rounding of the time, s
 ) -> tuple[bool, float]:
-    """Return whether a step ends at a kink, and the length with which to try again, or 0.
-
-    Results: is_at_kink, whether an accepted step ends at the kink but for rounding, or does not come nearer;
-    length, length of the step to the kink, s; 0 if this step is as good, or if its error does not let it lead
-    there.
-    """
+    """Return whether a step ends at a kink, and the length (s) with which to try again, or 0."""
+    # An accepted step ends at the kink but for rounding, or where it does not come nearer. The length
+    # is 0 if this step is as good, or if its error does not let it lead there.
     overshoot, tolerance = (1.0 - fraction) * h, KINK_TOLERANCE * h + time_rounding
     is_close = is_reached and (overshoot <= tolerance or h <= min_length)
     is_futile = fraction == NO_EVENT or n_tried >= MAX_KINK_RETRIES or 0.0 < retry_factor < fraction
@@ -218,10 +201,7 @@ class StepEnds:
 
 
 def make_step_ends(functions: EquationFunctions[Equation]) -> StepEnds:
-    """Return the functions for an equation with event functions.
-
-    Result: functions that locate kinks and events.
-    """
+    """Return the functions that locate kinks and events of an equation."""
     return StepEnds(
         choose_length=jit_in_place(_make_choice_of_length(functions)),
         finish_and_sample=jit_in_place(_make_finish_and_sample(functions)),
@@ -257,10 +237,7 @@ def _make_finish_and_sample(functions: EquationFunctions[Equation]) -> Callable[
         state: FloatArray,  # state at the start; shape (components,)
         lowest_quality: float,
     ) -> float:
-        """Finish a step and sample its event functions.
-
-        Result: quality of the state after the step.
-        """
+        """Finish a step and sample its event functions; return the quality of the state after it."""
         stages, event_values = buffers.stages, buffers.event_values
         quality = finish_step(equation, local_end, lowest_quality, stages)
         if buffers.event_tolerances.size > 0:
@@ -291,11 +268,7 @@ def _make_correction_of_length(functions: EquationFunctions[Equation]) -> Callab
         min_length: float,  # length of the shortest step, s
         time_rounding: float,  # rounding of the time, s
     ) -> tuple[bool, float]:
-        """Compare a finished step with the first kink.
-
-        Results: is_at_kink, whether the step ends at the kink; length, length of the step to the kink, s, or
-        0 if this step is as good.
-        """
+        """Return whether a finished step ends at the first kink, and the length (s) to it, or 0 if this step is as good."""
         if buffers.n_kinks == 0:
             return False, 0.0
         fraction = predict_kink(equation, EventStep(local_time, h, state, buffers))
@@ -319,10 +292,7 @@ def _make_cut_at_event(functions: EquationFunctions[Equation]) -> Callable[..., 
         h: float,  # length of the step, s
         state: FloatArray,  # state at the start; shape (components,)
     ) -> float:
-        """Cut a finished step at the first event.
-
-        Result: fraction of the step that precedes the event, or NO_EVENT.
-        """
+        """Cut a finished step at the first event; return the fraction that precedes it, or NO_EVENT."""
         if count_located(buffers) == 0:
             return NO_EVENT
         fraction = locate_first_event(equation, EventStep(local_time, h, state, buffers))

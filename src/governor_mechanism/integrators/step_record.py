@@ -159,10 +159,7 @@ def _length_of(record: StepRecord, k: int) -> float:
 
 @jit_in_place
 def limit_to_half_steps(record: StepRecord, k: int, t: float, h: float) -> tuple[float, int]:
-    """Return a step length (s) from a time (s) on that is at most half of each recorded step which it overlaps.
-
-    The second result is the index of the recorded step at the time; `k` is that of an earlier time.
-    """
+    """Return a step (s) from a time (s) of at most half of each recorded one it overlaps, and the record there, from an earlier k on."""
     n = record.n_steps[0]
     while k < n and record.ends[k] <= t + INSIDE_STEP_TOLERANCE * _length_of(record, k):
         k += 1

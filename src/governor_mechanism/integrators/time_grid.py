@@ -41,10 +41,7 @@ def divide_intervals(
     knots: FloatArray,  # ends of the intervals, ascending; shape (n,)
     n_intervals: IntArray,  # number of equal intervals in each of them; shape (n - 1,)
 ) -> FloatArray:
-    """Return points that divide intervals into equal ones.
-
-    Result: the knots and the points between them, ascending.
-    """
+    """Return the knots and points that divide the intervals between them into equal ones, ascending."""
     ends = np.cumsum(n_intervals)
     interval = np.repeat(np.arange(len(n_intervals)), n_intervals)
     place = np.arange(1, len(interval) + 1) - (ends - n_intervals)[interval]
@@ -59,10 +56,7 @@ def make_time_grid(
     max_step: float,  # largest step, s
     max_interval: float,  # largest distance of two monitor times, s
 ) -> TimeGrid:
-    """Return the time grid of a run that starts at 0 s.
-
-    Result: grid that contains 0, all reported times and all breakpoints up to the last reported time.
-    """
+    """Return the grid of a run from 0 s on, with all reported times and all breakpoints up to the last of them."""
     if not times.size:
         return TimeGrid(np.zeros(1), np.zeros(0, dtype=np.int64), np.zeros(0, dtype=np.int64))
     inner_breakpoints = breakpoints[(breakpoints > 0) & (breakpoints <= times[-1] * (1 + SAME_TIME_RATIO))]

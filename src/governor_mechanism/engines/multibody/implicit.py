@@ -184,10 +184,8 @@ def integrate_implicitly(
     times: FloatArray,
     states: FloatArray,
 ) -> tuple[IntegrationStatus, float, int, float]:
-    """Integrate a reduced state in place, over an interval without breakpoints; full states are filled at the times.
-
-    The input cubics begin at the time origin (s). Returns status, next step (s), number of times reached, and time of the state (s).
-    """
+    """Integrate a reduced state in place between breakpoints; return status, next step (s), times reached, time of the state (s)."""
+    # Full states are filled at the times. The input cubics begin at the time origin (s).
     return _integrate(equation, buffers, span, time_origin, state, limits, times, states)
 
 

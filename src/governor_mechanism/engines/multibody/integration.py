@@ -1,7 +1,4 @@
-"""Integration of the state of a mechanism, projected onto its constraints after every accepted step: DOP853 with events; compiled.
-
-The steps check the values and rates of the readings with limits. Settings of the engine.
-"""
+"""Integration of a mechanism, projected onto its constraints, in checked limits, after every step: DOP853 with events; compiled."""
 
 import math
 from dataclasses import dataclass
@@ -271,10 +268,9 @@ def _check_step(equation: MultibodyEquation, local_time: float, h: float, state:
 
 @jit_in_place
 def _may_leave_limits(equation: MultibodyEquation, h: float, state: FloatArray, stages: Stages) -> bool:
-    """Return whether a reading is outside its limits after a step, or may be at a turning point within it.
-
-    The turning point is that of the quintic interpolant, whose error is at most that of the cubic one.
-    """
+    """Return whether a reading is outside its limits after a step, or may be at a turning point within it."""
+    # The turning point is that of the quintic interpolant, whose error is at most that of the cubic
+    # one.
     limits, layout, end, sample = equation.limits, equation.system.state_layout, stages.next_state, stages.stage_state
     evaluate_limit_rows(limits, layout, state, limits.start_values)
     evaluate_limit_rows(limits, layout, end, limits.end_values)

@@ -193,11 +193,10 @@ class ConstrainedIntegrator:
         return is_damped or len(self.system.lags) > 0 or any(effect.dissipates for effect in output_forces_of(self.scene))
 
     def _find_stable_step(self, duration: float) -> tuple[float, float]:
-        """Return the largest stable explicit step if implicit steps cost less from the start on, else infinity, and the time of the motion.
-
-        Both are in s; without such stiffness the second is the time scale of the scene. Only dampers, dashpots and lags make a motion
-        stiff in that sense: undamped oscillations are followed, whatever the method.
-        """
+        """Return the largest stable explicit step (s) if implicit steps cost less, else infinity, and the time of the motion (s)."""
+        # Without such stiffness the second is the time scale of the scene. Only dampers, dashpots
+        # and lags make a motion stiff in that sense: undamped oscillations are followed, whatever
+        # the method.
         if not self._is_damped or self._min_stiff_steps == np.inf:
             return math.inf, self.evaluator.time_scale
         decay_rate, oscillation_rate = self.make_implicit_integrator().rates_at(self.input_cubics(0.0), self.initial_state)

@@ -15,12 +15,9 @@ def compare_event_logs(
     times: FloatArray,  # reported times common to both, s; shape (n,)
     time_tolerance: float,  # distance from an event within which states are not comparable, s
 ) -> tuple[float, NDArray[np.bool_]]:
-    """Compare the contact events of two runs of one scene.
-
-    Result: largest difference in time of corresponding events, s, and for each time whether it is too close
-    to an event to be compared. An event missing in one run counts with the time to the nearest event of its
-    kind and subject there, or to the end, whichever is less.
-    """
+    """Return the largest difference in time (s) of events of two runs, and which times are too close to an event to be compared."""
+    # An event missing in one run counts with the time to the nearest event of its kind and subject
+    # there, or to the end, whichever is less.
     largest_delay, is_near_event = 0.0, np.zeros(len(times), dtype=np.bool_)
     end = float(times[-1]) if len(times) else 0.0
     for events, others in ((better, worse), (worse, better)):
@@ -51,12 +48,8 @@ def _distances_to_nearest(times: FloatArray, others: FloatArray) -> FloatArray:
 
 
 def select_start_events(events: Sequence[Event]) -> list[Event]:
-    """Return which events of the start of a motion happen to it: strikes, and rests on the stops that were struck.
-
-    The others describe the state in which it starts: what rests or sticks there has not moved before.
-
-    Result: those that happen, in the same order.
-    """
+    """Return in their order the events of the start that happen to a motion: strikes, and rests on the stops that were struck."""
+    # The others describe the state in which it starts: what rests or sticks there has not moved before.
     struck = {event.subject for event in events if event.kind == EventKind.IMPACT}
     return [event for event in events if event.subject in struck and event.kind in (EventKind.IMPACT, EventKind.REST)]
 
@@ -70,10 +63,7 @@ def drop_cancelled_events(
     events: Sequence[Event],
     time_tolerance: float,  # times closer than this are the same, s
 ) -> tuple[Event, ...]:
-    """Remove pairs of opposite events of one contact at the same time, as when one contact hands its load to another.
-
-    Result: remaining events, in the same order.
-    """
+    """Drop pairs of opposite events of one contact at the same time, as when one contact hands its load to another."""
     remaining: dict[int, Event] = {}
     numbers: dict[tuple[EventKind, str], list[int]] = {}
     for number, event in enumerate(events):

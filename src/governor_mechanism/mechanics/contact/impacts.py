@@ -26,12 +26,9 @@ def resolve_impacts(
     states: IntArray,  # state of each contact, 1, -1, 0 or HELD; shape (contacts,)
     impulses: FloatArray,  # result: the impulses along the outputs; shape (contacts,)
 ) -> BoolArray:
-    """Reverse the rates of contacts that strike a stop, by Newton's law of restitution.
-
-    Contacts that rest on a stop stay there. Friction bears no impulse, but under the impulse of parts that rub.
-
-    Result: which contacts have struck; shape (contacts,).
-    """
+    """Reverse the rates of contacts that strike a stop, by Newton's law of restitution; return which have struck, (contacts,)."""
+    # Contacts that rest on a stop stay there. Friction bears no impulse, but under the impulse of parts
+    # that rub.
     n_contacts, rates_before = states.size, dynamics.rates.copy()
     has_struck = np.zeros(n_contacts, dtype=np.bool_)
     for _ in range(2 * n_contacts):
@@ -193,11 +190,9 @@ def dissipated_by_impulses(
 
 @jit_in_place
 def zeno_time(rebound_rate: float, deceleration: float, return_acceleration: float, restitution: float) -> float:
-    """Return the time until an infinite sequence of bounces comes to rest, a geometric series.
-
-    Friction makes the accelerations away from the stop and back to it differ. Without an acceleration back, the time is
-    that of the first rise alone.
-    """
+    """Return the time until an infinite sequence of bounces comes to rest, a geometric series."""
+    # Friction makes the accelerations away from the stop and back to it differ. Without an acceleration
+    # back, the time is that of the first rise alone.
     if not return_acceleration > 0.0:
         return rebound_rate / deceleration
     first_bounce_time = rebound_rate * (1.0 / deceleration + 1.0 / math.sqrt(deceleration * return_acceleration))
@@ -206,10 +201,8 @@ def zeno_time(rebound_rate: float, deceleration: float, return_acceleration: flo
 
 @jit
 def _evaluate_bounce_accelerations(dynamics: ContactDynamics, states: IntArray, has_struck: BoolArray, direction: int) -> FloatArray:
-    """Return the accelerations while contacts that struck move away from the stop (direction 1), or back (-1) against friction.
-
-    With one degree of freedom all other outputs reverse with them.
-    """
+    """Return the accelerations while contacts that struck move away from the stop (direction 1), or back (-1) against friction."""
+    # With one degree of freedom all other outputs reverse with them.
     sliding = states.copy()
     for k in range(states.size):
         if has_struck[k] or states[k] != HELD:
@@ -228,10 +221,7 @@ def settle_final_bounces(
     # (contacts,)
     durations: FloatArray,
 ) -> bool:
-    """Stop the contacts that bounce no higher than MIN_REBOUND_HEIGHT.
-
-    Result: whether there were any.
-    """
+    """Stop the contacts that bounce no higher than MIN_REBOUND_HEIGHT; return whether there were any."""
     departing = _evaluate_bounce_accelerations(dynamics, states, has_struck, 1)
     returning = _evaluate_bounce_accelerations(dynamics, states, has_struck, -1)
     is_constrained, settles = np.zeros(states.size, dtype=np.bool_), False

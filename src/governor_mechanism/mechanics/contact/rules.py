@@ -79,10 +79,7 @@ def has_normal_friction(contacts: RecordArray) -> bool:
 
 @jit
 def find_active_stop(dynamics: ContactDynamics, k: int) -> int:
-    """Return the stop that a contact touches.
-
-    Result: 1 at the high stop, -1 at the low one, 0 at neither.
-    """
+    """Return the stop that a contact touches: 1 the high one, -1 the low one, 0 neither."""
     return find_touched_stop(
         dynamics.contacts, k, dynamics.values[k], tolerances.REST_TOLERANCE if is_at_rest(dynamics, k) else tolerances.CONTACT_TOLERANCE
     )
@@ -112,10 +109,7 @@ def is_locked(
     dynamics: ContactDynamics,
     states: IntArray,  # state of each contact, 1, -1, 0 or HELD; shape (contacts,)
 ) -> bool:
-    """Return whether the held contacts leave no degree of freedom.
-
-    Result: true if the mechanism is at rest.
-    """
+    """Return whether the held contacts leave no degree of freedom, so that the mechanism is at rest."""
     return bool(not dynamics.is_driven and np.sum(states == HELD) == dynamics.mobility)
 
 
@@ -124,10 +118,7 @@ def update_spring_segments(
     dynamics: ContactDynamics,
     segments: IntArray,  # segments, changed in place; shape (springs,)
 ) -> BoolArray:
-    """Update on which segment of its law each one-sided spring is: 1 taut, 0 slack.
-
-    Result: which segments changed; shape (springs,).
-    """
+    """Update the segment of each one-sided spring, 1 taut, 0 slack; return which changed, (springs,)."""
     previous = segments.copy()
     for i in range(segments.size):
         stretch = dynamics.stretches[i]
@@ -143,12 +134,9 @@ def solve_forces(
     # changes, of which those of the other outputs are ignored; shape (contacts,)
     right_hand_side: FloatArray,
 ) -> FloatArray:
-    """Return the forces along outputs that change their accelerations, or the impulses that change their rates.
-
-    An output at a turning point takes no force. Forces along dependent outputs are those of least norm.
-
-    Result: forces, N or N m; shape (contacts,).
-    """
+    """Return the forces (contacts,), N or N m, along outputs that change their accelerations, or the impulses that change their rates."""
+    # An output at a turning point takes no force. Forces along dependent outputs are those of least
+    # norm.
     indices, forces = np.empty(is_constrained.size, dtype=np.int64), np.zeros(is_constrained.size)
     n_constrained, unit = 0, dynamics.energy_scale * dynamics.time_scale**2
     for k in range(is_constrained.size):
@@ -174,12 +162,7 @@ def solve_rubbing_forces(
     states: IntArray,
     right_hand_side: FloatArray,  # changes, of which those of the other outputs are ignored; shape (contacts,)
 ) -> FloatArray:
-    """Return the forces or impulses along outputs as `solve_forces`, and those of friction under them.
-
-    Where they are not determined, forces are left out.
-
-    Result: forces, N or N m; shape (contacts,).
-    """
+    """Return forces or impulses (contacts,) along outputs as `solve_forces`, and those of friction under them, if they are determined."""
     n_contacts = is_constrained.size
     friction, matrix, solution = np.zeros(n_contacts), np.zeros((n_contacts, n_contacts)), np.zeros(n_contacts)
     for k in range(n_contacts):

@@ -1,8 +1,4 @@
-"""Contact tolerances.
-
-Every engine uses these numbers, so that the same motions end in the same way. Lengths are relative to the length scale
-of the mechanism; angles are in rad.
-"""
+"""Contact tolerances of every engine, so that the same motions end in the same way; lengths in length scales, angles in rad."""
 
 SIMULTANEITY_TOLERANCE = 1e-12
 """Events closer than this, in units of the time scale, are simultaneous."""

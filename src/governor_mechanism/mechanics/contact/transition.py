@@ -34,10 +34,7 @@ def make_event_log(capacity: int) -> EventLog:
 
 
 def make_events(log: EventLog, subjects: Sequence[str]) -> list[Event]:
-    """Return the recorded events.
-
-    Result: events in the order of their records.
-    """
+    """Return the recorded events in their order."""
     records = log.records[: log.counts[0]].tolist()
     return [Event(time=time, kind=EVENT_KINDS[int(code)], subject=subjects[int(index)]) for time, code, index in records]
 
@@ -85,12 +82,10 @@ def make_transition(
     # of the contacts
     apply_impulses: Callable[[Model, ContactDynamics, FloatArray], None],
 ) -> Callable[[Model, IntArray, IntArray, BoolArray, float, EventLog], ContactDynamics]:
-    """Return the transition of all contacts of a model, a function that may be compiled if the arguments are.
-
-    Result: function of the model, the states of its contacts and the segments of its springs (both changed in
-    place), the contacts that cannot hold, the time (s) and the event log; it returns the motion of the
-    contacts after the impulses.
-    """
+    """Return the transition of all contacts of a model, a function that may be compiled if the arguments are."""
+    # Its arguments are the model, the states of its contacts and the segments of its springs (both
+    # changed in place), the contacts that cannot hold, the time (s) and the event log; it returns the
+    # motion of the contacts after the impulses.
 
     def change_contact_states(
         model: Model,
@@ -100,10 +95,7 @@ def make_transition(
         time: float,  # time of the transition, s
         log: EventLog,
     ) -> ContactDynamics:
-        """Change the states of all contacts where springs change their segment, contacts strike, or what holds gives way.
-
-        Result: motion of the contacts after the impulses.
-        """
+        """Change the states where springs, strikes or holds change, and return the motion of the contacts after the impulses."""
         previous_states, n_contacts = states.copy(), states.size
         dynamics = evaluate_dynamics(model)
         has_changed = rules.update_spring_segments(dynamics, segments)

@@ -14,10 +14,7 @@ def evaluate_curve(
     n_segments: int,
     x: float,  # abscissa, m
 ) -> tuple[float, float, float]:
-    """Return the value of a guide curve and its first two derivatives.
-
-    Result: value, m, first derivative, and second derivative, 1/m.
-    """
+    """Return the value (m) of a guide curve, its first derivative and its second one (1/m)."""
     k, end = first_segment, first_segment + n_segments
     while end - k > 1:
         middle = (k + end) // 2
@@ -41,9 +38,6 @@ def evaluate_polar_curve(
     n_segments: int,
     angle: float,  # direction, rad, of any turn
 ) -> tuple[float, float, float]:
-    """Return the radius of a closed curve in a direction and its first two derivatives by the angle.
-
-    Result: radius, m, first derivative, m/rad, and second derivative, m/rad2.
-    """
+    """Return the radius (m) of a closed curve in a direction, and its first (m/rad) and second (m/rad2) derivative by the angle."""
     n_turns = math.floor((angle - curve_segments[first_segment, 0]) / (2.0 * math.pi))
     return evaluate_curve(curve_segments, first_segment, n_segments, angle - 2.0 * math.pi * n_turns)

@@ -173,10 +173,7 @@ def find_nearest_point(
     offset: PointOffset,
     bound: Circle,
 ) -> NearestPoint:
-    """Return the point that is nearest to lines and arcs, where none lies deeper inside than another one is away.
-
-    Their circle shows which points are farther away.
-    """
+    """Return the nearest point of lines and arcs, of which none lies deeper inside than another is away, by their circle."""
     c, first_point, nearest, least = pieces.shape[1] - 2, first_piece + n_pieces, first_piece + n_pieces, math.inf
     for k in range(first_point, first_point + n_points):
         x = offset.x + offset.cosine * pieces[k, c] - offset.sine * pieces[k, c + 1]

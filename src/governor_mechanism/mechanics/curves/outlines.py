@@ -88,10 +88,9 @@ def _turns(edges: Sequence[Edge]) -> list[float]:
 
 
 def chains_of(outline: CornerOutline) -> list[list[Edge]]:
-    """Return the edges between hollow corners, where a roller touches both sides at once.
-
-    Along such a chain the distance of a point changes smoothly: around corners that stand out it rolls.
-    """
+    """Return the edges between hollow corners, where a roller touches both sides at once."""
+    # Along such a chain the distance of a point changes smoothly: around corners that stand out it
+    # rolls.
     edges = edges_of(outline)
     hollow = [k + 1 for k, turn in enumerate(_turns(edges)) if turn < -SMOOTH_TURN]
     if not hollow:

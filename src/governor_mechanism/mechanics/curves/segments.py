@@ -22,11 +22,7 @@ from governor_mechanism.types import FloatArray
 def make_curve_segments(
     curve: Curve,  # polynomial or spline curve y = f(x), m, or closed curve r = f(angle), m and rad
 ) -> FloatArray:
-    """Return a guide curve as polynomial segments.
-
-    Result: start of each segment along x (m) or of the angle (rad), then its coefficients, highest power
-    first; shape (segments, columns). Raises TypeError if there are no segments for this type of curve.
-    """
+    """Return a guide curve as segments: start (m, or rad of an angle), then coefficients, highest power first; TypeError without any."""
     if isinstance(curve, PolynomialCurve):
         return np.array([[0.0, *reversed(curve.coefficients)]])
     if isinstance(curve, SplineCurve):

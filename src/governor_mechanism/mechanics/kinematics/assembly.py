@@ -130,12 +130,7 @@ class PositionSolver:
         # poses near the solution; shape (bodies, 3). Default: the mechanism's initial guess
         guess: FloatArray | None = None,
     ) -> FloatArray:
-        """Solve for the poses at a value of the leading coordinate, on the branch of the guess.
-
-        A mechanism that cannot be assembled raises MechanismError as in `solve`.
-
-        Result: assembled poses; shape (bodies, 3).
-        """
+        """Solve for the poses (bodies, 3) at a value of the leading coordinate, on the branch of the guess; raise as `solve` does."""
         return self.solve({self.mechanism.coordinate: value}, guess)
 
     def solve(
@@ -144,14 +139,9 @@ class PositionSolver:
         # poses near the solution; shape (bodies, 3). Default: the mechanism's initial guess
         guess: FloatArray | None = None,
     ) -> FloatArray:
-        """Solve for the poses at values of any outputs, on the branch of the guess or, without values, nearest to it.
-
-        The solution is reached by continuation: Newton's iteration restarts after every `MAX_CONTINUATION_STEP`.
-
-        Result: assembled poses; shape (bodies, 3). Raises MechanismError if the mechanism cannot be assembled
-        (the message names the joint that stays open), or if a value is farther than `MAX_TRAVEL` from the
-        guess.
-        """
+        """Solve for poses (bodies, 3) at values of outputs, on the branch of the guess, or nearest to it; raise for an open joint."""
+        # The solution is reached by continuation: Newton's iteration restarts after every
+        # `MAX_CONTINUATION_STEP`. A value farther than `MAX_TRAVEL` from the guess is refused too.
         start = self.initial_guess if guess is None else self._part_coincident_points(guess)
         poses = self._gauss_newton(start, {})
         displacements = self._displacements(poses, values)
@@ -174,11 +164,7 @@ class PositionSolver:
         poses: FloatArray,  # assembled poses; shape (bodies, 3)
         rates: Mapping[str, float],  # rates of outputs by name, SI per second
     ) -> FloatArray:
-        """Solve for the velocities that satisfy drives and given rates with the least kinetic energy.
-
-        Result: velocities; shape (bodies, 3). Raises MechanismError if joints, drives and rates contradict
-        each other.
-        """
+        """Solve for velocities (bodies, 3) of least kinetic energy that satisfy drives and rates; MechanismError for contradictions."""
         if not (any(rates.values()) or self.equations.is_driven.any()):
             return np.zeros(poses.shape)  # nothing moves
         jacobian = self.jacobian(poses, list(rates))
@@ -226,10 +212,8 @@ class PositionSolver:
         return self._gauss_newton(poses + self.expand_free(offset), {})
 
     def output_derivative(self, name: str, poses: FloatArray, direction: FloatArray) -> float:
-        """Return the derivative of an output along a direction (free coordinates,) in length scales and rad.
-
-        It is zero where a vanishing distance has no direction.
-        """
+        """Return the derivative of an output along a direction (free coordinates,) in length scales and rad."""
+        # It is zero where a vanishing distance has no direction.
         with np.errstate(invalid="ignore"):
             gradient = np.nan_to_num(evaluate_output(self.mechanism, name, poses).gradient.ravel()[self.free_mask])
         return float(np.sum(gradient * self.free_coordinate_scales * direction))
@@ -322,18 +306,12 @@ def position_solver_of(mechanism: Mechanism) -> PositionSolver:
 
 @once_per_object
 def mobility_of(mechanism: Mechanism) -> int:
-    """Return the degrees of freedom that joints and drives leave at the initial guess, as `PositionSolver.mobility`.
-
-    Result: free coordinates minus the rank of the Jacobian.
-    """
+    """Return the degrees of freedom that joints and drives leave at the initial guess, as `PositionSolver.mobility`."""
     return position_solver_of(mechanism).mobility
 
 
 def assembly_notes(scene: Scene) -> tuple[str, ...]:
-    """Return the notes on a scene's dimensions and on the closing of its initial guess.
-
-    Result: one sentence each; empty if there is nothing to report.
-    """
+    """Return a sentence for each note on a scene's dimensions and on the closing of its initial guess."""
     mechanism = scene.mechanism
     if scene.start.values or not mechanism.joints:
         return mechanism.notes

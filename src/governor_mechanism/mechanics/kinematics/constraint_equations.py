@@ -49,12 +49,7 @@ def make_constraint_table(
     # origin of each body by name, in body axes (m), to which the poses refer; the mass centre if left out
     origins: Origins | None = None,
 ) -> ConstraintTable:
-    """Return the constraint rows of all joints of a mechanism.
-
-    Rows that are satisfied trivially are left out.
-
-    Result: rows, their joints and the prescribed motions.
-    """
+    """Return the constraint rows of all joints that are not trivially satisfied, their joints and the prescribed motions."""
     entries = [
         (index, joint, row)
         for index, joint in enumerate(mechanism.joints)
@@ -90,10 +85,7 @@ def bodies_of_rows(table: RecordArray) -> IntArray:
 
 
 def _is_trivially_satisfied(mechanism: Mechanism, joint: Joint, row: ConstraintRow) -> bool:
-    """Return whether a row concerns only the angles of bodies that cannot rotate.
-
-    Raises MechanismError if the row demands a rotation of them.
-    """
+    """Return whether a row concerns only angles of bodies that cannot rotate; MechanismError if it demands that they do."""
     if row.kind != RowKind.FIXED_DIRECTION or {"direction_x", "direction_y"} & set(row.parameters):
         return False
     bodies = [mechanism.body_index(name) for name in joint.bodies]

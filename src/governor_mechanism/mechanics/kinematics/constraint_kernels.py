@@ -108,10 +108,7 @@ rotate_vector_jit = jit_in_place(rotate_vector)
 
 
 class ConstraintRows(NamedTuple):
-    """All constraint rows of a mechanism.
-
-    They are few arrays, because each array costs time in every call.
-    """
+    """All constraint rows of a mechanism in few arrays, because each array costs time in every call."""
 
     table: RecordArray  # records of `CONSTRAINT_ROW_DTYPE`; shape (rows,)
     row_bodies: IntArray  # first, second and, if any row has one, third body of each row, as in `table`; shape (rows, sides)
@@ -313,11 +310,9 @@ def _find_nearest_pair(row: RecordArray, curve_segments: FloatArray, first: Poin
 
 @jit_in_place
 def _profile_row(row: RecordArray, curve_segments: FloatArray, first: PointMotion, second: PointMotion) -> RowGeometry:
-    """Return the distance of a curve about the second point from lines and arcs of the first body, or the slip of its profile along them.
-
-    As both roll and slide on each other, the normal turns back at the rate q k1 by the curvature k1 of the edge; a corner has q = rate, as
-    the nearest point does not move on it.
-    """
+    """Return the distance of a curve about the second point from lines and arcs of the first body, or its slip along them."""
+    # As both roll and slide on each other, the normal turns back at the rate q k1 by the curvature k1
+    # of the edge; a corner has q = rate, as the nearest point does not move on it.
     dx, dy, w1, w2 = second.x - first.x, second.y - first.y, first.angular_velocity, second.angular_velocity
     cosine, sine = math.cos(first.angle), math.sin(first.angle)
     x, y, pair = cosine * dx + sine * dy, cosine * dy - sine * dx, _find_nearest_pair(row, curve_segments, first, second)
@@ -429,11 +424,9 @@ def evaluate_rows_for(
 
 @jit_in_place
 def evaluate_rows(rows: ConstraintRows, poses: FloatArray, velocities: FloatArray, row_values: FloatArray, jacobian: FloatArray) -> None:
-    """Fill residual and gamma of row_values (rows, 5), and the Jacobian (rows, sides, 3) with respect to the poses of the bodies.
-
-    The prescribed motion is in row_values already. J * accelerations = gamma keeps the joints closed and follows the
-    drives.
-    """
+    """Fill residual and gamma of row_values (rows, 5), and the Jacobian (rows, sides, 3) with respect to the poses of the bodies."""
+    # The prescribed motion is in row_values already. J * accelerations = gamma keeps the joints closed
+    # and follows the drives.
     evaluate_rows_for(ANY_USE, rows, poses, velocities, row_values, jacobian)
 
 

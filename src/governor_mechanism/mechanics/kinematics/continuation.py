@@ -68,10 +68,9 @@ class PathInterpolant:
         return cls(*(np.array([getattr(point, name) for point in ascending]) for name in field_names))
 
     def predict_poses(self, values: FloatArray) -> FloatArray:
-        """Return poses (n, bodies, 3) at values (n,) of the coordinate by cubic Hermite interpolation; clamp beyond the ends.
-
-        The coordinate may turn back at an end: the poses are a smooth function of the arc length, not of the coordinate.
-        """
+        """Return poses (n, bodies, 3) at values (n,) of the coordinate by cubic Hermite interpolation; clamp beyond the ends."""
+        # The coordinate may turn back at an end: the poses are a smooth function of the arc length,
+        # not of the coordinate.
         intervals = np.clip(np.searchsorted(self.values, values) - 1, 0, len(self.values) - 2)
         length = self.arc_lengths[intervals + 1] - self.arc_lengths[intervals]
         value_ends, pose_ends = (
@@ -106,10 +105,7 @@ class _CurvedPathPoint(PathPoint):
 
 
 def build_path(mechanism: Mechanism, low: float, high: float) -> PathInterpolant:
-    """Return the path over a range of the coordinate, built outward from the initial guess, each point from its neighbour.
-
-    Raises MechanismError, naming the joint that stays open, where the mechanism cannot be assembled.
-    """
+    """Return the path over a range of the coordinate, built outward from the initial guess; MechanismError names an open joint."""
     position_solver = CoordinateSolver(mechanism)
     initial_value = min(max(position_solver.initial_coordinate, low), high)
     first_point = _solve_path_point(position_solver, initial_value, position_solver.solve_at_coordinate(initial_value))
@@ -197,10 +193,7 @@ class PathEnd:
 
 
 class PathContinuation:
-    """Trace the motion of one mechanism from its initial guess.
-
-    Raises MechanismError if the mechanism has another number of degrees of freedom or if the coordinate is at a turning point.
-    """
+    """Trace the motion of a mechanism from its initial guess; MechanismError for another mobility than one, or at a turning point."""
 
     def __init__(self, mechanism: Mechanism, *, rotates_with_spindle: bool) -> None:
         self.mechanism, self.position_solver = mechanism, PositionSolver(mechanism)

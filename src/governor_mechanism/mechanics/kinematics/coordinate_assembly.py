@@ -83,10 +83,7 @@ def lower_assembly(mechanism: Mechanism) -> AssemblyArrays:
 
 
 def make_assembly_workspace(arrays: AssemblyArrays) -> AssemblyWorkspace:
-    """Allocate the buffers of the assembly.
-
-    Result: buffers of matching sizes.
-    """
+    """Allocate the buffers of the assembly."""
     n_rows, n_coordinates = len(arrays.rows.table), len(arrays.pose_scales)
     return AssemblyWorkspace(
         row_values=np.zeros((n_rows, N_ROW_COLUMNS)),
@@ -232,10 +229,7 @@ def continue_to_coordinate(
     q: float,  # requested coordinate, SI
     node: FloatArray,  # poses that nearly close the joints, and their two derivatives, which are overwritten; shape (3, 3 bodies)
 ) -> bool:
-    """Move poses by continuation to a value of the coordinate, and fill in their derivatives by it.
-
-    Result: whether the value was reached on the same branch.
-    """
+    """Move poses and fill in their derivatives by the coordinate, by continuation; return whether the same branch reaches the value."""
     predicted = np.empty(arrays.pose_scales.size)
     node[1] = 0.0
     workspace.row_values[:] = 0.0
@@ -255,10 +249,9 @@ def continue_to_coordinate(
 
 @jit
 def solve_positions(arrays: AssemblyArrays, workspace: AssemblyWorkspace, values: FloatArray, nodes: FloatArray) -> BoolArray:
-    """Solve for the poses at values (n,) of the coordinate from guesses; return which were found on the branch of their guess (n,).
-
-    nodes (n, 3, 3 bodies) holds the guesses, and on return the poses and their two derivatives by the coordinate.
-    """
+    """Solve for the poses at values (n,) of the coordinate from guesses; return which were found on the branch of their guess (n,)."""
+    # nodes (n, 3, 3 bodies) holds the guesses, and on return the poses and their two derivatives by the
+    # coordinate.
     is_solved, guess = np.zeros(values.size, dtype=np.bool_), np.empty(arrays.pose_scales.size)
     for k in range(values.size):
         guess[:] = nodes[k, 0]
@@ -268,10 +261,9 @@ def solve_positions(arrays: AssemblyArrays, workspace: AssemblyWorkspace, values
 
 @jit
 def follow_coordinate(arrays: AssemblyArrays, workspace: AssemblyWorkspace, values: FloatArray, nodes: FloatArray) -> int:
-    """Solve for the poses at values (n,) of the coordinate, each from those at the value before; return how many were found.
-
-    nodes (n, 3, 3 bodies) holds closed poses in nodes[0, 0], and on return the poses and their two derivatives by the coordinate.
-    """
+    """Solve for the poses at values (n,) of the coordinate, each from those at the value before; return how many were found."""
+    # nodes (n, 3, 3 bodies) holds closed poses in nodes[0, 0], and on return the poses and their two
+    # derivatives by the coordinate.
     predicted = np.empty(arrays.pose_scales.size)
     for k in range(values.size):
         change = 0.0
@@ -309,11 +301,7 @@ class CoordinateSolver(PositionSolver):
         poses: FloatArray,
         values: FloatArray,  # values of the coordinate, SI; shape (n,)
     ) -> FloatArray:
-        """Return poses at values of the coordinate, each on the branch of those before, and their two derivatives by it.
-
-        Result: poses, first and second derivatives up to the first value that is not reached; shape (n or
-        less, 3, bodies, 3).
-        """
+        """Return poses and two derivatives by the coordinate, (n or less, 3, bodies, 3), each on the branch before it."""
         nodes = np.zeros((len(values), 3, *poses.shape))
         nodes[0, 0] = poses
         n_found = follow_coordinate(self._arrays, self._workspace, np.ascontiguousarray(values), nodes.reshape(len(values), 3, -1))
@@ -333,12 +321,9 @@ class CoordinateSolver(PositionSolver):
         guesses: FloatArray,  # poses near the solutions; shape (n, bodies, 3)
         values: FloatArray,  # values of the leading coordinate, SI; shape (n,)
     ) -> FloatArray:
-        """Return poses at values (n,) of the coordinate and their two derivatives by it, on the branches of guesses (n, bodies, 3).
-
-        Result: poses, first and second derivatives; shape (n, 3, bodies, 3). Raises MechanismError where the
-        mechanism cannot be assembled (the message names the joint that stays open), or where the coordinate
-        is at a turning point and does not determine the poses.
-        """
+        """Return poses and two derivatives (n, 3, bodies, 3) at values (n,), on branches of guesses (n, bodies, 3), or raise."""
+        # It is raised where the mechanism cannot be assembled (it names the joint that stays open),
+        # or where the coordinate is at a turning point and does not determine the poses.
         nodes, is_solved = self.try_solve_nodes(guesses, values)
         for k in np.flatnonzero(~is_solved):
             poses = self.solve_at_coordinate(float(values[k]), guesses[k])

@@ -222,10 +222,8 @@ def solve_kinematics(
 
 @lru_cache(maxsize=KEPT_STARTS)
 def _find_start(mechanism: Mechanism, over: str, start_values: tuple[tuple[str, float], ...]) -> tuple[Mechanism, FloatArray]:
-    """Return the mechanism without the drivers that move a reading, and its poses (bodies, 3) at the start; over "time" all drivers stay.
-
-    Raises MechanismError if the reading, or time, does not determine the motion.
-    """
+    """Return the mechanism without drivers that move a reading, and its first poses (bodies, 3); raise if they stay free."""
+    # Over "time" all drivers stay.
     required, reason = 0, "over 'time' the drivers must determine the motion"
     if over != TIME_VARIABLE:
         mechanism.reading(over)

@@ -1,7 +1,4 @@
-"""Output variables: value, gradient and velocity-dependent acceleration term of every reading, along whole trajectories.
-
-An output variable is a constraint row whose residual is its value, in m or rad: along it forces act, and contacts hold it.
-"""
+"""Values, gradients and velocity terms of readings: constraint rows whose residual (m, rad) is the value, for forces and contacts."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -232,10 +229,7 @@ def evaluate_output(
     poses: FloatArray,  # poses; shape (..., bodies, 3)
     velocities: FloatArray | None = None,  # velocities; same shape. Default: zero
 ) -> OutputDerivatives:
-    """Evaluate a reading and its derivatives.
-
-    Result: value, gradient and quadratic velocity term.
-    """
+    """Return value, gradient and quadratic velocity term of a reading."""
     return OutputDerivatives(_output_row(mechanism, name), poses, velocities)
 
 
@@ -244,11 +238,7 @@ def evaluate_readings(
     poses: FloatArray,  # poses; shape (n, bodies, 3)
     velocities: FloatArray,  # velocities; same shape
 ) -> tuple[FloatArray, FloatArray]:
-    """Evaluate all readings that a mechanism lists, and their rates.
-
-    Results: values, values, SI; shape (readings, n). Angles of lines lie within half a turn; rates, rates,
-    SI/s; same shape.
-    """
+    """Return values and rates (readings, n), SI, of all readings of a mechanism; angles of lines lie within half a turn."""
     return evaluate_row_motions(_select_rows(mechanism, slice(len(mechanism.readings))), poses, velocities)
 
 
@@ -258,10 +248,7 @@ def evaluate_reading_motions(
     velocities: FloatArray,  # their derivatives by time, or by a coordinate; same shape
     accelerations: FloatArray,  # their second derivatives; same shape
 ) -> dict[str, tuple[FloatArray, FloatArray, FloatArray]]:
-    """Return all readings that a mechanism lists with their first two derivatives, by name.
-
-    Result: values and derivatives, SI; shape (n,). Angles of lines lie within half a turn.
-    """
+    """Return all readings (n,), SI, with their first two derivatives, by name; angles of lines lie within half a turn."""
     rows = RowEvaluation(_select_rows(mechanism, slice(len(mechanism.readings))), poses, velocities)
     values, rates, second = rows.residuals, rows.derivatives_along(velocities), rows.derivatives_along(accelerations) - rows.gamma
     return {reading.name: (values[:, k], rates[:, k], second[:, k]) for k, reading in enumerate(mechanism.readings)}
@@ -304,10 +291,7 @@ def evaluate_output_value(
     name: str,
     poses: FloatArray,  # poses; shape (..., bodies, 3)
 ) -> FloatArray:
-    """Return the value of a reading.
-
-    Result: value, SI; shape (...).
-    """
+    """Return the value (...) of a reading, SI."""
     return evaluate_output(mechanism, name, poses).value
 
 

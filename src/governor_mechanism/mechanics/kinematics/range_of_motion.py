@@ -74,12 +74,10 @@ class RangeOfMotion:
 
 
 def find_range_of_motion(mechanism: Mechanism, *, rotates_with_spindle: bool) -> RangeOfMotion:
-    """Return the range of motion of a mechanism with one degree of freedom, in a fixed plane or one that rotates with the spindle.
-
-    A limit given for the leading coordinate is taken as it is; without one the motion is traced from the initial guess. Raises
-    MechanismError for another number of degrees of freedom, if the coordinate does not change, or if the limits of other
-    readings leave no range.
-    """
+    """Return the range of motion of a mechanism, in a fixed plane or one that rotates with the spindle, or raise MechanismError."""
+    # A limit given for the leading coordinate is taken as it is; without one the motion is traced from
+    # the initial guess. Errors: another number of degrees of freedom than one, a coordinate that does
+    # not change, limits of other readings that leave no range.
     return _find_range(replace(mechanism, force_elements=()), rotates_with_spindle)
 
 

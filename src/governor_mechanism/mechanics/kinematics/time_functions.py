@@ -108,10 +108,7 @@ N_CUBIC_COLUMNS = 5
 def fluctuating_speed(
     amplitude: float, cycles_per_turn: float, mean_angle: Any, mean_speed: Any, mean_acceleration: Any
 ) -> tuple[Any, Any]:
-    """Return the speed (rad/s) and acceleration (rad/s2) of a spindle whose speed fluctuates about its mean.
-
-    `amplitude` is relative to the mean speed; `mean_angle` (rad) is the integral of the mean speed.
-    """
+    """Return speed (rad/s) and acceleration (rad/s2) by the mean, whose integral is an angle (rad), and an amplitude relative to it."""
     phase = cycles_per_turn * mean_angle
     speed_ratio = 1.0 + amplitude * np.sin(phase)
     fluctuation_rate = amplitude * cycles_per_turn * mean_speed * mean_speed * np.cos(phase)
@@ -179,11 +176,10 @@ class CubicTimeFunction:
         return (ends - start) * self._first_value if self._cubic is None else self._cubic.integrals(start, ends)
 
     def local_cubics(self, times: FloatArray) -> FloatArray:
-        """Return the function after each time, up to the next breakpoint, in the local time since then; shape (n, columns).
-
-        First four coefficients of a cubic, highest power first, then its integral up to the time; then amplitude, angular
-        frequency (rad/s) and phase of each harmonic at the time. A spindle, whose integral counts, has no harmonics.
-        """
+        """Return the function after each time, up to the next breakpoint, in the local time since then; shape (n, columns)."""
+        # First four coefficients of a cubic, highest power first, then its integral up to the time;
+        # then amplitude, angular frequency (rad/s) and phase of each harmonic at the time. A
+        # spindle, whose integral counts, has no harmonics.
         cubics = np.zeros((len(times), N_CUBIC_COLUMNS))
         if self._cubic is None:
             cubics[:, 3] = self._first_value
@@ -237,11 +233,7 @@ def stack_local_cubics(
     functions: Sequence[CubicTimeFunction],
     times: FloatArray,  # times, s; shape (n,)
 ) -> FloatArray:
-    """Return the local cubics of several functions after each time.
-
-    Result: rows of `input_cubics`; harmonics that a function does not have are zero; shape (n, functions,
-    columns).
-    """
+    """Return rows of `input_cubics` (n, functions, columns) after each time; harmonics that a function does not have are zero."""
     cubics = [function.local_cubics(times) for function in functions]
     result = np.zeros((len(times), len(cubics), max((one.shape[1] for one in cubics), default=N_CUBIC_COLUMNS)))
     for index, one in enumerate(cubics):

@@ -1,7 +1,4 @@
-"""Canvas of one film: title, footer, panels of moving shapes, numbers, and headings of plots.
-
-Everything static is drawn once; each frame restores it and draws only what moves.
-"""
+"""Canvas of one film: title, footer, panels, numbers, headings; what is static is drawn once, and only what moves in each frame."""
 
 import math
 from bisect import bisect_left
@@ -128,10 +125,7 @@ class PlotHeading:
 
 @dataclass(frozen=True, kw_only=True)
 class HeadingRow:
-    """The headings of plots side by side: the widths (pixels) of their columns, and the height of their names beside their numbers.
-
-    The height is None if names and numbers have no place in one line.
-    """
+    """Headings of plots side by side: widths (pixels) of columns, height of names beside numbers, None if a line cannot hold both."""
 
     widths: Sequence[float]
     height: float | None
@@ -276,10 +270,7 @@ class FrameCanvas:
         return self.figure.add_panel((left, 1 - bottom, right - left, bottom - top), grid=None)
 
     def add_number(self, texts: list[str], unit: str, position: Vec2, height: float, **style: Any) -> float:
-        """Add a number that changes with every frame before a unit that ends at `position` (pixels of 480).
-
-        Return the left edge of the longest number.
-        """
+        """Add a number that changes with every frame before a unit that ends at `position` (pixels of 480); return its left edge."""
         width = self._width_of(self.add_text(unit, position, height, ha="right", **style))
         number_position = (position[0] - width - _unit_gap(unit, height), position[1])
         text = self.add_text(max(texts, key=len), number_position, height, ha="right", **style)

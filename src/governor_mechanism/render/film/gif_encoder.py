@@ -1,7 +1,5 @@
-"""GIF encoder that streams frames: one palette for all, and only the changed pixels of each frame. Pillow does the compression.
-
-Pillow's own writer keeps every frame in memory and searches a palette per frame.
-"""
+"""GIF encoder that streams frames: one palette for all, and only the changed pixels of each frame; Pillow compresses."""
+# Pillow's own writer keeps every frame in memory and searches a palette per frame.
 
 import struct
 from collections.abc import Sequence

@@ -188,10 +188,7 @@ class _Places:
 
 
 def _lines_cross(x: float, heights: FloatArray, ends: FloatArray, other_heights: FloatArray, other_ends: FloatArray) -> BoolArray:
-    """Return whether lines from heights (...) at x (m) to ends (..., 2) at its left cross others.
-
-    They do if their order where the shorter one ends is not that at their starts.
-    """
+    """Return whether lines from heights (...) at x (m) to ends (..., 2) at its left cross others: their order changes on the shorter."""
     shorter = np.maximum(ends[..., 0], other_ends[..., 0])
 
     def height_there(start: FloatArray, end: FloatArray) -> FloatArray:
@@ -204,10 +201,7 @@ def _lines_cross(x: float, heights: FloatArray, ends: FloatArray, other_heights:
 
 
 def _gaps_at_crossings(starts: FloatArray, ends: FloatArray, half_gap: float) -> list[FloatArray]:
-    """Return for each of some lines from starts (n, 2) to ends (n, f, 2) m its gaps (f, m, 2) where earlier ones cross it.
-
-    A gap is the shares of the line where it begins and ends; one that ends before it begins is none.
-    """
+    """Return the gaps (f, m, 2), shares of lines from starts (n, 2) to ends (n, f, 2) m, where earlier ones cross; none ends first."""
     steps = ends - starts[:, None]
     return [_gaps_of_line(starts[: k + 1], steps[: k + 1], half_gap) for k in range(len(starts))]
 

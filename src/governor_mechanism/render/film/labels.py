@@ -46,10 +46,7 @@ class Label:
 
 
 def find_labels(data: FrameData) -> list[Label]:
-    """Return the names of the parts.
-
-    Bodies of a mechanism of one's own have names; other parts are known by the roles of their shapes.
-    """
+    """Return the names of the parts, of bodies of one's own mechanism, or by the roles of their shapes."""
     middle = len(data.times) // 2
     labels = _labels_of_bodies(data, data.drawing) if isinstance(data.drawing, GenericDrawing) else _labels_of_roles(data, middle)
     return labels[:MAX_LABELS]
@@ -132,10 +129,7 @@ _MIN_STEP = 1e-12
 
 
 def shares_within(starts: FloatArray, ends: FloatArray, boxes: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return the shares of lines from starts (..., 2) to ends (..., 2) at which they enter and leave boxes (..., 4).
-
-    A line passes its box if it enters it before it leaves it.
-    """
+    """Return the shares of lines at which they enter and leave boxes (..., 4); one passes its box if it enters it first."""
     enters = np.zeros(np.broadcast_shapes(starts.shape[:-1], ends.shape[:-1], boxes.shape[:-1]))
     leaves = np.ones_like(enters)
     for axis in (0, 1):

@@ -311,10 +311,7 @@ _HALF_NUMBER_HEIGHT = 0.6
 
 
 class CachedNumber:
-    """Right-aligned text with one value per frame.
-
-    `update` changes the artist. After `cache_glyphs`, `blit` only copies pixels.
-    """
+    """Right-aligned text with one value per frame; `update` changes the artist, `blit` only copies pixels after `cache_glyphs`."""
 
     def __init__(self, artist: Text, texts: Sequence[str]) -> None:
         self.artist = artist

@@ -1,7 +1,4 @@
-"""Animated SVG of a film: the static frame as matplotlib draws it, and over it outlines that move, turn or change along key frames.
-
-One file without scripts, which browsers also play as an image of a page (SMIL).
-"""
+"""Animated SVG of a film, for browsers and images (SMIL): the static frame, and outlines that move, turn or change over it."""
 
 import re
 from collections.abc import Iterator, Sequence

@@ -50,10 +50,7 @@ class Motion:
         self._length_scale = part_run.part.mechanism.length_scale
 
     def turn_time(self, begin: float, end: float) -> float:
-        """Return the shortest duration (s) of a turn between two times (s) of a body that makes whole turns; infinite without one.
-
-        That of a spindle counts as longer, as it needs fewer frames.
-        """
+        """Return the shortest duration (s) of a whole turn between times (s), that of a spindle counts as longer; infinite without one."""
         inside = (self.times >= begin) & (self.times <= end)
         if not inside.any() or not self.poses.shape[1]:
             return math.inf
@@ -243,10 +240,7 @@ class Timing:
 
 
 def choose_slow_down(duration: float) -> float:
-    """Return the slow-down factor for a duration (s): 1 from 1 to 60 s, else a factor that gives a film of 4 to 20 s.
-
-    The factor or its reciprocal is 1, 2 or 5 x 10^n.
-    """
+    """Return the factor, 1, 2 or 5 x 10^n or its inverse, for a duration (s): 1 from 1 to 60 s, else for a film of 4 to 20 s."""
     if MIN_TRUE_TIME_DURATION <= duration <= MAX_TRUE_TIME_DURATION or duration <= 0.0:
         return 1.0
     if duration < MIN_TRUE_TIME_DURATION:

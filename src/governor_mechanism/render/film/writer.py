@@ -269,10 +269,7 @@ def write_film(
     titles: Sequence[str] | None = None,
     progress: FilmProgress | None = None,
 ) -> Path:
-    """Write one run, or several side by side, as a film.
-
-    `gm.film` documents the parameters, the result and the errors. No file is left behind if an exception is raised.
-    """
+    """Write one run, or several side by side, as a film or nothing; `gm.film` documents the parameters, the result and the errors."""
     request = _Request(target=_require_target(path), runs=_require_runs(run, titles), titles=titles, options=options, progress=progress)
     request.require_names()
     require_suitable_options(options, request.scenes, request.suffix)
