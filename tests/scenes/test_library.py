@@ -114,6 +114,7 @@ def test_a_name_like_none_gets_no_suggestion(scene: str) -> None:
         ("", ['no scene ""', "scenes are shipped"]),
         ("a\0b", ["no scene", "scenes are shipped"]),
         ("portr.toml", ["portr.toml: no such file", "Did you mean 'porter'?"]),
+        ("porter:dimensions.arm=0.32", ["no such file", "by --set KEY=VALUE"]),
         ("no_folder/watt.toml", ["no_folder/watt.toml: no such file", "no folder 'no_folder'", "Did you mean 'watt'?"]),
         ("a\0b.toml", ["cannot be read"]),
         ("x" * 5000 + ".toml", ["cannot be read (File name too long)"]),

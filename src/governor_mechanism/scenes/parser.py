@@ -133,4 +133,5 @@ def _missing_file_message(path: Path, known_names: Iterable[str]) -> str:
     """Return the message about a missing file, with the nearest name among its neighbours and the known names."""
     candidates = {name: name for name in known_names} | {neighbour.stem: str(neighbour) for neighbour in path.parent.glob("*.toml")}
     folder_text = "" if path.parent.is_dir() else f" (there is no folder {str(path.parent)!r} either)"
-    return f"no such file{folder_text}.{suggest_name(path.stem, candidates)}"
+    changes_text = " On the command line a value is changed by --set KEY=VALUE." if "=" in path.name else ""
+    return f"no such file{folder_text}.{suggest_name(path.stem, candidates)}{changes_text}"
