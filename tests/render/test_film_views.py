@@ -115,7 +115,8 @@ def test_both_views_stand_side_by_side_on_the_film(porter):
 def test_both_views_have_one_scale_and_like_heights_side_by_side(porter, options):
     painter = FramePainter(porter, [data_of(porter, count=3)], options=FilmOptions(view=FilmView.BOTH, **options))
     assert painter.view.scale == painter.outside_view.scale
-    assert [view.row_of(0.123) for view in (painter.view, painter.outside_view)] == pytest.approx(2 * [painter.view.row_of(0.123)])
+    rows = [pixel_of(view, 0.0, 0.123)[1] for view in (painter.view, painter.outside_view)]
+    assert rows[1] == pytest.approx(rows[0])
     # Both fit: the machine, which reaches as far to all sides from outside, is within the places of both.
     left, right, bottom, top = outside_box(painter.frame_data.drawing.bounds)
     x0, x1, y0, y1 = painter.outside_view.box

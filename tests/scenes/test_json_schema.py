@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from governor_mechanism.scenes.json_schema import SCHEMA_FILE, scene_schema
+from governor_mechanism.scenes.json_schema import scene_schema
 from governor_mechanism.scenes.library import catalogue_scenes, models_folder, shipped_scenes
 from governor_mechanism.scenes.template import TEMPLATE_NAMES, scene_template
 
@@ -26,13 +26,13 @@ def validator():
 
 def test_the_shipped_file_is_up_to_date():
     """Written by `governor-mechanism schema > models/scene.schema.json`."""
-    assert json.loads((models_folder() / SCHEMA_FILE).read_text(encoding="utf-8")) == json.loads(json.dumps(scene_schema()))
+    assert json.loads((models_folder() / "scene.schema.json").read_text(encoding="utf-8")) == json.loads(json.dumps(scene_schema()))
 
 
 def test_it_accepts_every_shipped_scene_which_names_it(validator):
     for path in shipped_scenes().values():
         text = path.read_text(encoding="utf-8")
-        assert text.startswith(f"#:schema ./{SCHEMA_FILE}\n")
+        assert text.startswith("#:schema ./scene.schema.json\n")
         assert not [error.message for error in validator.iter_errors(tomllib.loads(text))], path.stem
 
 

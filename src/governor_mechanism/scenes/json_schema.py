@@ -22,9 +22,6 @@ from governor_mechanism.scenes.schema import CUSTOM_KEYS, FREE_SPINDLE, RUN, SPI
 from governor_mechanism.scenes.table import Table
 from governor_mechanism.units.fields import Declaration, fields_of
 
-SCHEMA_FILE: Final = "scene.schema.json"
-"""Name of the schema beside the shipped scenes, which name it in their first line."""
-
 _COMMON_KEYS: Final = ("title", "run", "events")
 """Keys that stand once for all parts."""
 

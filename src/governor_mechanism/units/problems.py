@@ -177,7 +177,6 @@ NUMBER: Final[Requirement] = (
     "a finite number",
     lambda value: isinstance(value, Real) and not isinstance(value, bool) and bool(abs(value) <= sys.float_info.max),  # type: ignore[operator]
 )
-NUMBERS: Final[Requirement] = "a list of finite numbers", _is_numeric
 QUANTITY: Final[Requirement] = "a finite number, or text with a unit", lambda value: isinstance(value, str) or NUMBER[1](value)
 QUANTITIES: Final[Requirement] = (
     "a list of finite numbers, or of texts with units",

@@ -249,10 +249,6 @@ class PixelView:
         half_width, half_height = (right - left) / 2 / self.scale, (bottom - top) / 2 / self.scale
         return self.x - half_width, self.x + half_width, self.y - half_height, self.y + half_height
 
-    def row_of(self, y: float) -> float:
-        """Return the row (pixels from the top) of a height (m)."""
-        return (self.rect[1] + self.rect[3]) / 2 - (y - self.y) * self.scale
-
     def height_of(self, row: float) -> float:
         """Return the height (m) of a row (pixels from the top)."""
         return self.y - (row - (self.rect[1] + self.rect[3]) / 2) / self.scale
