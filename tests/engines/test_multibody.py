@@ -93,6 +93,8 @@ COARSER = {
     "porter_heavy_rods": (1e-6, 1.0),
     "stiff_flyball": (1e-5, 0.2),
     "quick_return": (1e-6, 0.5),
+    "disc_cam": (1e-2, 0.3),  # engine impulse holds a roller on a curve with an error of first order
+    "disc_cam_flat_follower": (1e-2, 0.3),
 }
 
 
