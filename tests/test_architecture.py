@@ -50,7 +50,6 @@ INNER_FOLDERS = {
         {"continuation", "exit_location"},
         {"base"},
         {"certificate", "initial_state"},
-        {"rotating_part"},
         {"impulse", "multibody", "reduced"},
         {"selection"},
         {"__init__"},

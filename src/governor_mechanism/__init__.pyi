@@ -50,8 +50,8 @@ from governor_mechanism.mechanics.kinematics.kinematic_analysis import Kinematic
 from governor_mechanism.model.mechanism import Mechanism as Mechanism
 from governor_mechanism.model.motion_state import MotionState as MotionState
 from governor_mechanism.model.results.film_options import FilmOptions as FilmOptions
-from governor_mechanism.model.results.outcome import Outcome as Outcome
 from governor_mechanism.model.results.records import Energy as Energy
+from governor_mechanism.model.results.records import Outcome as Outcome
 from governor_mechanism.model.results.records import Reaction as Reaction
 from governor_mechanism.model.results.trajectory import Trajectory as Trajectory
 from governor_mechanism.model.scene import Scene as Scene

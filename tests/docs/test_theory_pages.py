@@ -12,7 +12,7 @@ from governor_mechanism.engines.reduced.integration import ReducedSettings
 from governor_mechanism.engines.selection import ENGINES
 from governor_mechanism.mechanics.contact import tolerances
 from governor_mechanism.model.events import EventKind
-from governor_mechanism.model.results.outcome import Outcome
+from governor_mechanism.model.results.records import Outcome
 from governor_mechanism.studies.hard_cases.study import HARD_CASES
 
 DOCS = ROOT / "docs"

@@ -34,7 +34,7 @@ from governor_mechanism.engines.multibody.engine import MultibodyRunner
 from governor_mechanism.engines.reduced.engine import ReducedRunner
 from governor_mechanism.model.effect import Effect
 from governor_mechanism.model.part import FreeSpindle
-from governor_mechanism.model.results.outcome import Outcome
+from governor_mechanism.model.results.records import Outcome
 from random_machines import MACHINES
 from random_scenes import draw_scene, draw_study_scene
 from study_machines import STUDY_MACHINES

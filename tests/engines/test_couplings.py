@@ -13,7 +13,7 @@ from coupled_scenes import coupled_scene, discs_part, engine_part, porter_part
 from governor_mechanism.model.coupling.couplings import ControlCoupling, FollowCoupling, GearCoupling
 from governor_mechanism.model.force_elements import Torque, TorsionSpring
 from governor_mechanism.model.part import Spindle
-from governor_mechanism.model.results.outcome import Outcome
+from governor_mechanism.model.results.records import Outcome
 from governor_mechanism.model.time_functions import AngleHarmonic, HarmonicFunction, InputFunction, LinearFunction, TableFunction
 from governor_scenes import PORTER
 

@@ -8,7 +8,7 @@ import pytest
 import governor_mechanism as gm
 from governor_mechanism.engines import ImpulseEngine
 from governor_mechanism.model.part import FIXED_PLANE, FreeSpindle
-from governor_mechanism.model.results.outcome import Outcome
+from governor_mechanism.model.results.records import Outcome
 from governor_mechanism.model.time_functions import InputFunction
 from governor_scenes import PORTER, governor_scene
 from reference.mechanisms import PORTER_IN_SPACE as REFERENCE

@@ -12,7 +12,7 @@ import governor_mechanism as gm
 from governor_mechanism.closed_form.flywheel_engine import AirEngine
 from governor_mechanism.closed_form.governed_engine import full_throttle_torque
 from governor_mechanism.closed_form.pendulum import PendulumGovernor, spindle_inertia
-from governor_mechanism.model.results.outcome import Outcome
+from governor_mechanism.model.results.records import Outcome
 from governor_mechanism.scenes.changed_document import parse_scene_with
 from reference import flywheel
 

@@ -18,7 +18,7 @@ from governor_mechanism.engines import ENGINES, ImpulseEngine
 from governor_mechanism.machines.hartung import SLEEVE
 from governor_mechanism.model.joints import GROUND, Point, TranslationalDriver
 from governor_mechanism.model.part import FreeSpindle, Spindle, Start
-from governor_mechanism.model.results.outcome import Outcome
+from governor_mechanism.model.results.records import Outcome
 from governor_mechanism.model.time_functions import PrescribedMotion
 from governor_mechanism.observables.derived_readings import evaluate_static_forces
 from governor_mechanism.statics.speed_curve import equilibrium_speed_at

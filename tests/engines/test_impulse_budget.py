@@ -9,7 +9,7 @@ import pytest
 from governor_mechanism.engines import ImpulseEngine, MultibodyEngine
 from governor_mechanism.engines.impulse.pymunk.model import PymunkModel
 from governor_mechanism.engines.impulse.settings import ImpulseSettings, WorkBudget
-from governor_mechanism.model.results.outcome import Outcome
+from governor_mechanism.model.results.records import Outcome
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.scenes.parser import parse_scene_document
 from scene_documents import between, custom_document, pin

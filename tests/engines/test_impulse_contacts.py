@@ -12,7 +12,7 @@ from contact_scenes import BOWL, CUP, DISC, GRAVITY, ROLLER, ball_document, boun
 from governor_mechanism.engines import ImpulseEngine
 from governor_mechanism.errors import UnsupportedEffect
 from governor_mechanism.model.events import EventKind
-from governor_mechanism.model.results.outcome import Outcome
+from governor_mechanism.model.results.records import Outcome
 from random_contacts import KINDS, ContactReferences, draw_contact_scene
 
 SEED = 20261127

@@ -9,7 +9,7 @@ from governor_mechanism.closed_form import pendulum as closed
 from governor_mechanism.engines import ImpulseEngine, MultibodyEngine
 from governor_mechanism.mechanics.kinematics.constraint_equations import ConstraintEquations
 from governor_mechanism.model.part import Spindle
-from governor_mechanism.model.results.outcome import Outcome
+from governor_mechanism.model.results.records import Outcome
 from governor_scenes import EXTENDED, PORTER, WATT, governor_scene, random_governor
 from one_coordinate_reference import integrate_one_coordinate
 from reference.zehnder import PORTER_OPEN_MOTION as MOTION

@@ -15,7 +15,7 @@ from governor_mechanism.model.force_elements import Damper
 from governor_mechanism.model.joints import GROUND, Joint, Pin, Point, RackAndPinion
 from governor_mechanism.model.mechanism import Body
 from governor_mechanism.model.part import EQUILIBRIUM
-from governor_mechanism.model.results.outcome import Outcome
+from governor_mechanism.model.results.records import Outcome
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.scenes.parser import parse_scene_document
 from governor_mechanism.studies.hard_cases.case import slider_document

@@ -16,7 +16,7 @@ from governor_mechanism.mechanics.dynamics.characteristic_scales import time_sca
 from governor_mechanism.model.joints import GROUND, Joint, Pin, Point, Slider
 from governor_mechanism.model.output_variables import LineAngle
 from governor_mechanism.model.part import Spindle, Start
-from governor_mechanism.model.results.outcome import Outcome
+from governor_mechanism.model.results.records import Outcome
 from governor_scenes import EXTENDED, PORTER, governor_scene
 from one_coordinate_reference import integrate_one_coordinate
 from scene_parts import body_point, ground_point, make_mechanism, point_mass, rod_body, y_reading

@@ -9,7 +9,7 @@ from scipy.special import ellipk
 
 from governor_mechanism.engines import ImpulseEngine, MultibodyEngine, ReducedEngine
 from governor_mechanism.mechanics.kinematics.assembly import PositionSolver
-from governor_mechanism.model.results.outcome import Outcome
+from governor_mechanism.model.results.records import Outcome
 from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.observables.evaluation import time_scale
 from joint_mechanisms import (

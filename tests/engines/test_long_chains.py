@@ -9,7 +9,7 @@ from scipy.integrate import solve_ivp
 import governor_mechanism as gm
 from chain_mechanisms import four_bar_acceleration, four_bar_chain, hanging_chain
 from governor_mechanism.mechanics.kinematics.assembly import PositionSolver
-from governor_mechanism.model.results.outcome import Outcome
+from governor_mechanism.model.results.records import Outcome
 
 LOOPS = 12
 """Number of loops; enough for the sparse solution of the equations."""

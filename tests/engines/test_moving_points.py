@@ -8,7 +8,7 @@ from scipy.integrate import solve_ivp
 
 import governor_mechanism as gm
 from governor_mechanism.model.events import EventKind
-from governor_mechanism.model.results.outcome import Outcome
+from governor_mechanism.model.results.records import Outcome
 from governor_mechanism.scenes.parser import parse_scene_document
 
 GRAVITY = 9.81

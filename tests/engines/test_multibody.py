@@ -13,7 +13,7 @@ from governor_mechanism.engines import ImpulseEngine, MultibodyEngine, ReducedEn
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.model.mechanism import Body
 from governor_mechanism.model.part import Spindle
-from governor_mechanism.model.results.outcome import Outcome
+from governor_mechanism.model.results.records import Outcome
 from governor_mechanism.scenes.library import shipped_scenes
 from governor_scenes import CROSSED, EXTENDED, PORTER, WATT, governor_scene, random_governor
 from one_coordinate_reference import integrate_one_coordinate

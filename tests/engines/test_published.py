@@ -8,7 +8,7 @@ from scipy.special import ellipj, ellipk
 
 import governor_mechanism as gm
 from governor_mechanism.model.events import EventKind
-from governor_mechanism.model.results.outcome import Outcome
+from governor_mechanism.model.results.records import Outcome
 from reference.mechanisms import ANDREWS, FOUR_BAR, PENDULUM, SLIDER_CRANK
 
 ENGINES = pytest.mark.parametrize("engine", ["multibody", "reduced"])

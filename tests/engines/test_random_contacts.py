@@ -6,7 +6,7 @@ import pytest
 from certificate_checks import CertificateCheck, check_certificate
 from governor_mechanism.engines import MultibodyEngine
 from governor_mechanism.model.events import EventKind
-from governor_mechanism.model.results.outcome import Outcome
+from governor_mechanism.model.results.records import Outcome
 from random_contacts import KINDS, ContactReferences, draw_contact_scene
 
 SEED, OTHER_SEED = 20261127, 777001

@@ -13,7 +13,7 @@ from governor_mechanism.model.force_elements import Damper, Force, ForceElement,
 from governor_mechanism.model.joints import GROUND, Pin, Point, Slider
 from governor_mechanism.model.mechanism import Body, SecondMoments
 from governor_mechanism.model.output_variables import PointCoordinate
-from governor_mechanism.model.results.outcome import Outcome
+from governor_mechanism.model.results.records import Outcome
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.model.time_functions import InputFunction
 from governor_mechanism.observables.evaluation import time_scale

@@ -25,7 +25,7 @@ from governor_mechanism.mechanics.dynamics.forces.contact_modes import has_conta
 from governor_mechanism.mechanics.kinematics.assembly import PositionSolver
 from governor_mechanism.model.force_elements import Damper, TorsionDamper
 from governor_mechanism.model.part import FreeSpindle, Start
-from governor_mechanism.model.results.outcome import Outcome
+from governor_mechanism.model.results.records import Outcome
 from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.types import FloatArray

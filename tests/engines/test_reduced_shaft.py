@@ -7,7 +7,7 @@ import governor_mechanism as gm
 from governor_mechanism.effects.holding import DryFriction
 from governor_mechanism.engines.selection import select_engine
 from governor_mechanism.model.events import EventKind
-from governor_mechanism.model.results.outcome import Outcome
+from governor_mechanism.model.results.records import Outcome
 from governor_mechanism.model.time_functions import InputFunction, LinearFunction
 from shaft_scenes import GEAR, LIFT, LOADS, SPRING, STEADY, STEAM, TABLES, changed
 

@@ -12,7 +12,7 @@ from governor_mechanism.engines.base import ExpectedWork, RunRequest, state_reas
 from governor_mechanism.engines.reduced.engine import ReducedRunner
 from governor_mechanism.engines.selection import estimate_run_time
 from governor_mechanism.model.part import Start
-from governor_mechanism.model.results.outcome import Outcome
+from governor_mechanism.model.results.records import Outcome
 from governor_mechanism.scenes.library import shipped_scenes
 
 EXPECTED_ENGINES = {

@@ -7,7 +7,7 @@ import pytest
 from scipy.integrate import quad
 
 import governor_mechanism as gm
-from governor_mechanism.model.results.outcome import Outcome
+from governor_mechanism.model.results.records import Outcome
 from governor_mechanism.scenes.parser import parse_scene_document
 
 

@@ -12,7 +12,7 @@ import governor_mechanism as gm
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.files import netcdf
 from governor_mechanism.files.writing import plain_value
-from governor_mechanism.model.results.outcome import Outcome
+from governor_mechanism.model.results.records import Outcome
 from saved_runs import SCENES, UNUSUAL_NAMES, saved_run
 
 ARRAYS = ("times", "poses", "velocities", "joint_gap")

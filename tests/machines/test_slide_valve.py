@@ -18,7 +18,7 @@ from governor_mechanism.closed_form.slider_crank import CrankTrain, travel_from_
 from governor_mechanism.engines import ImpulseEngine, MultibodyEngine
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.machines.slide_valve import EQUAL_CUT_OFFS, SlideValve
-from governor_mechanism.model.results.outcome import Outcome
+from governor_mechanism.model.results.records import Outcome
 from governor_mechanism.model.valve import EQUAL_LEADS, MIDDLE
 from governor_mechanism.observables.valve_motion import find_event_angles, valve_motion_of
 from governor_mechanism.scenes.parser import parse_scene_document

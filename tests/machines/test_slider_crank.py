@@ -9,7 +9,7 @@ from governor_mechanism.closed_form import slider_crank as closed
 from governor_mechanism.effects.masses import CrankMasses
 from governor_mechanism.engines import ImpulseEngine, MultibodyEngine
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.model.results.outcome import Outcome
+from governor_mechanism.model.results.records import Outcome
 from governor_mechanism.scenes.parser import parse_scene_document
 from governor_mechanism.verification.machines.slider_crank import build_crank_train
 from reference import marks

@@ -14,7 +14,7 @@ from governor_mechanism.closed_form import stephenson as closed
 from governor_mechanism.engines import ImpulseEngine, MultibodyEngine, ReducedEngine
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.machines.base import thin_arc
-from governor_mechanism.model.results.outcome import Outcome
+from governor_mechanism.model.results.records import Outcome
 from governor_mechanism.observables.valve_motion import find_event_angles
 from governor_mechanism.render.figure_files import FigureFiles
 from governor_mechanism.render.results_folder import write_machine_figures

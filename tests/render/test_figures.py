@@ -15,7 +15,7 @@ from PIL import Image
 import governor_mechanism as gm
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.model.events import Event, EventKind
-from governor_mechanism.model.results.outcome import Outcome
+from governor_mechanism.model.results.records import Outcome
 from governor_mechanism.render.figures.page import format_power
 from governor_mechanism.render.figures.time_series import diagnostics_figure, readings_figure
 from governor_mechanism.render.shown_readings import choose_multiple, format_numbers, format_rounded_up

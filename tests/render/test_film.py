@@ -12,7 +12,7 @@ from PIL import Image
 import governor_mechanism as gm
 from decoding import decode_film, paint_frames, pixel_of, words_of
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.model.results.outcome import Outcome
+from governor_mechanism.model.results.records import Outcome
 from governor_mechanism.render.film.frame_canvas import FRAME_CLOSING_LINE_LENGTH
 from governor_mechanism.render.film.frame_painter import FramePainter
 from governor_mechanism.render.film.gif_encoder import Palette, pack_pixels

@@ -9,7 +9,7 @@ from PIL import Image
 import governor_mechanism as gm
 from decoding import decode_film, paint_frames, words_of
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.model.results.outcome import Outcome
+from governor_mechanism.model.results.records import Outcome
 from governor_mechanism.render.film.frame_painter import FramePainter
 from governor_mechanism.render.film.painters import SideBySidePainter
 from governor_mechanism.render.frame_data import FrameData

@@ -9,7 +9,7 @@ import pytest
 from scipy.optimize import brentq
 
 import governor_mechanism as gm
-from governor_mechanism.cli.equilibria import report_linearisation
+from governor_mechanism.cli.regulation import report_linearisation
 from governor_mechanism.closed_form import pendulum
 from governor_mechanism.files.writing import format_json
 from governor_mechanism.numerics.roots import directional_derivative, jacobian

@@ -9,7 +9,7 @@ import pytest
 import governor_mechanism as gm
 from governor_mechanism.engines import Engine, ReducedEngine
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.model.results.outcome import Outcome
+from governor_mechanism.model.results.records import Outcome
 from governor_mechanism.render.figures.errors import hard_case_figure
 from governor_mechanism.studies.hard_cases import case as solutions
 from governor_mechanism.studies.hard_cases import linkage_cases, study

@@ -18,7 +18,7 @@ from governor_mechanism.mechanics.dynamics.characteristic_scales import time_sca
 from governor_mechanism.mechanics.dynamics.forces.contact_modes import has_contacts
 from governor_mechanism.model.events import Event, EventKind
 from governor_mechanism.model.output_variables import CylinderPressure
-from governor_mechanism.model.results.outcome import Outcome
+from governor_mechanism.model.results.records import Outcome
 from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.observables.error_scales import EVENT_TIMES, JOINT_GAP, name_of_rate

@@ -13,7 +13,7 @@ from typing import TextIO, get_type_hints
 import numpy as np
 
 from certificate_checks import ENGINES, MAX_ERROR_RATIO, CertificateCheck
-from governor_mechanism.model.results.outcome import Outcome
+from governor_mechanism.model.results.records import Outcome
 from study_machines import STUDY_MACHINES
 
 STATEMENT_MARK, GROUPS_MARK = "study of certificates", "groups of the study"

@@ -25,8 +25,7 @@ from governor_mechanism.model.joints import (
 )
 from governor_mechanism.model.mechanism import Body
 from governor_mechanism.model.output_variables import BodyAngle, PointCoordinate, Reading
-from governor_mechanism.model.results.outcome import Outcome
-from governor_mechanism.model.results.records import Energy
+from governor_mechanism.model.results.records import Energy, Outcome
 from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.model.time_functions import InputFunction, PrescribedMotion
 from governor_mechanism.types import FloatArray

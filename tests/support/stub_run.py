@@ -6,8 +6,7 @@ from numpy.typing import NDArray
 from governor_mechanism.effects.body_forces import Centrifugal, Gravity
 from governor_mechanism.machines.pendulum import PendulumGovernor
 from governor_mechanism.model.part import Part, Spindle, Start
-from governor_mechanism.model.results.outcome import Cost, Outcome
-from governor_mechanism.model.results.records import Energy
+from governor_mechanism.model.results.records import Cost, Energy, Outcome
 from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.model.scene import RunSettings, Scene
 

@@ -15,9 +15,8 @@ from governor_mechanism.model.effect import Effect, OutputEffect
 from governor_mechanism.model.joints import JOINTS, Joint
 from governor_mechanism.model.part import TURNING_PLANE
 from governor_mechanism.scenes.custom import contacts, field_types, parts
-from governor_mechanism.scenes.custom.assembly import ASSEMBLY
 from governor_mechanism.scenes.custom.dimensions import EQUATION, LAW
-from governor_mechanism.scenes.custom.parser import CUSTOM_TOP_LEVEL
+from governor_mechanism.scenes.custom.parser import ASSEMBLY, CUSTOM_TOP_LEVEL
 from governor_mechanism.scenes.custom.parts import READING_TABLES, REVERSER, VALVE
 from governor_mechanism.scenes.effect_tables import CROSSING
 from governor_mechanism.scenes.loads import COUPLING_TABLES, LOAD, READING_FUNCTION, angle_harmonic_table, harmonic_table

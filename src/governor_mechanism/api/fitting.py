@@ -135,7 +135,7 @@ def fit(
     >>> round(fit.values["spindle.speed"], 6)
     12.566371
     """
-    from governor_mechanism.studies.fitting.data import read_measurements
+    from governor_mechanism.studies.fitting.results import read_measurements
     from governor_mechanism.studies.fitting.search import FitQuestion, fit_measurements
     from governor_mechanism.studies.sweep.workers import row_computer
     from governor_mechanism.studies.unknowns import parse_unknowns

@@ -96,6 +96,6 @@ def as_scene(scene: gm.SceneSource) -> gm.Scene:
 
 def as_rotating_part(scene: gm.SceneSource) -> gm.Scene:
     """Return a scene of the part that turns with a spindle, alone."""
-    from governor_mechanism.engines.rotating_part import rotating_part_alone
+    from governor_mechanism.engines.initial_state import rotating_part_alone
 
     return rotating_part_alone(as_scene(scene))

@@ -29,8 +29,7 @@ from governor_mechanism.model.joints import (
 from governor_mechanism.model.mechanism import Mechanism
 from governor_mechanism.observables.assemblies.blocks import angle_driver, count_undetermined, hold_needed_angles
 from governor_mechanism.observables.assemblies.enumeration import ClosedConfigurations, enumerate_configurations
-from governor_mechanism.scenes.custom.assembly import HIGHEST, NEAREST, choose_configuration
-from governor_mechanism.scenes.custom.parser import CustomMachineParser
+from governor_mechanism.scenes.custom.parser import HIGHEST, NEAREST, CustomMachineParser, choose_configuration
 from governor_mechanism.scenes.parser import parse_scene_document
 from governor_mechanism.types import FloatArray
 from governor_mechanism.units.problems import ProblemCollector

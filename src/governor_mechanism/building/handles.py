@@ -13,9 +13,9 @@ from governor_mechanism.errors import MechanismError, did_you_mean, require_posi
 from governor_mechanism.machines.custom import CUSTOM_MACHINE
 from governor_mechanism.model.joints import GROUND
 from governor_mechanism.model.part import FIXED_PLANE, TURNING_PLANE
-from governor_mechanism.scenes.custom.assembly import parse_take
 from governor_mechanism.scenes.custom.contacts import CONTACT
 from governor_mechanism.scenes.custom.field_types import PointRegistry, is_moving, parse_moving_point
+from governor_mechanism.scenes.custom.parser import parse_take
 from governor_mechanism.scenes.custom.parts import (
     BODY,
     FORCE_TABLES,

@@ -18,13 +18,11 @@ from governor_mechanism.cli import console
 from governor_mechanism.cli.compare import compare
 from governor_mechanism.cli.crosscheck import crosscheck
 from governor_mechanism.cli.design import design_app
-from governor_mechanism.cli.equilibria import equilibria
-from governor_mechanism.cli.fitting import fit, optimise, sensitivities
-from governor_mechanism.cli.regulation import regulation_app
+from governor_mechanism.cli.fitting import fit, optimise, sensitivities, synthesis_app
+from governor_mechanism.cli.regulation import equilibria, regulation_app
 from governor_mechanism.cli.run import open_scene, run
 from governor_mechanism.cli.scenes import assemblies, catalogue, describe, init, kinematics, models, schema
 from governor_mechanism.cli.studies import accuracy, effects, errata, hard_cases, sweep, valve_gears
-from governor_mechanism.cli.synthesis import synthesis_app
 
 COLLECTION_THRESHOLD = 500_000
 """Number of new objects after which unreachable ones are searched for: twice those of a run with its film. What is imported stays, and

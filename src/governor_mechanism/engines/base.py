@@ -13,7 +13,7 @@ from governor_mechanism.machines.custom import CUSTOM_MACHINE
 from governor_mechanism.mechanics.dynamics.forces.contact_modes import has_contacts
 from governor_mechanism.model.effect import Effect
 from governor_mechanism.model.joints import Joint
-from governor_mechanism.model.results.outcome import Cost, Outcome
+from governor_mechanism.model.results.records import Cost, Outcome
 from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.numerics.once_per_object import once_per_object

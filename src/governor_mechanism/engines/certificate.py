@@ -21,8 +21,7 @@ from governor_mechanism.mechanics.kinematics.assembly import mobility_of
 from governor_mechanism.model.events import EventKind
 from governor_mechanism.model.force_elements import Force, Torque
 from governor_mechanism.model.joints import RotationalDriver, TranslationalDriver
-from governor_mechanism.model.results.outcome import FLIGHT_DETAIL, Outcome
-from governor_mechanism.model.results.records import Energy
+from governor_mechanism.model.results.records import FLIGHT_DETAIL, Energy, Outcome
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.observables.error_scales import EVENT_TIMES, name_of_rate
 from governor_mechanism.observables.evaluation import ReadingEvaluator

@@ -11,7 +11,7 @@ from governor_mechanism.mechanics.dynamics.forces.contact_modes import has_conta
 from governor_mechanism.mechanics.kinematics.output_variables import evaluate_limited_readings
 from governor_mechanism.model.mechanism import Mechanism
 from governor_mechanism.model.output_variables import ControlledValue
-from governor_mechanism.model.results.outcome import Outcome
+from governor_mechanism.model.results.records import Outcome
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.observables.derived_readings import find_first_control_exit
 from governor_mechanism.observables.evaluation import ReadingEvaluator

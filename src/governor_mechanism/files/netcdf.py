@@ -19,8 +19,7 @@ from governor_mechanism.files.classic_netcdf import TEXT_ENCODING, RunVariable, 
 from governor_mechanism.files.writing import atomic_write, plain_value
 from governor_mechanism.mechanics.dynamics.forces.loads import lagged_functions_of
 from governor_mechanism.model.events import Event, EventKind
-from governor_mechanism.model.results.outcome import Cost, Outcome
-from governor_mechanism.model.results.records import Energy, Reaction, Recurrence, SpeedFluctuation
+from governor_mechanism.model.results.records import Cost, Energy, Outcome, Reaction, Recurrence, SpeedFluctuation
 from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.model.scene import RunSettings, Scene
 from governor_mechanism.scenes.parser import parse_scene_document

@@ -12,7 +12,7 @@ import numpy as np
 
 from governor_mechanism.machines.custom import CUSTOM_MACHINE
 from governor_mechanism.model.events import Event
-from governor_mechanism.model.results.outcome import Outcome
+from governor_mechanism.model.results.records import Outcome
 from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.observables.run_result import DeferredMotionAnalysis
 from governor_mechanism.observables.valve_motion import has_valve_events

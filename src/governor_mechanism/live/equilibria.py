@@ -10,7 +10,7 @@ from typing import Any, Final
 import numpy as np
 
 from governor_mechanism.effects.holding import DryFriction
-from governor_mechanism.engines.rotating_part import rotating_part_alone
+from governor_mechanism.engines.initial_state import rotating_part_alone
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.mechanics.kinematics.output_variables import READING_UNITS
 from governor_mechanism.mechanics.kinematics.time_functions import SpindleSpeedFunction

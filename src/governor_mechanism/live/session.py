@@ -12,7 +12,6 @@ from governor_mechanism.engines.base import Engine, make_reported_times
 from governor_mechanism.engines.certificate import ErrorControlledEngine
 from governor_mechanism.engines.selection import select_engine
 from governor_mechanism.errors import GovernorMechanismError, MechanismError
-from governor_mechanism.live.choices import choose, find_choices
 from governor_mechanism.live.describing import (
     choose_pace,
     describe_bounded_outcome,
@@ -27,7 +26,7 @@ from governor_mechanism.live.describing import (
 from governor_mechanism.live.equilibria import EquilibriumPlot
 from governor_mechanism.live.grips import find_grips, find_start, find_travel
 from governor_mechanism.live.motion import Motion
-from governor_mechanism.live.quantities import Quantity, find_quantities
+from governor_mechanism.live.quantities import Quantity, choose, find_choices, find_quantities
 from governor_mechanism.live.saving import SceneFile
 from governor_mechanism.machines.custom import CUSTOM_MACHINE
 from governor_mechanism.model.results.trajectory import Trajectory

@@ -28,8 +28,7 @@ from governor_mechanism.model.coupling.coupled_system import SPINDLE_ANGLE, SPIN
 from governor_mechanism.model.mechanism import Mechanism
 from governor_mechanism.model.output_variables import ContactForce, CylinderPressure, DerivedReading, JointForce, JointMoment, StallLimit
 from governor_mechanism.model.part import FreeSpindle
-from governor_mechanism.model.results.outcome import Cost, Outcome
-from governor_mechanism.model.results.records import Energy, Reaction
+from governor_mechanism.model.results.records import Cost, Energy, Outcome, Reaction
 from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.numerics.hermite import cubic_hermite, cubic_hermite_derivative, quintic_hermite

@@ -21,8 +21,7 @@ from governor_mechanism.model.effect import Effect
 from governor_mechanism.model.events import Event, EventKind
 from governor_mechanism.model.part import FreeSpindle, Part
 from governor_mechanism.model.results.film_options import FilmOptionError
-from governor_mechanism.model.results.outcome import Cost, Outcome
-from governor_mechanism.model.results.records import Energy
+from governor_mechanism.model.results.records import Cost, Energy, Outcome
 from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.model.time_functions import InputFunction, ReadingFunction

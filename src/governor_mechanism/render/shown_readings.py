@@ -15,7 +15,7 @@ from governor_mechanism.machines.registry import MACHINES
 from governor_mechanism.machines.slider_crank import PORT_OPENINGS, VALVE_DISPLACEMENT
 from governor_mechanism.model.coupling.coupled_system import SPINDLE_ANGLE
 from governor_mechanism.model.motion_readings import PathCoordinate
-from governor_mechanism.model.results.outcome import Outcome
+from governor_mechanism.model.results.records import Outcome
 from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.model.valve import Valve

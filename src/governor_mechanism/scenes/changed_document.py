@@ -136,7 +136,7 @@ def parse_scene_with(document: Mapping[str, Any], values: Iterable[tuple[str, An
 
 def _follow_assembly(document: Mapping[str, Any], changed: Mapping[str, Any], number: int) -> Scene:
     """Return the scene of a changed document in the assembly nearest to the one before, with a note if its number is another."""
-    from governor_mechanism.scenes.custom.assembly import find_nearest_number  # few scenes have several assemblies
+    from governor_mechanism.scenes.custom.parser import find_nearest_number  # few scenes have several assemblies
 
     scene = parse_scene_document(changed)
     before = _parse_numbered(format_scene_toml(document))

@@ -24,7 +24,7 @@ from governor_mechanism.observables.assemblies.enumeration import (
     largest_difference,
 )
 from governor_mechanism.observables.linkage import DriveTravel
-from governor_mechanism.scenes.custom.assembly import explain_no_assembly, hold_given_values, written_angles
+from governor_mechanism.scenes.custom.parser import explain_no_assembly, hold_given_values, written_angles
 from governor_mechanism.studies.kinematics import find_driven_angle
 from governor_mechanism.types import FloatArray
 from governor_mechanism.units.quantities import format_value, parse_quantity

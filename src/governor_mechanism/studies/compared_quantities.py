@@ -6,8 +6,7 @@ from typing import TypeVar
 
 import numpy as np
 
-from governor_mechanism.engines.initial_state import initial_state
-from governor_mechanism.engines.rotating_part import rotating_part_alone
+from governor_mechanism.engines.initial_state import initial_state, rotating_part_alone
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.model.part import FreeSpindle, Spindle
 from governor_mechanism.model.results.trajectory import Trajectory

@@ -21,7 +21,7 @@ from governor_mechanism.machines.registry import MACHINES
 from governor_mechanism.model.effect import Effect
 from governor_mechanism.model.output_variables import OutlineGap
 from governor_mechanism.model.part import Part, Spindle
-from governor_mechanism.model.results.outcome import Outcome
+from governor_mechanism.model.results.records import Outcome
 from governor_mechanism.model.results.result import Column, Result, format_columns
 from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.model.scene import Scene

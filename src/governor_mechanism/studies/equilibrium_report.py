@@ -7,8 +7,7 @@ from dataclasses import dataclass
 from functools import partial
 from typing import Any, ParamSpec, TypeVar
 
-from governor_mechanism.engines.initial_state import initial_state
-from governor_mechanism.engines.rotating_part import rotating_part_alone
+from governor_mechanism.engines.initial_state import initial_state, rotating_part_alone
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.files.results import record_rows
 from governor_mechanism.model.part import Spindle

@@ -24,7 +24,7 @@ from governor_mechanism.model.scene import Scene
 from governor_mechanism.observables.derived_readings import analyse_kinematics
 from governor_mechanism.observables.linkage import DeadCentre, DriveTravel, FourBar, Mobility, Toggle, find_four_bars, find_mobility
 from governor_mechanism.observables.motion_readings import REST_RATIO, Motion, evaluate_motion_reading
-from governor_mechanism.statics.rests import OVERLAP_TOLERANCE
+from governor_mechanism.statics.equilibria import OVERLAP_TOLERANCE
 from governor_mechanism.types import FloatArray
 from governor_mechanism.units.quantities import DISPLAY_UNITS
 from governor_mechanism.units.text_table import short_repr

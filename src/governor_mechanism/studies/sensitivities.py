@@ -17,7 +17,7 @@ from governor_mechanism.engines.selection import select_engine
 from governor_mechanism.errors import GovernorMechanismError, MechanismError
 from governor_mechanism.mechanics.dynamics.forces.contact_modes import has_contacts
 from governor_mechanism.model.events import EventKind
-from governor_mechanism.model.results.outcome import Outcome
+from governor_mechanism.model.results.records import Outcome
 from governor_mechanism.model.results.result import Column, Recorded, Result, format_columns
 from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.model.scene import Scene

@@ -17,7 +17,7 @@ from governor_mechanism.engines import Engine, ImpulseEngine, MultibodyEngine, R
 from governor_mechanism.engines.base import make_reported_times
 from governor_mechanism.errors import GovernorMechanismError, MechanismError
 from governor_mechanism.mechanics.dynamics.characteristic_scales import time_scale
-from governor_mechanism.model.results.outcome import Outcome
+from governor_mechanism.model.results.records import Outcome
 from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.studies.plain_runs import FittedParameter, compare_runs, fit_slope

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from governor_mechanism.engines.rotating_part import rotating_part_alone
+from governor_mechanism.engines.initial_state import rotating_part_alone
 from governor_mechanism.errors import MechanismError, did_you_mean
 from governor_mechanism.model.results.result import Column, Result, format_columns
 from governor_mechanism.model.scene import Scene

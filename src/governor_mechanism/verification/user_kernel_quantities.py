@@ -8,7 +8,7 @@ import numpy as np
 
 from governor_mechanism.effects.gas_pressure import work_per_stroke
 from governor_mechanism.engines import select_engine
-from governor_mechanism.engines.rotating_part import rotating_part_alone
+from governor_mechanism.engines.initial_state import rotating_part_alone
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.mechanics.kinematics.kinematic_analysis import solve_kinematics
 from governor_mechanism.mechanics.kinematics.output_variables import READING_UNITS

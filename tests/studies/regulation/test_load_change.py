@@ -13,7 +13,7 @@ from governor_mechanism.cli import main as command_line
 from governor_mechanism.closed_form import governed_engine, slide_valve
 from governor_mechanism.closed_form.flywheel_engine import AirEngine
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.model.results.outcome import Outcome
+from governor_mechanism.model.results.records import Outcome
 from governor_mechanism.scenes.changed_document import parse_scene_with
 from governor_mechanism.studies.regulation.load_change import Verdict
 from reference import flywheel as printed

@@ -15,7 +15,7 @@ from governor_mechanism.closed_form.flywheel_engine import AirEngine
 from governor_mechanism.closed_form.pendulum import PendulumGovernor
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.scenes.changed_document import parse_scene_with
-from governor_mechanism.studies.regulation.periodic_motion import find_periodic_motion
+from governor_mechanism.studies.regulation.stability_map import find_periodic_motion
 from reference import flywheel as printed
 
 DASHPOT, INERTIA = "part.governor.effects.dashpot.sleeve", "part.engine.dimensions.inertia"

@@ -11,7 +11,7 @@ import numpy as np
 
 from governor_mechanism.engines.impulse.records import FixedStepProblem, FixedStepSolution
 from governor_mechanism.engines.impulse.run import integrate_over_grid
-from governor_mechanism.model.results.outcome import FLIGHT_DETAIL, Outcome
+from governor_mechanism.model.results.records import FLIGHT_DETAIL, Outcome
 from governor_mechanism.observables.evaluation import ReadingEvaluator
 from governor_mechanism.types import BoolArray, FloatArray
 

@@ -22,7 +22,7 @@ from governor_mechanism.mechanics.dynamics.equations.equations_of_motion import 
 from governor_mechanism.mechanics.dynamics.forces.contact_modes import ContactMode, has_contacts
 from governor_mechanism.mechanics.dynamics.forces.loads import has_kinks
 from governor_mechanism.model.events import Event, EventKind
-from governor_mechanism.model.results.outcome import Outcome
+from governor_mechanism.model.results.records import Outcome
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.numerics.hermite import quintic_hermite
 from governor_mechanism.observables.error_scales import EVENT_TIMES, JOINT_GAP

@@ -18,7 +18,7 @@ from governor_mechanism.integrators.step_record import IntegrationStatus
 from governor_mechanism.mechanics.dynamics.forces.contacts import FRICTION_LAW_NAME, contacts_of
 from governor_mechanism.model.effect import Effect
 from governor_mechanism.model.joints import JOINT_TYPES, Joint
-from governor_mechanism.model.results.outcome import Outcome
+from governor_mechanism.model.results.records import Outcome
 from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.observables.evaluation import ReadingEvaluator

@@ -14,7 +14,7 @@ from governor_mechanism.integrators.step_record import IntegrationStatus
 from governor_mechanism.mechanics.contact.transition import EventLog
 from governor_mechanism.mechanics.reduction.motion_table import MotionTable
 from governor_mechanism.mechanics.reduction.reduced_model import StateIndex
-from governor_mechanism.model.results.outcome import Outcome
+from governor_mechanism.model.results.records import Outcome
 from governor_mechanism.types import FloatArray, IntArray
 
 NEWTON_STEPS = 5

@@ -56,7 +56,7 @@ from governor_mechanism.model.force_elements import CylinderGas
 from governor_mechanism.model.mechanism import Mechanism
 from governor_mechanism.model.output_variables import Limit
 from governor_mechanism.model.part import Part, Spindle
-from governor_mechanism.model.results.outcome import FLIGHT_DETAIL
+from governor_mechanism.model.results.records import FLIGHT_DETAIL
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.model.time_functions import InputFunction
 from governor_mechanism.numerics.chebyshev import N_CHEBYSHEV_NODES

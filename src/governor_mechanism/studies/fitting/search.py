@@ -13,8 +13,7 @@ from governor_mechanism.engines.selection import select_engine
 from governor_mechanism.errors import GovernorMechanismError, MechanismError
 from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.model.scene import Scene
-from governor_mechanism.studies.fitting.data import Measurement
-from governor_mechanism.studies.fitting.results import CONFIDENCE, Fit, FittedValue, root_mean_square
+from governor_mechanism.studies.fitting.results import CONFIDENCE, Fit, FittedValue, Measurement, root_mean_square
 from governor_mechanism.studies.sweep.workers import RowComputer, compute_all, compute_alone
 from governor_mechanism.studies.unknowns import Unknown, scene_with, spread_places
 from governor_mechanism.types import FloatArray

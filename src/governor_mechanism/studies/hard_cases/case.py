@@ -11,7 +11,7 @@ from scipy.integrate import solve_ivp
 from scipy.special import ellipj, ellipk
 
 from governor_mechanism.engines import Engine, ImpulseEngine, MultibodyEngine, ReducedEngine
-from governor_mechanism.model.results.outcome import Outcome
+from governor_mechanism.model.results.records import Outcome
 from governor_mechanism.scenes.library import load_scene
 from governor_mechanism.types import FloatArray
 

@@ -10,7 +10,7 @@ import numpy as np
 from scipy.integrate import quad
 from scipy.optimize import brentq
 
-from governor_mechanism.model.results.outcome import Outcome
+from governor_mechanism.model.results.records import Outcome
 from governor_mechanism.studies.hard_cases.case import GRAVITY, Document, HardCase, Solution, bouncing_fall, integrate, run_table
 from governor_mechanism.types import FloatArray
 

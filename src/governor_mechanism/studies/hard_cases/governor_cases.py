@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from governor_mechanism.engines import Engine, ImpulseEngine, MultibodyEngine, ReducedEngine
-from governor_mechanism.model.results.outcome import Outcome
+from governor_mechanism.model.results.records import Outcome
 from governor_mechanism.scenes.parser import parse_scene_document
 from governor_mechanism.studies.hard_cases.case import GRAVITY, Document, HardCase, Solution, governor_document, run_table, shipped_document
 from governor_mechanism.types import FloatArray

@@ -5,7 +5,7 @@ from functools import partial
 
 import numpy as np
 
-from governor_mechanism.model.results.outcome import Outcome
+from governor_mechanism.model.results.records import Outcome
 from governor_mechanism.studies.hard_cases.case import (
     GRAVITY,
     Document,

@@ -16,8 +16,8 @@ from governor_mechanism.engines import Engine, ImpulseEngine, MultibodyEngine, R
 from governor_mechanism.errors import GovernorMechanismError, MechanismError, did_you_mean
 from governor_mechanism.mechanics.contact.event_log import compare_event_logs
 from governor_mechanism.mechanics.dynamics.characteristic_scales import time_scale
-from governor_mechanism.model.results.outcome import Outcome
 from governor_mechanism.model.results.pictures import Figure
+from governor_mechanism.model.results.records import Outcome
 from governor_mechanism.model.results.result import Column, Result, format_columns
 from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.model.scene import Scene

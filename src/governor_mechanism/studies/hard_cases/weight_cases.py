@@ -5,7 +5,7 @@ import math
 import numpy as np
 from scipy.linalg import eigh
 
-from governor_mechanism.model.results.outcome import Outcome
+from governor_mechanism.model.results.records import Outcome
 from governor_mechanism.studies.hard_cases.case import (
     GRAVITY,
     Document,

@@ -11,7 +11,7 @@ import numpy as np
 
 from governor_mechanism.engines.selection import select_engine
 from governor_mechanism.errors import GovernorMechanismError, MechanismError, did_you_mean
-from governor_mechanism.model.results.outcome import Outcome
+from governor_mechanism.model.results.records import Outcome
 from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.studies.sweep.quantities import RunQuantity, parse_quantities

@@ -13,7 +13,7 @@ from itertools import pairwise
 import numpy as np
 
 from governor_mechanism.effects.gas_pressure import SWITCH_COEFFICIENT, gas_work
-from governor_mechanism.engines.rotating_part import rotating_part_alone
+from governor_mechanism.engines.initial_state import rotating_part_alone
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.mechanics.dynamics.forces.inputs import evaluate_reading_function
 from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output

@@ -4,7 +4,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from governor_mechanism.engines.rotating_part import rotating_part_alone
+from governor_mechanism.engines.initial_state import rotating_part_alone
 from governor_mechanism.model.results.result import Result
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.scenes.library import load_scene

@@ -11,7 +11,7 @@ import numpy as np
 from governor_mechanism.effects.holding import DryFriction
 from governor_mechanism.engines import select_engine
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.model.results.outcome import Outcome
+from governor_mechanism.model.results.records import Outcome
 from governor_mechanism.model.results.result import Column, Result, format_list
 from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.model.scene import Scene

@@ -26,7 +26,7 @@ from governor_mechanism.files.writing import atomic_write, plain_value, save_jso
 from governor_mechanism.model.joints import RotationalDriver
 from governor_mechanism.model.output_variables import BodyAngle
 from governor_mechanism.model.part import EQUILIBRIUM, Spindle
-from governor_mechanism.model.results.outcome import Outcome
+from governor_mechanism.model.results.records import Outcome
 from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.observables.valve_motion import has_valve_events

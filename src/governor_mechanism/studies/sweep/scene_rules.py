@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from governor_mechanism.effects.holding import DryFriction
-from governor_mechanism.engines.rotating_part import rotating_part_alone
+from governor_mechanism.engines.initial_state import rotating_part_alone
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.numerics.once_per_object import once_per_object

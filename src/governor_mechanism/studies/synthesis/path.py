@@ -16,8 +16,7 @@ from governor_mechanism.errors import MechanismError
 from governor_mechanism.model.results.result import Column
 from governor_mechanism.studies.synthesis.judging import DEFECTS, judge
 from governor_mechanism.studies.synthesis.linkage import Candidate, FourBarLinkage, Synthesis, SynthesisedLinkage, check_all
-from governor_mechanism.studies.synthesis.path_curve import CurveEquations, curve_starts
-from governor_mechanism.studies.synthesis.path_equations import DyadEquations, as_complex, minimise
+from governor_mechanism.studies.synthesis.path_equations import CurveEquations, DyadEquations, as_complex, curve_starts, minimise
 from governor_mechanism.studies.synthesis.tables import parse_pivots, read_points, require_count
 from governor_mechanism.types import BoolArray, ComplexArray, FloatArray, IntArray
 from governor_mechanism.units.problems import FLAG, check_arguments, whole_number
