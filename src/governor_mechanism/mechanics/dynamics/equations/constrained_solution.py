@@ -197,24 +197,6 @@ CLOSURE_TOLERANCE_RATIO = 1e-14
 """Gap of a closed joint, in length scales: rounding."""
 
 
-KEPT_FACTOR_RATIO = 1e6
-"""Residual, in tolerances and pivot ratios, below which the next Newton iteration keeps the factor: its error is a hundred-millionth."""
-
-
-@jit_in_place
-def _solve_for_multipliers(system: System, workspace: SystemWorkspace, keeps_factor: bool) -> float:
-    """Replace the residuals in the multipliers by those that remove them, with the factor of the last poses or of these.
-
-    Result: smallest pivot ratio of the factor; 1 for one that is kept.
-    """
-    if keeps_factor:
-        solve_factorised_band(workspace.factor, workspace.multipliers)
-        return 1.0
-    rows = system.constraint_rows
-    assemble_schur_band(rows.row_bodies, system.row_pairs, workspace.jacobian, workspace.inverse_mass, workspace.band)
-    return solve_band_system(workspace.band, workspace.factor, workspace.eigen, workspace.multipliers)
-
-
 @jit_in_place
 def project_state(
     system: System,
@@ -229,24 +211,23 @@ def project_state(
     rows = system.constraint_rows
     evaluate_drives(rows, input_cubics, local_time, workspace.row_values)
     evaluate_plane_motion(system, workspace, poses, velocities, input_cubics, local_time)
-    max_residual, keeps_factor = 0.0, False
+    max_residual = 0.0
     for _ in range(MAX_PROJECTION_ITERATIONS):
         evaluate_rows(rows, poses, velocities, workspace.row_values, workspace.jacobian)
+        assemble_schur_band(rows.row_bodies, system.row_pairs, workspace.jacobian, workspace.inverse_mass, workspace.band)
         max_residual = 0.0
         for i in range(workspace.multipliers.size):
             workspace.multipliers[i] = workspace.row_values[i, RowColumn.RESIDUAL]
             max_residual = max(max_residual, abs(workspace.multipliers[i]))
         if not max_residual > closure_tolerance:
             break
-        pivot_ratio = _solve_for_multipliers(system, workspace, keeps_factor)
-        keeps_factor = max_residual <= KEPT_FACTOR_RATIO * pivot_ratio * closure_tolerance
+        solve_band_system(workspace.band, workspace.factor, workspace.eigen, workspace.multipliers)
         subtract_minv_jt(rows.row_bodies, workspace.jacobian, workspace.inverse_mass, workspace.multipliers, poses)
-    for _ in range(2 if keeps_factor else 1):  # the second time removes what the factor of other poses leaves
-        apply_jacobian(rows.row_bodies, workspace.jacobian, velocities, workspace.multipliers)
-        for i in range(workspace.multipliers.size):
-            workspace.multipliers[i] -= workspace.row_values[i, RowColumn.DRIVE_RATE]
-        _solve_for_multipliers(system, workspace, keeps_factor)
-        subtract_minv_jt(rows.row_bodies, workspace.jacobian, workspace.inverse_mass, workspace.multipliers, velocities)
+    apply_jacobian(rows.row_bodies, workspace.jacobian, velocities, workspace.multipliers)
+    for i in range(workspace.multipliers.size):
+        workspace.multipliers[i] -= workspace.row_values[i, RowColumn.DRIVE_RATE]
+    solve_band_system(workspace.band, workspace.factor, workspace.eigen, workspace.multipliers)
+    subtract_minv_jt(rows.row_bodies, workspace.jacobian, workspace.inverse_mass, workspace.multipliers, velocities)
     return max_residual
 
 
