@@ -14,7 +14,9 @@ from governor_mechanism.effects.dashpot import Dashpot
 from governor_mechanism.effects.holding import DryFriction, Stops
 from governor_mechanism.effects.spring import OutputSpring
 from governor_mechanism.engines import MultibodyEngine, ReducedEngine
+from governor_mechanism.engines.base import RunRequest
 from governor_mechanism.engines.initial_state import initial_state
+from governor_mechanism.engines.reduced.engine import ReducedRunner
 from governor_mechanism.errors import UnsupportedEffect
 from governor_mechanism.mechanics.dynamics.characteristic_scales import time_scale
 from governor_mechanism.mechanics.kinematics.output_variables import make_output_rows
@@ -479,3 +481,16 @@ def test_quintic_hermite_interpolation_reproduces_quintics():
         value, speed = quintic_hermite(motion(0.0), rate(0.0), acceleration(0.0), motion(h), rate(h), acceleration(h), h, fraction)
         assert value == pytest.approx(motion(fraction * h), abs=1e-14)
         assert speed == pytest.approx(rate(fraction * h), abs=1e-13)
+
+
+def test_a_certificate_compares_with_a_run_along_a_table_of_its_own_with_narrower_pieces():
+    engine, request = ReducedEngine(), RunRequest(times=np.array([0.0, 1.0]), accuracy=1e-8, certify=True, reason="")
+    runner = ReducedRunner(engine, gm.load("porter"), request)
+    runner.run()
+    ratio = engine.settings.comparison_width_ratio
+    own, other = (runner.get_reduced_run(one) for one in (1.0, ratio))
+    assert own is not other
+    assert ratio < 0.9
+    first_widths = [float(np.ptp(one.motion_table.table.intervals[0, :2])) for one in (own, other)]
+    assert first_widths[1] == pytest.approx(ratio * first_widths[0], rel=1e-12)
+    assert all(one.counts[0] > 0 for one in (own, other))  # each counts its own steps
