@@ -21,14 +21,19 @@ def check_scene(number: int, seed: int, *, with_friction: bool = False) -> Certi
     return check_certificate(drawn, "multibody", accuracy, ContactReferences(drawn.scene))
 
 
-ALL, OTHERS = (
-    pytest.param(range(N_SCENES), SEED, marks=pytest.mark.long),
-    pytest.param(range(N_SCENES), OTHER_SEED, marks=pytest.mark.long),
+@pytest.mark.parametrize(
+    ("numbers", "seed", "with_friction"),
+    [
+        pytest.param(range(15), SEED, False, id="few"),
+        # Number 12 is the one of six hundred beyond its estimate: the times of its last bounces, by rounding. It is in "all".
+        pytest.param(range(15, 30), SEED, True, id="few with friction"),
+        *(
+            pytest.param(range(N_SCENES), seed, with_friction, id=name + " with friction" * with_friction, marks=pytest.mark.long)
+            for name, seed in (("all", SEED), ("others", OTHER_SEED))
+            for with_friction in (False, True)
+        ),
+    ],
 )
-
-
-@pytest.mark.parametrize("with_friction", [False, True], ids=["smooth", "with friction"])
-@pytest.mark.parametrize(("numbers", "seed"), [(range(15, 30), SEED), ALL, OTHERS], ids=["few", "all", "others"])
 def test_errors_are_within_their_estimates(numbers, seed, with_friction):
     checks = [check_scene(number, seed, with_friction=with_friction) for number in numbers]
     judged = [check for check in checks if check.is_judged]

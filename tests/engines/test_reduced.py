@@ -19,6 +19,7 @@ from governor_mechanism.engines.initial_state import initial_state
 from governor_mechanism.engines.reduced.engine import ReducedRunner
 from governor_mechanism.errors import UnsupportedEffect
 from governor_mechanism.mechanics.dynamics.characteristic_scales import time_scale
+from governor_mechanism.mechanics.kinematics.constraint_equations import constraint_equations_of
 from governor_mechanism.mechanics.kinematics.output_variables import make_output_rows
 from governor_mechanism.mechanics.kinematics.row_evaluation import RowEvaluation
 from governor_mechanism.mechanics.reduction.lagrangian import SingleDofReduction
@@ -494,3 +495,13 @@ def test_a_certificate_compares_with_a_run_along_a_table_of_its_own_with_narrowe
     first_widths = [float(np.ptp(one.motion_table.table.intervals[0, :2])) for one in (own, other)]
     assert first_widths[1] == pytest.approx(ratio * first_widths[0], rel=1e-12)
     assert all(one.counts[0] > 0 for one in (own, other))  # each counts its own steps
+
+
+@pytest.mark.parametrize("side", [0, 1], ids=["below", "above"])
+def test_poses_beyond_either_end_of_a_table_are_solved_and_not_extrapolated(side):
+    scene = governor_scene(PORTER, speed=6.0, angle=0.6)
+    poses, _ = initial_state(scene)
+    table = MotionTable(scene, 0.6, poses)
+    beyond = np.array([table.edge(side) + (0.1 if side else -0.1)])
+    (found,), _ = table.evaluate_poses(beyond)
+    assert np.abs(constraint_equations_of(scene.mechanism).residuals(found)).max() < 1e-14
