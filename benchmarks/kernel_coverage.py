@@ -32,10 +32,10 @@ import governor_mechanism as gm
 from governor_mechanism.engines.multibody import implicit
 from governor_mechanism.engines.multibody.integration import make_limit_rows
 from governor_mechanism.integrators.step_record import IntegrationStatus
-from governor_mechanism.mechanics.dynamics.equations.constrained_solution import solve_constrained_system
-from governor_mechanism.mechanics.dynamics.equations.equations_of_motion import evaluate_state_derivative
-from governor_mechanism.mechanics.dynamics.system.arrays import from_mass_centres, make_system_workspace
-from governor_mechanism.mechanics.dynamics.system.lowering import make_system
+from governor_mechanism.mechanics.dynamics.arrays import from_mass_centres, make_system_workspace
+from governor_mechanism.mechanics.dynamics.constrained_solution import solve_constrained_system
+from governor_mechanism.mechanics.dynamics.equations_of_motion import evaluate_state_derivative
+from governor_mechanism.mechanics.dynamics.lowering import make_system
 from governor_mechanism.mechanics.kinematics.assembly import PositionSolver
 from governor_mechanism.mechanics.kinematics.time_functions import stack_local_cubics
 from kernel_exclusions import EXITS, STATEMENTS

@@ -23,10 +23,10 @@ EXITS: dict[str, dict[str, str]] = {
     "mechanics/curves/profile_kernels.py: distance_of_profiles": {
         "for is_overlapping in (False, True):": "an outline has a piece, which the second turn does not leave out"
     },
-    "mechanics/dynamics/equations/equations_of_motion.py: _add_rubbing": {
+    "mechanics/dynamics/equations_of_motion.py: _add_rubbing": {
         "if body != GROUND_INDEX:": "outlines and rollers are those of bodies; a body of the ground is welded"
     },
-    "numerics/banded_cholesky.py: diagonalise": {
+    "numerics/linear_equations.py: diagonalise": {
         "for _ in range(MAX_JACOBI_SWEEPS):": "no rotation is left before: random matrices need six sweeps"
     },
 }

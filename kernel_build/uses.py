@@ -11,14 +11,13 @@ from governor_mechanism.engines.base import RunRequest
 from governor_mechanism.engines.initial_state import initial_state
 from governor_mechanism.engines.multibody.engine import MultibodyEngine, MultibodyRunner
 from governor_mechanism.engines.multibody.implicit import RadauLimits
-from governor_mechanism.mechanics.curves.curve_kernels import evaluate_curve, evaluate_polar_curve
 from governor_mechanism.mechanics.curves.outline_kernels import least_depth
-from governor_mechanism.mechanics.curves.segments import make_curve_segments
-from governor_mechanism.mechanics.dynamics.equations.equations_of_motion import evaluate_state_derivative
-from governor_mechanism.mechanics.dynamics.forces.contact_modes import ContactMode
-from governor_mechanism.mechanics.dynamics.system.arrays import N_ENERGY_STATES, from_mass_centres, make_system_workspace
-from governor_mechanism.mechanics.dynamics.system.event_functions import evaluate_event_functions
-from governor_mechanism.mechanics.dynamics.system.lowering import make_system
+from governor_mechanism.mechanics.curves.segments import evaluate_curve, evaluate_polar_curve, make_curve_segments
+from governor_mechanism.mechanics.dynamics.arrays import N_ENERGY_STATES, from_mass_centres, make_system_workspace
+from governor_mechanism.mechanics.dynamics.contact_modes import ContactMode
+from governor_mechanism.mechanics.dynamics.equations_of_motion import evaluate_state_derivative
+from governor_mechanism.mechanics.dynamics.event_functions import evaluate_event_functions
+from governor_mechanism.mechanics.dynamics.lowering import make_system
 from governor_mechanism.mechanics.kinematics.time_functions import stack_local_cubics
 from governor_mechanism.mechanics.reduction.equation_of_motion import evaluate_state_rates
 from governor_mechanism.mechanics.reduction.motion_table import MotionTable

@@ -45,7 +45,18 @@ FOLDERS = [
 INNER_FOLDERS = {
     "model": [{"*"}, {"results"}],
     "mechanics": [{"curves"}, {"kinematics"}, {"dynamics"}, {"reduction"}, {"contact"}],
-    "mechanics/dynamics": [{"forces"}, {"characteristic_scales"}, {"system"}, {"equations"}],
+    "mechanics/dynamics": [
+        {"contacts", "force_laws"},
+        {"inputs"},
+        {"output_forces"},
+        {"contact_modes"},
+        {"arrays", "characteristic_scales"},
+        {"event_functions"},
+        {"lowering"},
+        {"body_forces"},
+        {"constrained_solution"},
+        {"equations_of_motion"},
+    ],
     "engines": [
         {"continuation", "exit_location"},
         {"base"},

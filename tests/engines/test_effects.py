@@ -16,9 +16,8 @@ from governor_mechanism.effects.holding import DryFriction, Stops
 from governor_mechanism.effects.spring import OutputSpring
 from governor_mechanism.engines import ImpulseEngine, MultibodyEngine, ReducedEngine
 from governor_mechanism.engines.impulse import level_runs
-from governor_mechanism.mechanics.dynamics.forces.contact_modes import ContactMode
-from governor_mechanism.mechanics.dynamics.system.holding_rows import with_held_values
-from governor_mechanism.mechanics.dynamics.system.lowering import make_system
+from governor_mechanism.mechanics.dynamics.contact_modes import ContactMode
+from governor_mechanism.mechanics.dynamics.lowering import make_system, with_held_values
 from governor_mechanism.model.force_elements import Force
 from governor_mechanism.model.joints import Point, Slider
 from governor_mechanism.model.output_variables import PointCoordinate

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 import governor_mechanism as gm
+from governor_mechanism.mechanics.dynamics import force_laws
 from governor_mechanism.mechanics.dynamics.characteristic_scales import time_scale
-from governor_mechanism.mechanics.dynamics.forces import force_laws
 from governor_mechanism.observables import mechanical_energy
 from scene_documents import between, custom_document
 

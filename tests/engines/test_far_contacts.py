@@ -7,7 +7,7 @@ import pytest
 
 import governor_mechanism as gm
 from contact_scenes import GRAVITY, ball_document
-from governor_mechanism.mechanics.dynamics.forces.contacts import outline_gaps_of
+from governor_mechanism.mechanics.dynamics.contacts import outline_gaps_of
 from governor_mechanism.model.events import EventKind
 
 FAR = {"name": "c", "first": "rod_3.end", "radius": 0.02, "second": "block"}

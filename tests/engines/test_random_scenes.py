@@ -21,7 +21,7 @@ from certificate_checks import max_difference
 from governor_mechanism.effects.dashpot import Dashpot
 from governor_mechanism.engines import Engine, ImpulseEngine, MultibodyEngine, ReducedEngine
 from governor_mechanism.mechanics.dynamics.characteristic_scales import time_scale
-from governor_mechanism.mechanics.dynamics.forces.contact_modes import has_contacts
+from governor_mechanism.mechanics.dynamics.contact_modes import has_contacts
 from governor_mechanism.mechanics.kinematics.assembly import PositionSolver
 from governor_mechanism.model.force_elements import Damper, TorsionDamper
 from governor_mechanism.model.part import FreeSpindle, Start

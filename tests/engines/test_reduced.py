@@ -19,12 +19,10 @@ from governor_mechanism.engines.initial_state import initial_state
 from governor_mechanism.engines.reduced.engine import ReducedRunner
 from governor_mechanism.errors import UnsupportedEffect
 from governor_mechanism.mechanics.dynamics.characteristic_scales import time_scale
-from governor_mechanism.mechanics.kinematics.constraint_equations import constraint_equations_of
+from governor_mechanism.mechanics.kinematics.constraint_equations import RowEvaluation, constraint_equations_of
 from governor_mechanism.mechanics.kinematics.output_variables import make_output_rows
-from governor_mechanism.mechanics.kinematics.row_evaluation import RowEvaluation
-from governor_mechanism.mechanics.reduction.lagrangian import SingleDofReduction
+from governor_mechanism.mechanics.reduction.lagrangian import SingleDofReduction, TableColumn
 from governor_mechanism.mechanics.reduction.motion_table import MotionTable
-from governor_mechanism.mechanics.reduction.node_evaluation import TableColumn
 from governor_mechanism.mechanics.reduction.table import ON_TABLE, find_piece
 from governor_mechanism.model.events import EventKind
 from governor_mechanism.model.force_elements import Damper, Force, Spring, Torque, TorsionDamper, TorsionSpring
@@ -32,8 +30,7 @@ from governor_mechanism.model.joints import Distance, Pin, Slider
 from governor_mechanism.model.output_variables import LineAngle
 from governor_mechanism.model.part import FreeSpindle, Spindle
 from governor_mechanism.model.time_functions import InputFunction
-from governor_mechanism.numerics.chebyshev import CHEBYSHEV_NODES, N_CHEBYSHEV_NODES, evaluate_piece, fit_piece
-from governor_mechanism.numerics.hermite import quintic_hermite
+from governor_mechanism.numerics.interpolation import CHEBYSHEV_NODES, N_CHEBYSHEV_NODES, evaluate_piece, fit_piece, quintic_hermite
 from governor_mechanism.scenes.library import shipped_scenes
 from governor_scenes import CROSSED, EXTENDED, PORTER, UNCROSSED_LINKS, WATT, governor_scene, random_governor
 from joint_mechanisms import make_scene

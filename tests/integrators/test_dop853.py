@@ -25,7 +25,7 @@ from governor_mechanism.integrators.step_record import (
     steer_step_over_singularity,
 )
 from governor_mechanism.integrators.tableau import NODES
-from governor_mechanism.numerics.hermite import quintic_hermite_jit
+from governor_mechanism.numerics.interpolation import quintic_hermite_jit
 from governor_mechanism.numerics.jit import jit_in_place
 from governor_mechanism.types import FloatArray, IntArray
 

@@ -12,7 +12,7 @@ from crank_scenes import air_engine_document, air_engine_scene
 from governor_mechanism.closed_form.flywheel_engine import AirEngine, gas_torque, gas_work, stored_work
 from governor_mechanism.engines import ImpulseEngine, MultibodyEngine, ReducedEngine
 from governor_mechanism.errors import MechanismError, UnsupportedEffect
-from governor_mechanism.mechanics.dynamics.forces.output_forces import element_potential_energy
+from governor_mechanism.mechanics.dynamics.output_forces import element_potential_energy
 from governor_mechanism.model.results.records import Outcome
 from governor_mechanism.scenes.parser import parse_scene_document
 from reference import flywheel

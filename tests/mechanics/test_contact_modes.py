@@ -7,13 +7,12 @@ from coupled_scenes import coupled_scene, discs_part, engine_part, porter_part
 from governor_mechanism.effects.holding import DryFriction, Stops
 from governor_mechanism.effects.spring import OutputSpring
 from governor_mechanism.mechanics.contact.scene_contacts import InputModes, SceneContacts
-from governor_mechanism.mechanics.dynamics.equations.constrained_solution import project_state
-from governor_mechanism.mechanics.dynamics.equations.equations_of_motion import evaluate_state_derivative
-from governor_mechanism.mechanics.dynamics.forces.contact_modes import ContactMode
-from governor_mechanism.mechanics.dynamics.system.arrays import N_ENERGY_STATES, make_system_workspace
-from governor_mechanism.mechanics.dynamics.system.event_functions import EventFunctionKind, evaluate_event_functions
-from governor_mechanism.mechanics.dynamics.system.holding_rows import with_held_values
-from governor_mechanism.mechanics.dynamics.system.lowering import make_system
+from governor_mechanism.mechanics.dynamics.arrays import N_ENERGY_STATES, make_system_workspace
+from governor_mechanism.mechanics.dynamics.constrained_solution import project_state
+from governor_mechanism.mechanics.dynamics.contact_modes import ContactMode
+from governor_mechanism.mechanics.dynamics.equations_of_motion import evaluate_state_derivative
+from governor_mechanism.mechanics.dynamics.event_functions import EventFunctionKind, evaluate_event_functions
+from governor_mechanism.mechanics.dynamics.lowering import make_system, with_held_values
 from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output_value
 from governor_mechanism.mechanics.kinematics.time_functions import stack_local_cubics
 from governor_mechanism.model.coupling.couplings import GearCoupling

@@ -11,7 +11,7 @@ from governor_mechanism.mechanics.contact.impacts import dissipated_by_impulses,
 from governor_mechanism.mechanics.contact.rules import HELD, ContactDynamics, select_contact_states, update_spring_segments
 from governor_mechanism.mechanics.contact.tolerances import CONTACT_TOLERANCE, MIN_REBOUND_HEIGHT
 from governor_mechanism.mechanics.contact.transition import make_event_log, make_events, record_hold_changes
-from governor_mechanism.mechanics.dynamics.forces.contacts import CONTACT_DTYPE
+from governor_mechanism.mechanics.dynamics.contacts import CONTACT_DTYPE
 from governor_mechanism.model.events import Event, EventKind
 from governor_mechanism.types import NO_INDEX
 

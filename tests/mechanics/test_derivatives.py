@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from governor_mechanism.closed_form import pendulum as closed
 from governor_mechanism.effects.body_forces import Centrifugal, Gravity
-from governor_mechanism.mechanics.dynamics.forces.output_forces import element_potential_energy
+from governor_mechanism.mechanics.dynamics.output_forces import element_potential_energy
 from governor_mechanism.mechanics.kinematics.assembly import PositionSolver
 from governor_mechanism.mechanics.kinematics.constraint_equations import ConstraintEquations
 from governor_mechanism.mechanics.reduction.lagrangian import SingleDofReduction

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from governor_mechanism.mechanics.dynamics.forces import force_laws
+from governor_mechanism.mechanics.dynamics import force_laws
 
 STEP = 1e-5
 """Step of differences, m and rad: their error of second order, 1e-10, is about that of rounding, 1e-16 / 1e-5."""

@@ -11,7 +11,7 @@ from scipy.integrate import solve_ivp
 
 from governor_mechanism.mechanics.contact.impacts import dissipated_by_impulses, resolve_impacts, zeno_time
 from governor_mechanism.mechanics.contact.rules import ContactDynamics
-from governor_mechanism.mechanics.dynamics.forces.contacts import CONTACT_DTYPE
+from governor_mechanism.mechanics.dynamics.contacts import CONTACT_DTYPE
 from governor_mechanism.types import NO_INDEX
 
 

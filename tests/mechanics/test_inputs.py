@@ -10,13 +10,12 @@ from coupled_scenes import coupled_scene, discs_part
 from governor_mechanism.effects.body_forces import Gravity
 from governor_mechanism.effects.holding import DryFriction
 from governor_mechanism.engines.initial_state import initial_state
-from governor_mechanism.mechanics.dynamics.equations.equations_of_motion import compute_inverse_dynamics, evaluate_state_derivative
-from governor_mechanism.mechanics.dynamics.forces.contact_modes import ContactMode
-from governor_mechanism.mechanics.dynamics.forces.inputs import NOT_HELD
-from governor_mechanism.mechanics.dynamics.forces.loads import initial_lags
-from governor_mechanism.mechanics.dynamics.system.arrays import N_ENERGY_STATES, from_mass_centres, make_system_workspace
-from governor_mechanism.mechanics.dynamics.system.event_functions import EventFunctionKind
-from governor_mechanism.mechanics.dynamics.system.lowering import make_system
+from governor_mechanism.mechanics.dynamics.arrays import N_ENERGY_STATES, from_mass_centres, make_system_workspace
+from governor_mechanism.mechanics.dynamics.contact_modes import ContactMode
+from governor_mechanism.mechanics.dynamics.equations_of_motion import compute_inverse_dynamics, evaluate_state_derivative
+from governor_mechanism.mechanics.dynamics.event_functions import EventFunctionKind
+from governor_mechanism.mechanics.dynamics.inputs import NOT_HELD, initial_lags
+from governor_mechanism.mechanics.dynamics.lowering import make_system
 from governor_mechanism.mechanics.kinematics.time_functions import stack_local_cubics
 from governor_mechanism.model.force_elements import Torque
 from governor_mechanism.model.joints import Pin, Point, RotationalDriver

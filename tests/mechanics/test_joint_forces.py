@@ -9,7 +9,7 @@ import governor_mechanism as gm
 from coupled_scenes import coupled_scene, discs_part
 from governor_mechanism.effects.body_forces import Centrifugal, Gravity
 from governor_mechanism.engines.initial_state import initial_state
-from governor_mechanism.mechanics.dynamics.equations.equations_of_motion import compute_inverse_dynamics
+from governor_mechanism.mechanics.dynamics.equations_of_motion import compute_inverse_dynamics
 from governor_mechanism.mechanics.kinematics.constraint_equations import make_constraint_table
 from governor_mechanism.mechanics.kinematics.points import rotate_vector
 from governor_mechanism.model.force_elements import Spring, Torque

@@ -14,8 +14,8 @@ from governor_mechanism.mechanics.reduction.equation_of_motion import (
     evaluate_static_force,
     evaluate_table_output,
 )
+from governor_mechanism.mechanics.reduction.lagrangian import make_reduction_workspace
 from governor_mechanism.mechanics.reduction.motion_table import MotionTable, lower_reduced_scene
-from governor_mechanism.mechanics.reduction.node_evaluation import make_reduction_workspace
 from governor_mechanism.mechanics.reduction.reduced_model import N_STATES, lay_out_events
 from governor_mechanism.mechanics.reduction.table import ON_TABLE, EndReason, ExtensionStatus, PeriodIndex, allocate_table, find_piece
 from governor_mechanism.mechanics.reduction.table_refinement import MAX_DISTANCE, extend_table

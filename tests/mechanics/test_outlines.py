@@ -8,7 +8,8 @@ import pytest
 import governor_mechanism as gm
 from contact_scenes import BOWL, CUP
 from governor_mechanism.engines.initial_state import initial_state
-from governor_mechanism.mechanics.curves.join_kernels import (
+from governor_mechanism.mechanics.curves.outline_kernels import (
+    N_PIECE_VALUES,
     NO_FEATURE,
     EdgePoint,
     distance_from_feature,
@@ -16,10 +17,9 @@ from governor_mechanism.mechanics.curves.join_kernels import (
     find_feature,
     next_feature,
 )
-from governor_mechanism.mechanics.curves.outline_kernels import N_PIECE_VALUES
 from governor_mechanism.mechanics.curves.outlines import bounding_circle, chains_of, edges_of, is_inside, make_pieces, outline_points
-from governor_mechanism.mechanics.dynamics.system.arrays import from_mass_centres
-from governor_mechanism.mechanics.dynamics.system.lowering import make_system
+from governor_mechanism.mechanics.dynamics.arrays import from_mass_centres
+from governor_mechanism.mechanics.dynamics.lowering import make_system
 from governor_mechanism.mechanics.kinematics.constraint_kernels import evaluate_join, keep_features, release_features
 from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output
 from governor_mechanism.model.curves import CornerOutline, CurveOutline

@@ -8,9 +8,9 @@ import pytest
 import governor_mechanism as gm
 from coupled_scenes import coupled_scene, discs_part
 from governor_mechanism.engines.initial_state import initial_state
-from governor_mechanism.mechanics.dynamics.equations.constrained_solution import StateProjector, project_state
-from governor_mechanism.mechanics.dynamics.system.arrays import make_system_workspace
-from governor_mechanism.mechanics.dynamics.system.lowering import make_system
+from governor_mechanism.mechanics.dynamics.arrays import make_system_workspace
+from governor_mechanism.mechanics.dynamics.constrained_solution import StateProjector, project_state
+from governor_mechanism.mechanics.dynamics.lowering import make_system
 from governor_mechanism.mechanics.kinematics.constraint_equations import ConstraintEquations
 from governor_mechanism.mechanics.kinematics.time_functions import CubicTimeFunction, stack_local_cubics
 from governor_mechanism.model.joints import GROUND, Point, RotationalDriver

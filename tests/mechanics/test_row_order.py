@@ -5,8 +5,8 @@ from itertools import combinations
 import pytest
 
 import governor_mechanism as gm
-from governor_mechanism.mechanics.dynamics.system.arrays import make_system_workspace
-from governor_mechanism.mechanics.dynamics.system.lowering import make_system
+from governor_mechanism.mechanics.dynamics.arrays import make_system_workspace
+from governor_mechanism.mechanics.dynamics.lowering import make_system
 from governor_mechanism.model.joints import Distance
 from scene_parts import body_point, ground_point, make_mechanism, point_mass, scene_of, x_reading
 

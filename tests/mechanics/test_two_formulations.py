@@ -10,19 +10,19 @@ from governor_mechanism.effects.dashpot import Dashpot
 from governor_mechanism.effects.holding import DryFriction
 from governor_mechanism.effects.spring import OutputSpring
 from governor_mechanism.engines.initial_state import initial_state
-from governor_mechanism.mechanics.dynamics.equations.body_forces import inertia_of_plane
-from governor_mechanism.mechanics.dynamics.equations.equations_of_motion import compute_inverse_dynamics, evaluate_state_derivative
-from governor_mechanism.mechanics.dynamics.forces import force_laws
-from governor_mechanism.mechanics.dynamics.forces.contact_modes import ContactMode
-from governor_mechanism.mechanics.dynamics.forces.contacts import contacts_of, one_sided_forces_of
-from governor_mechanism.mechanics.dynamics.forces.loads import initial_lags
-from governor_mechanism.mechanics.dynamics.system.arrays import N_ENERGY_STATES, from_mass_centres, make_system_workspace
-from governor_mechanism.mechanics.dynamics.system.lowering import make_system
+from governor_mechanism.mechanics.dynamics import force_laws
+from governor_mechanism.mechanics.dynamics.arrays import N_ENERGY_STATES, from_mass_centres, make_system_workspace
+from governor_mechanism.mechanics.dynamics.body_forces import inertia_of_plane
+from governor_mechanism.mechanics.dynamics.contact_modes import ContactMode
+from governor_mechanism.mechanics.dynamics.contacts import contacts_of, one_sided_forces_of
+from governor_mechanism.mechanics.dynamics.equations_of_motion import compute_inverse_dynamics, evaluate_state_derivative
+from governor_mechanism.mechanics.dynamics.inputs import initial_lags
+from governor_mechanism.mechanics.dynamics.lowering import make_system
 from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output
 from governor_mechanism.mechanics.kinematics.time_functions import stack_local_cubics
 from governor_mechanism.mechanics.reduction.equation_of_motion import evaluate_state_rates
 from governor_mechanism.mechanics.reduction.motion_table import MotionTable
-from governor_mechanism.mechanics.reduction.shaft import find_shaft_train, parts_with_coordinate
+from governor_mechanism.mechanics.reduction.reduced_model import find_shaft_train, parts_with_coordinate
 from governor_mechanism.model.part import Spindle
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.model.time_functions import InputFunction

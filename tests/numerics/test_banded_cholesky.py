@@ -5,7 +5,7 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from governor_mechanism.numerics.banded_cholesky import diagonalise, solve_band_system
+from governor_mechanism.numerics.linear_equations import diagonalise, solve_band_system
 
 
 def band_of(matrix, bandwidth):

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from governor_mechanism.numerics.chebyshev import CHEBYSHEV_NODES, N_CHEBYSHEV_NODES, barycentric_weights
+from governor_mechanism.numerics.interpolation import CHEBYSHEV_NODES, N_CHEBYSHEV_NODES, barycentric_weights
 
 
 @pytest.mark.parametrize("t", [-1.0, -0.37, 0.9, *CHEBYSHEV_NODES[[0, 5]]])

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from governor_mechanism.numerics.dense_solution import solve_dense
+from governor_mechanism.numerics.linear_equations import solve_dense
 
 
 @pytest.mark.parametrize("n", [0, 1, 2, 5])

@@ -15,10 +15,9 @@ import pytest
 
 import governor_mechanism as gm
 from governor_mechanism.mechanics.contact.rules import find_active_stop
-from governor_mechanism.mechanics.curves.curve_kernels import evaluate_curve
-from governor_mechanism.mechanics.curves.segments import make_curve_segments
-from governor_mechanism.mechanics.dynamics.equations.body_forces import inertia_of_plane
-from governor_mechanism.mechanics.dynamics.system.lowering import make_system
+from governor_mechanism.mechanics.curves.segments import evaluate_curve, make_curve_segments
+from governor_mechanism.mechanics.dynamics.body_forces import inertia_of_plane
+from governor_mechanism.mechanics.dynamics.lowering import make_system
 from governor_mechanism.model.curves import PolynomialCurve, SplineCurve
 from governor_mechanism.numerics import jit as jit_module
 from governor_mechanism.numerics import kernel_library
@@ -30,8 +29,8 @@ SOURCE = ROOT / "src" / "governor_mechanism"
 CALLERS = {"mechanics", "engines", "statics", "observables", "studies"}
 """Folders whose functions may call kernels; functions inside functions of `integrators` are kernels."""
 CALLED_BY_TESTS = {
-    "governor_mechanism.mechanics.dynamics.equations.equations_of_motion:evaluate_state_derivative",
-    "governor_mechanism.mechanics.dynamics.system.event_functions:evaluate_event_functions",
+    "governor_mechanism.mechanics.dynamics.equations_of_motion:evaluate_state_derivative",
+    "governor_mechanism.mechanics.dynamics.event_functions:evaluate_event_functions",
     "governor_mechanism.mechanics.reduction.equation_of_motion:evaluate_state_rates",
 }
 """Kernels that only tests call from Python."""

@@ -132,11 +132,11 @@ def test_the_kernels_of_the_package_are_found_with_what_they_use():
         ("integrators.dop853", "make_dop853"),
         ("integrators.tableau", "STAGES"),
         ("integrators.step_record", "IntegrationStatus"),
-        ("mechanics.dynamics.system.lowering", "BODY_DTYPE"),
-        ("mechanics.dynamics.system.arrays", "System"),
+        ("mechanics.dynamics.lowering", "BODY_DTYPE"),
+        ("mechanics.dynamics.arrays", "System"),
     ]
     assert {(f"governor_mechanism.{module}", name) for module, name in expected} <= found
-    assert ("governor_mechanism.mechanics.dynamics.system.lowering", "make_body_records") not in found
+    assert ("governor_mechanism.mechanics.dynamics.lowering", "make_body_records") not in found
 
 
 def test_the_digest_is_kept_until_a_file_changes(tmp_path, monkeypatch):

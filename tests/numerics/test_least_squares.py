@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from governor_mechanism.mechanics.dynamics.system.holding_rows import find_coupled_rows
+from governor_mechanism.mechanics.dynamics.lowering import find_coupled_rows
 from governor_mechanism.numerics.least_squares import (
     MIN_SPARSE_ROWS,
     MIN_SPARSE_SPECTRUM_ROWS,

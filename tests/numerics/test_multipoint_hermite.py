@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from governor_mechanism.numerics.hermite import MultipointHermite
+from governor_mechanism.numerics.interpolation import MultipointHermite
 
 NODES = np.array([[0.0, 0.3, 0.5, 1.0], [2.0, 2.2, 2.7, 3.0]])
 

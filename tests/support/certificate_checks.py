@@ -15,7 +15,7 @@ from governor_mechanism.engines.base import make_reported_times
 from governor_mechanism.errors import GovernorMechanismError
 from governor_mechanism.mechanics.contact.event_log import compare_event_logs, drop_cancelled_events
 from governor_mechanism.mechanics.dynamics.characteristic_scales import time_scale
-from governor_mechanism.mechanics.dynamics.forces.contact_modes import has_contacts
+from governor_mechanism.mechanics.dynamics.contact_modes import has_contacts
 from governor_mechanism.model.events import Event, EventKind
 from governor_mechanism.model.output_variables import CylinderPressure
 from governor_mechanism.model.results.records import Outcome

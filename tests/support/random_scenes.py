@@ -18,7 +18,7 @@ from governor_mechanism.effects.spring import OutputSpring
 from governor_mechanism.engines.initial_state import initial_state, part_initial_state
 from governor_mechanism.errors import GovernorMechanismError, MechanismError
 from governor_mechanism.mechanics.dynamics.characteristic_scales import time_scale
-from governor_mechanism.mechanics.dynamics.forces.contact_modes import has_contacts
+from governor_mechanism.mechanics.dynamics.contact_modes import has_contacts
 from governor_mechanism.mechanics.kinematics.assembly import PositionSolver
 from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output
 from governor_mechanism.model.effect import Effect

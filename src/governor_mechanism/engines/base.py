@@ -10,7 +10,7 @@ import numpy as np
 
 from governor_mechanism.errors import MechanismError, UnsupportedEffect
 from governor_mechanism.machines.custom import CUSTOM_MACHINE
-from governor_mechanism.mechanics.dynamics.forces.contact_modes import has_contacts
+from governor_mechanism.mechanics.dynamics.contact_modes import has_contacts
 from governor_mechanism.model.effect import Effect
 from governor_mechanism.model.joints import Joint
 from governor_mechanism.model.results.records import Cost, Outcome

@@ -15,8 +15,8 @@ from governor_mechanism.engines.base import Engine, ExpectedWork, Runner, RunReq
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.integrators.step_record import NO_STEPS, IntegrationStatus, StepRecord, make_step_record
 from governor_mechanism.mechanics.contact.event_log import compare_event_logs
-from governor_mechanism.mechanics.dynamics.forces.contact_modes import has_contacts
-from governor_mechanism.mechanics.dynamics.forces.contacts import output_forces_of
+from governor_mechanism.mechanics.dynamics.contact_modes import has_contacts
+from governor_mechanism.mechanics.dynamics.contacts import output_forces_of
 from governor_mechanism.mechanics.kinematics.assembly import mobility_of
 from governor_mechanism.model.events import EventKind
 from governor_mechanism.model.force_elements import Force, Torque

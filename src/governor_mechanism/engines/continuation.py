@@ -7,7 +7,7 @@ from typing import Any, Final
 import numpy as np
 
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.mechanics.dynamics.equations.constrained_solution import StateProjector
+from governor_mechanism.mechanics.dynamics.constrained_solution import StateProjector
 from governor_mechanism.mechanics.kinematics.assembly import PositionSolver
 from governor_mechanism.mechanics.kinematics.constraint_equations import constraint_equations_of
 from governor_mechanism.mechanics.kinematics.time_functions import CubicTimeFunction

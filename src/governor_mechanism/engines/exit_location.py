@@ -7,7 +7,7 @@ from typing import Generic, TypeVar
 import numpy as np
 
 from governor_mechanism.machines.custom import CUSTOM_MACHINE
-from governor_mechanism.mechanics.dynamics.forces.contact_modes import has_contacts
+from governor_mechanism.mechanics.dynamics.contact_modes import has_contacts
 from governor_mechanism.mechanics.kinematics.output_variables import evaluate_limited_readings
 from governor_mechanism.model.mechanism import Mechanism
 from governor_mechanism.model.output_variables import ControlledValue

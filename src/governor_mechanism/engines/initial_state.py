@@ -13,7 +13,7 @@ from governor_mechanism.engines.continuation import motion_at_start
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.mechanics.curves.outlines import is_inside, outline_points
 from governor_mechanism.mechanics.dynamics.characteristic_scales import time_scale
-from governor_mechanism.mechanics.dynamics.forces.contacts import contacts_of, outline_gaps_of
+from governor_mechanism.mechanics.dynamics.contacts import contacts_of, outline_gaps_of
 from governor_mechanism.mechanics.kinematics.assembly import PositionSolver, mobility_of, position_solver_of
 from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output_value
 from governor_mechanism.mechanics.kinematics.points import point_path, rotate_vector

@@ -20,8 +20,8 @@ from governor_mechanism.engines.multibody.engine import MultibodyEngine
 from governor_mechanism.engines.reduced.engine import ReducedEngine
 from governor_mechanism.errors import MechanismError, did_you_mean
 from governor_mechanism.mechanics.dynamics.characteristic_scales import max_step_scale
-from governor_mechanism.mechanics.dynamics.forces.contact_modes import has_contacts
-from governor_mechanism.mechanics.dynamics.forces.contacts import outline_gaps_of
+from governor_mechanism.mechanics.dynamics.contact_modes import has_contacts
+from governor_mechanism.mechanics.dynamics.contacts import outline_gaps_of
 from governor_mechanism.model.results.records import Outcome
 from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.model.scene import Scene

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.files.classic_netcdf import TEXT_ENCODING, RunVariable, encode_classic_netcdf
 from governor_mechanism.files.writing import atomic_write, plain_value
-from governor_mechanism.mechanics.dynamics.forces.loads import lagged_functions_of
+from governor_mechanism.mechanics.dynamics.inputs import lagged_functions_of
 from governor_mechanism.model.events import Event, EventKind
 from governor_mechanism.model.results.records import Cost, Energy, Outcome, Reaction, Recurrence, SpeedFluctuation
 from governor_mechanism.model.results.trajectory import Trajectory

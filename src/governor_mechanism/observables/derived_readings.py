@@ -11,9 +11,8 @@ import numpy as np
 
 from governor_mechanism.effects.gas_pressure import SWITCH_COEFFICIENT, gas_pressure, work_per_stroke
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.mechanics.dynamics.forces.inputs import NOT_HELD, evaluate_reading_function_along
-from governor_mechanism.mechanics.dynamics.forces.loads import lagged_functions_of
-from governor_mechanism.mechanics.dynamics.forces.output_forces import element_law, pad_coefficients
+from governor_mechanism.mechanics.dynamics.inputs import NOT_HELD, evaluate_reading_function_along, lagged_functions_of
+from governor_mechanism.mechanics.dynamics.output_forces import element_law, pad_coefficients
 from governor_mechanism.mechanics.kinematics.coordinate_assembly import CoordinateSolver
 from governor_mechanism.mechanics.kinematics.kinematic_analysis import TIME_VARIABLE, Kinematics, solve_kinematics
 from governor_mechanism.mechanics.kinematics.output_variables import (

@@ -9,11 +9,11 @@ import numpy as np
 
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.mechanics.dynamics.characteristic_scales import time_scale
-from governor_mechanism.mechanics.dynamics.equations.equations_of_motion import InverseDynamics, compute_inverse_dynamics
-from governor_mechanism.mechanics.dynamics.forces.contact_modes import ContactMode, forced_output_names
-from governor_mechanism.mechanics.dynamics.forces.contacts import contacts_of, outline_gaps_of, output_forces_of
-from governor_mechanism.mechanics.dynamics.forces.force_laws import spindle_inertia, spindle_inertia_rate
-from governor_mechanism.mechanics.dynamics.forces.output_forces import CONSERVATIVE_TYPES
+from governor_mechanism.mechanics.dynamics.contact_modes import ContactMode, forced_output_names
+from governor_mechanism.mechanics.dynamics.contacts import contacts_of, outline_gaps_of, output_forces_of
+from governor_mechanism.mechanics.dynamics.equations_of_motion import InverseDynamics, compute_inverse_dynamics
+from governor_mechanism.mechanics.dynamics.force_laws import spindle_inertia, spindle_inertia_rate
+from governor_mechanism.mechanics.dynamics.output_forces import CONSERVATIVE_TYPES
 from governor_mechanism.mechanics.kinematics.assembly import assembly_notes, mobility_of, position_solver_of
 from governor_mechanism.mechanics.kinematics.constraint_equations import constraint_equations_of
 from governor_mechanism.mechanics.kinematics.output_variables import (
@@ -31,7 +31,7 @@ from governor_mechanism.model.part import FreeSpindle
 from governor_mechanism.model.results.records import Cost, Energy, Outcome, Reaction
 from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.model.scene import Scene
-from governor_mechanism.numerics.hermite import cubic_hermite, cubic_hermite_derivative, quintic_hermite
+from governor_mechanism.numerics.interpolation import cubic_hermite, cubic_hermite_derivative, quintic_hermite
 from governor_mechanism.numerics.once_per_object import once_per_object
 from governor_mechanism.observables.derived_readings import evaluate_derived_readings
 from governor_mechanism.observables.error_scales import JOINT_GAP, MotionScales, name_of_rate

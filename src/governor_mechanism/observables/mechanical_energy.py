@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from governor_mechanism.mechanics.dynamics.forces.contacts import output_forces_of
-from governor_mechanism.mechanics.dynamics.forces.force_laws import gravitational_energy
-from governor_mechanism.mechanics.dynamics.forces.output_forces import element_potential_energy
+from governor_mechanism.mechanics.dynamics.contacts import output_forces_of
+from governor_mechanism.mechanics.dynamics.force_laws import gravitational_energy
+from governor_mechanism.mechanics.dynamics.output_forces import element_potential_energy
 from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output_value
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.numerics.once_per_object import once_per_object

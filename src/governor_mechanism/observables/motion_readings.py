@@ -5,8 +5,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from governor_mechanism.mechanics.dynamics.equations.equations_of_motion import compute_inverse_dynamics
-from governor_mechanism.mechanics.dynamics.forces.contact_modes import ContactMode
+from governor_mechanism.mechanics.dynamics.contact_modes import ContactMode
+from governor_mechanism.mechanics.dynamics.equations_of_motion import compute_inverse_dynamics
 from governor_mechanism.mechanics.kinematics.points import point_path
 from governor_mechanism.model.joints import GROUND, Point
 from governor_mechanism.model.mechanism import Mechanism

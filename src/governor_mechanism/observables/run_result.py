@@ -11,10 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from governor_mechanism.integrators.time_grid import sort_distinct
-from governor_mechanism.mechanics.dynamics.equations.equations_of_motion import InverseDynamics, compute_inverse_dynamics
-from governor_mechanism.mechanics.dynamics.forces.contact_modes import ContactMode
-from governor_mechanism.mechanics.dynamics.system.arrays import ground_pin_of_point_mass
-from governor_mechanism.mechanics.dynamics.system.lowering import make_system
+from governor_mechanism.mechanics.dynamics.arrays import ground_pin_of_point_mass
+from governor_mechanism.mechanics.dynamics.contact_modes import ContactMode
+from governor_mechanism.mechanics.dynamics.equations_of_motion import InverseDynamics, compute_inverse_dynamics
+from governor_mechanism.mechanics.dynamics.lowering import make_system
 from governor_mechanism.mechanics.kinematics.assembly import PositionSolver
 from governor_mechanism.mechanics.kinematics.constraint_equations import make_constraint_table
 from governor_mechanism.mechanics.kinematics.output_variables import READING_UNITS, OutputDerivatives, evaluate_output, rows_of_readings

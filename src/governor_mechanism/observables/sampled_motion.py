@@ -9,7 +9,7 @@ import numpy as np
 from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output, unwrap_output
 from governor_mechanism.model.mechanism import Mechanism
 from governor_mechanism.model.output_variables import LineAngle
-from governor_mechanism.numerics.hermite import MultipointHermite, quintic_hermite
+from governor_mechanism.numerics.interpolation import MultipointHermite, quintic_hermite
 from governor_mechanism.numerics.roots import find_root, find_roots
 from governor_mechanism.types import BoolArray, FloatArray, IntArray
 

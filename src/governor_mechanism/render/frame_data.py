@@ -8,8 +8,8 @@ from typing import Final
 import numpy as np
 
 from governor_mechanism.errors import MechanismError, did_you_mean
-from governor_mechanism.mechanics.dynamics.forces.force_laws import centrifugal_force, weight
-from governor_mechanism.mechanics.dynamics.forces.output_forces import element_law, pad_coefficients
+from governor_mechanism.mechanics.dynamics.force_laws import centrifugal_force, weight
+from governor_mechanism.mechanics.dynamics.output_forces import element_law, pad_coefficients
 from governor_mechanism.mechanics.kinematics.points import point_path
 from governor_mechanism.model.effect import OutputForce
 from governor_mechanism.model.force_elements import Damper, Spring
@@ -18,7 +18,7 @@ from governor_mechanism.model.motion_readings import joints_of_reactions
 from governor_mechanism.model.output_variables import PointCoordinate
 from governor_mechanism.model.part import TURNING_PLANE, Part
 from governor_mechanism.model.results.trajectory import Trajectory
-from governor_mechanism.numerics.hermite import integrate_samples, interpolate_samples
+from governor_mechanism.numerics.interpolation import integrate_samples, interpolate_samples
 from governor_mechanism.observables.motion_readings import point_velocity
 from governor_mechanism.render.geometry.attached import DrawnPart, Moment, at_own_moments
 from governor_mechanism.render.geometry.primitives import BoundingBox, Vec2, enclose_boxes

@@ -10,8 +10,8 @@ import numpy as np
 
 from governor_mechanism.effects.holding import Clearance, Stops
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.mechanics.dynamics.forces.contacts import contacts_of
-from governor_mechanism.mechanics.dynamics.forces.inputs import evaluate_reading_function_along
+from governor_mechanism.mechanics.dynamics.contacts import contacts_of
+from governor_mechanism.mechanics.dynamics.inputs import evaluate_reading_function_along
 from governor_mechanism.mechanics.kinematics.assembly import mobility_of
 from governor_mechanism.mechanics.kinematics.output_variables import READING_UNITS
 from governor_mechanism.mechanics.kinematics.range_of_motion import find_range_of_motion

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from governor_mechanism.model.results.trajectory import Trajectory
-from governor_mechanism.numerics.hermite import integrate_samples, interpolate_samples
+from governor_mechanism.numerics.interpolation import integrate_samples, interpolate_samples
 from governor_mechanism.render.machines.engine_room.arrangement import find_governed_engine
 from governor_mechanism.render.shown_readings import MAX_SHOWN_ANGLE
 from governor_mechanism.types import FloatArray, IntArray

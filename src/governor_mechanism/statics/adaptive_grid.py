@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from governor_mechanism.mechanics.reduction.lagrangian import PathCoefficients, SingleDofReduction
-from governor_mechanism.numerics.hermite import cubic_hermite, cubic_hermite_derivative
+from governor_mechanism.numerics.interpolation import cubic_hermite, cubic_hermite_derivative
 from governor_mechanism.types import BoolArray, FloatArray, IntArray
 
 N_INITIAL_INTERVALS = 160

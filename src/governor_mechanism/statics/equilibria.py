@@ -10,7 +10,7 @@ from itertools import pairwise
 import numpy as np
 
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.mechanics.dynamics.forces.contacts import outline_gaps_of, output_forces_of
+from governor_mechanism.mechanics.dynamics.contacts import outline_gaps_of, output_forces_of
 from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output_value
 from governor_mechanism.mechanics.kinematics.range_of_motion import find_runs
 from governor_mechanism.mechanics.kinematics.time_functions import SpindleSpeedFunction

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.mechanics.dynamics.forces.contacts import contacts_of, output_forces_of
+from governor_mechanism.mechanics.dynamics.contacts import contacts_of, output_forces_of
 from governor_mechanism.mechanics.kinematics.output_variables import READING_UNITS, evaluate_output_value
 from governor_mechanism.mechanics.reduction.lagrangian import PathCoefficients, SingleDofReduction
 from governor_mechanism.model.mechanism import Mechanism

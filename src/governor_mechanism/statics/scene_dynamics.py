@@ -7,14 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.mechanics.dynamics.characteristic_scales import time_scale
-from governor_mechanism.mechanics.dynamics.equations.body_forces import inertia_of_plane
-from governor_mechanism.mechanics.dynamics.equations.constrained_solution import project_state
-from governor_mechanism.mechanics.dynamics.equations.equations_of_motion import evaluate_state_derivative
-from governor_mechanism.mechanics.dynamics.forces.contact_modes import ContactMode, active_forces_of, initial_mode
-from governor_mechanism.mechanics.dynamics.forces.contacts import contacts_of, one_sided_forces_of
-from governor_mechanism.mechanics.dynamics.forces.loads import initial_lags, reading_tables_of
-from governor_mechanism.mechanics.dynamics.system.arrays import (
+from governor_mechanism.mechanics.dynamics.arrays import (
     N_ENERGY_STATES,
     System,
     SystemWorkspace,
@@ -22,10 +15,16 @@ from governor_mechanism.mechanics.dynamics.system.arrays import (
     make_system_workspace,
     to_mass_centres,
 )
-from governor_mechanism.mechanics.dynamics.system.lowering import make_system
-from governor_mechanism.mechanics.kinematics.constraint_equations import make_constraint_table
+from governor_mechanism.mechanics.dynamics.body_forces import inertia_of_plane
+from governor_mechanism.mechanics.dynamics.characteristic_scales import time_scale
+from governor_mechanism.mechanics.dynamics.constrained_solution import project_state
+from governor_mechanism.mechanics.dynamics.contact_modes import ContactMode, active_forces_of, initial_mode
+from governor_mechanism.mechanics.dynamics.contacts import contacts_of, one_sided_forces_of
+from governor_mechanism.mechanics.dynamics.equations_of_motion import evaluate_state_derivative
+from governor_mechanism.mechanics.dynamics.inputs import initial_lags, reading_tables_of
+from governor_mechanism.mechanics.dynamics.lowering import make_system
+from governor_mechanism.mechanics.kinematics.constraint_equations import RowEvaluation, make_constraint_table
 from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output, evaluate_output_value
-from governor_mechanism.mechanics.kinematics.row_evaluation import RowEvaluation
 from governor_mechanism.mechanics.kinematics.time_functions import N_CUBIC_COLUMNS, VALUE_COLUMN, stack_local_cubics
 from governor_mechanism.model.coupling.coupled_system import SPINDLE_ANGLE, SPINDLE_SPEED
 from governor_mechanism.model.force_elements import Force, Torque

@@ -7,7 +7,7 @@ from functools import cached_property, partial
 import numpy as np
 
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.mechanics.dynamics.forces.contacts import outline_gaps_of
+from governor_mechanism.mechanics.dynamics.contacts import outline_gaps_of
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.numerics.roots import jacobian
 from governor_mechanism.statics.first_order_system import FirstOrderSystem

@@ -10,7 +10,7 @@ from typing import Final
 import numpy as np
 
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.mechanics.dynamics.forces.contacts import outline_gaps_of
+from governor_mechanism.mechanics.dynamics.contacts import outline_gaps_of
 from governor_mechanism.mechanics.kinematics.assembly import PositionSolver
 from governor_mechanism.mechanics.kinematics.kinematic_analysis import TIME_VARIABLE, Kinematics
 from governor_mechanism.mechanics.kinematics.output_variables import READING_UNITS

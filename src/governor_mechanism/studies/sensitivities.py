@@ -15,7 +15,7 @@ import numpy as np
 
 from governor_mechanism.engines.selection import select_engine
 from governor_mechanism.errors import GovernorMechanismError, MechanismError
-from governor_mechanism.mechanics.dynamics.forces.contact_modes import has_contacts
+from governor_mechanism.mechanics.dynamics.contact_modes import has_contacts
 from governor_mechanism.model.events import EventKind
 from governor_mechanism.model.results.records import Outcome
 from governor_mechanism.model.results.result import Column, Recorded, Result, format_columns

@@ -14,7 +14,7 @@ from governor_mechanism.mechanics.kinematics.kinematic_analysis import TIME_VARI
 from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output_value
 from governor_mechanism.model.part import Law, LawEquation
 from governor_mechanism.model.scene import Scene
-from governor_mechanism.numerics.hermite import MultipointHermite
+from governor_mechanism.numerics.interpolation import MultipointHermite
 from governor_mechanism.numerics.roots import find_roots
 from governor_mechanism.scenes.changed_document import parse_scene_with
 from governor_mechanism.types import FloatArray

@@ -11,11 +11,11 @@ from governor_mechanism.engines.impulse.records import DetectedEvent, FixedStepP
 from governor_mechanism.engines.impulse.staggered_stepper import StaggeredStepper
 from governor_mechanism.mechanics.contact.event_log import select_start_events
 from governor_mechanism.mechanics.contact.tolerances import STICTION_RATE_TOLERANCE
-from governor_mechanism.mechanics.dynamics.forces.contact_modes import initial_mode
-from governor_mechanism.mechanics.dynamics.forces.contacts import contacts_of
-from governor_mechanism.mechanics.dynamics.forces.output_forces import SLIDING_FRICTION
-from governor_mechanism.mechanics.dynamics.system.arrays import N_ENERGY_STATES, System, from_mass_centres, to_mass_centres
-from governor_mechanism.mechanics.dynamics.system.event_functions import KINKS, EventFunctionKind
+from governor_mechanism.mechanics.dynamics.arrays import N_ENERGY_STATES, System, from_mass_centres, to_mass_centres
+from governor_mechanism.mechanics.dynamics.contact_modes import initial_mode
+from governor_mechanism.mechanics.dynamics.contacts import contacts_of
+from governor_mechanism.mechanics.dynamics.event_functions import KINKS, EventFunctionKind
+from governor_mechanism.mechanics.dynamics.output_forces import SLIDING_FRICTION
 from governor_mechanism.mechanics.kinematics.constraint_kernels import evaluate_join, keep_features, release_features
 from governor_mechanism.mechanics.kinematics.time_functions import stack_local_cubics
 from governor_mechanism.model.events import EventKind

@@ -10,9 +10,9 @@ from governor_mechanism.engines.base import Engine, RunRequest
 from governor_mechanism.engines.impulse.pymunk.applied_forces import cannot_rotate_in_pymunk
 from governor_mechanism.engines.impulse.settings import ImpulseSettings
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.mechanics.dynamics.forces.contact_modes import has_contacts
-from governor_mechanism.mechanics.dynamics.forces.contacts import outline_gaps_of, rubbing_gaps_of
-from governor_mechanism.mechanics.dynamics.forces.loads import reading_functions_of
+from governor_mechanism.mechanics.dynamics.contact_modes import has_contacts
+from governor_mechanism.mechanics.dynamics.contacts import outline_gaps_of, rubbing_gaps_of
+from governor_mechanism.mechanics.dynamics.inputs import reading_functions_of
 from governor_mechanism.mechanics.kinematics.constraint_equations import constraint_equations_of
 from governor_mechanism.model.curves import CornerOutline
 from governor_mechanism.model.effect import Effect

@@ -8,8 +8,8 @@ from governor_mechanism.engines.impulse.settings import ImpulseSettings, WorkBud
 from governor_mechanism.engines.impulse.time_inputs import SpindleState, TimeInputs
 from governor_mechanism.integrators.time_grid import TimeGrid
 from governor_mechanism.mechanics.contact.scene_contacts import SceneContacts
-from governor_mechanism.mechanics.dynamics.equations.constrained_solution import CLOSURE_TOLERANCE_RATIO, StateProjector
-from governor_mechanism.mechanics.dynamics.forces.contact_modes import ContactMode
+from governor_mechanism.mechanics.dynamics.constrained_solution import CLOSURE_TOLERANCE_RATIO, StateProjector
+from governor_mechanism.mechanics.dynamics.contact_modes import ContactMode
 from governor_mechanism.model.events import Event, EventKind
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.observables.evaluation import ReadingEvaluator

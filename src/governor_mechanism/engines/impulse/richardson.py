@@ -18,13 +18,13 @@ from governor_mechanism.engines.impulse.time_inputs import TimeInputs
 from governor_mechanism.engines.initial_state import part_initial_state
 from governor_mechanism.machines.custom import CUSTOM_MACHINE
 from governor_mechanism.mechanics.contact.event_log import compare_event_logs
-from governor_mechanism.mechanics.dynamics.equations.equations_of_motion import compute_inverse_dynamics
-from governor_mechanism.mechanics.dynamics.forces.contact_modes import ContactMode, has_contacts
-from governor_mechanism.mechanics.dynamics.forces.loads import has_kinks
+from governor_mechanism.mechanics.dynamics.contact_modes import ContactMode, has_contacts
+from governor_mechanism.mechanics.dynamics.equations_of_motion import compute_inverse_dynamics
+from governor_mechanism.mechanics.dynamics.inputs import has_kinks
 from governor_mechanism.model.events import Event, EventKind
 from governor_mechanism.model.results.records import Outcome
 from governor_mechanism.model.scene import Scene
-from governor_mechanism.numerics.hermite import quintic_hermite
+from governor_mechanism.numerics.interpolation import quintic_hermite
 from governor_mechanism.observables.error_scales import EVENT_TIMES, JOINT_GAP
 from governor_mechanism.observables.evaluation import ReadingEvaluator
 from governor_mechanism.observables.run_result import RunResult, StateHistory, modes_at

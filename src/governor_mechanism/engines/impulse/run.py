@@ -15,7 +15,7 @@ from governor_mechanism.engines.impulse.pymunk.model import PymunkModel
 from governor_mechanism.engines.impulse.records import DetectedEvent, FixedStepProblem, FixedStepSolution, StepExit
 from governor_mechanism.engines.impulse.settings import StepLimitError
 from governor_mechanism.engines.impulse.staggered_stepper import StaggeredStepper
-from governor_mechanism.mechanics.dynamics.forces.contact_modes import has_contacts
+from governor_mechanism.mechanics.dynamics.contact_modes import has_contacts
 from governor_mechanism.model.events import EventKind
 from governor_mechanism.observables.run_result import StateHistory
 from governor_mechanism.types import FloatArray

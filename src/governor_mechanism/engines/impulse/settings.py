@@ -9,8 +9,8 @@ import numpy as np
 from governor_mechanism.engines.base import RunRequest
 from governor_mechanism.integrators.time_grid import TimeGrid, make_time_grid
 from governor_mechanism.mechanics.dynamics.characteristic_scales import time_scale
-from governor_mechanism.mechanics.dynamics.forces.contact_modes import has_contacts
-from governor_mechanism.mechanics.dynamics.forces.contacts import output_forces_of
+from governor_mechanism.mechanics.dynamics.contact_modes import has_contacts
+from governor_mechanism.mechanics.dynamics.contacts import output_forces_of
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.observables.evaluation import ReadingEvaluator
 from governor_mechanism.types import FloatArray, IntArray

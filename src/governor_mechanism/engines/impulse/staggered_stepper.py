@@ -7,7 +7,7 @@ import numpy as np
 from governor_mechanism.engines.impulse.pymunk.applied_forces import StepInputs
 from governor_mechanism.engines.impulse.pymunk.model import PymunkModel
 from governor_mechanism.engines.impulse.records import FixedStepProblem, StepState
-from governor_mechanism.numerics.hermite import interpolate_samples
+from governor_mechanism.numerics.interpolation import interpolate_samples
 from governor_mechanism.types import FloatArray
 
 N_WARM_STARTS = 3

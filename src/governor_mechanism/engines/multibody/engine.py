@@ -15,7 +15,7 @@ from governor_mechanism.engines.initial_state import initial_state
 from governor_mechanism.engines.multibody.integration import MultibodySettings
 from governor_mechanism.integrators.stages import StepCounter
 from governor_mechanism.integrators.step_record import IntegrationStatus
-from governor_mechanism.mechanics.dynamics.forces.contacts import FRICTION_LAW_NAME, contacts_of
+from governor_mechanism.mechanics.dynamics.contacts import FRICTION_LAW_NAME, contacts_of
 from governor_mechanism.model.effect import Effect
 from governor_mechanism.model.joints import JOINT_TYPES, Joint
 from governor_mechanism.model.results.records import Outcome

@@ -9,10 +9,10 @@ from governor_mechanism.integrators.radau import RadauLimits, StiffEquationFunct
 from governor_mechanism.integrators.radau_systems import RadauBuffers, make_radau_buffers
 from governor_mechanism.integrators.stages import StepCounter
 from governor_mechanism.integrators.step_record import IntegrationStatus
-from governor_mechanism.mechanics.dynamics.equations.constrained_solution import project_state
-from governor_mechanism.mechanics.dynamics.equations.equations_of_motion import evaluate_state_derivative
-from governor_mechanism.mechanics.dynamics.system.arrays import N_ENERGY_STATES, System, SystemWorkspace
-from governor_mechanism.mechanics.kinematics.row_evaluation import RowEvaluation
+from governor_mechanism.mechanics.dynamics.arrays import N_ENERGY_STATES, System, SystemWorkspace
+from governor_mechanism.mechanics.dynamics.constrained_solution import project_state
+from governor_mechanism.mechanics.dynamics.equations_of_motion import evaluate_state_derivative
+from governor_mechanism.mechanics.kinematics.constraint_equations import RowEvaluation
 from governor_mechanism.numerics.array_copy import copy_array
 from governor_mechanism.numerics.jit import jit_in_place
 from governor_mechanism.numerics.least_squares import RANK_TOLERANCE

@@ -20,13 +20,13 @@ from governor_mechanism.integrators.step_record import (
     UNDETERMINED,
     IntegrationStatus,
 )
-from governor_mechanism.mechanics.dynamics.equations.constrained_solution import apply_jacobian, project_state, subtract_minv_jt
-from governor_mechanism.mechanics.dynamics.equations.equations_of_motion import JAMMED, evaluate_inputs_at, evaluate_state_derivative
-from governor_mechanism.mechanics.dynamics.forces.contact_modes import ContactMode
-from governor_mechanism.mechanics.dynamics.forces.inputs import HOLD_KINDS, NOT_HELD, output_rate
-from governor_mechanism.mechanics.dynamics.forces.output_forces import IN_NO_PHASE, evaluate_gas_phase, evaluate_travel_in_stroke
-from governor_mechanism.mechanics.dynamics.system.arrays import StateLayout, System, SystemWorkspace, body_reference_point
-from governor_mechanism.mechanics.dynamics.system.event_functions import GAS_KINKS, EventFunctionKind, evaluate_event_functions
+from governor_mechanism.mechanics.dynamics.arrays import StateLayout, System, SystemWorkspace, body_reference_point
+from governor_mechanism.mechanics.dynamics.constrained_solution import apply_jacobian, project_state, subtract_minv_jt
+from governor_mechanism.mechanics.dynamics.contact_modes import ContactMode
+from governor_mechanism.mechanics.dynamics.equations_of_motion import JAMMED, evaluate_inputs_at, evaluate_state_derivative
+from governor_mechanism.mechanics.dynamics.event_functions import GAS_KINKS, EventFunctionKind, evaluate_event_functions
+from governor_mechanism.mechanics.dynamics.inputs import HOLD_KINDS, NOT_HELD, output_rate
+from governor_mechanism.mechanics.dynamics.output_forces import IN_NO_PHASE, evaluate_gas_phase, evaluate_travel_in_stroke
 from governor_mechanism.mechanics.kinematics.constraint_kernels import (
     N_ROW_COLUMNS,
     ConstraintRows,
@@ -42,9 +42,9 @@ from governor_mechanism.model.events import Event
 from governor_mechanism.model.mechanism import Mechanism
 from governor_mechanism.model.time_functions import StrokeHold
 from governor_mechanism.numerics.array_copy import copy_array
-from governor_mechanism.numerics.banded_cholesky import solve_band_system
-from governor_mechanism.numerics.hermite import cubic_hermite_jit, quintic_hermite_jit
+from governor_mechanism.numerics.interpolation import cubic_hermite_jit, quintic_hermite_jit
 from governor_mechanism.numerics.jit import jit_in_place
+from governor_mechanism.numerics.linear_equations import solve_band_system
 from governor_mechanism.types import NO_INDEX, FloatArray, IntArray
 
 

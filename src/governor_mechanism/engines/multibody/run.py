@@ -27,13 +27,7 @@ from governor_mechanism.integrators.time_grid import make_time_grid, sort_distin
 from governor_mechanism.mechanics.contact.event_log import drop_cancelled_events
 from governor_mechanism.mechanics.contact.scene_contacts import SceneContacts
 from governor_mechanism.mechanics.contact.tolerances import SIMULTANEITY_TOLERANCE
-from governor_mechanism.mechanics.dynamics.characteristic_scales import loading_rate, max_step_scale
-from governor_mechanism.mechanics.dynamics.equations.constrained_solution import project_state
-from governor_mechanism.mechanics.dynamics.forces.contact_modes import ContactMode, has_contacts
-from governor_mechanism.mechanics.dynamics.forces.contacts import output_forces_of
-from governor_mechanism.mechanics.dynamics.forces.loads import has_kinks, initial_lags
-from governor_mechanism.mechanics.dynamics.forces.output_forces import SLIDING_FRICTION
-from governor_mechanism.mechanics.dynamics.system.arrays import (
+from governor_mechanism.mechanics.dynamics.arrays import (
     N_ENERGY_STATES,
     System,
     SystemWorkspace,
@@ -42,9 +36,14 @@ from governor_mechanism.mechanics.dynamics.system.arrays import (
     make_system_workspace,
     to_mass_centres,
 )
-from governor_mechanism.mechanics.dynamics.system.event_functions import EventFunctionKind, find_gaps
-from governor_mechanism.mechanics.dynamics.system.holding_rows import stands_still
-from governor_mechanism.mechanics.dynamics.system.lowering import make_system
+from governor_mechanism.mechanics.dynamics.characteristic_scales import loading_rate, max_step_scale
+from governor_mechanism.mechanics.dynamics.constrained_solution import project_state
+from governor_mechanism.mechanics.dynamics.contact_modes import ContactMode, has_contacts
+from governor_mechanism.mechanics.dynamics.contacts import output_forces_of
+from governor_mechanism.mechanics.dynamics.event_functions import EventFunctionKind, find_gaps
+from governor_mechanism.mechanics.dynamics.inputs import has_kinks, initial_lags
+from governor_mechanism.mechanics.dynamics.lowering import make_system, stands_still
+from governor_mechanism.mechanics.dynamics.output_forces import SLIDING_FRICTION
 from governor_mechanism.mechanics.kinematics.time_functions import stack_local_cubics
 from governor_mechanism.model.force_elements import Damper, TorsionDamper
 from governor_mechanism.observables.evaluation import ReadingEvaluator

@@ -13,9 +13,9 @@ from governor_mechanism.mechanics.contact.impacts import dissipated_by_impulses
 from governor_mechanism.mechanics.contact.rules import HELD, ContactDynamics, find_touched_stop
 from governor_mechanism.mechanics.contact.tolerances import REST_TOLERANCE
 from governor_mechanism.mechanics.contact.transition import EventLog, make_transition
-from governor_mechanism.mechanics.dynamics.forces.inputs import EVENT_ROUNDING_RATIO
-from governor_mechanism.mechanics.dynamics.forces.output_forces import IN_NO_PHASE, evaluate_gas_phase
-from governor_mechanism.mechanics.dynamics.system.event_functions import evaluate_event_function
+from governor_mechanism.mechanics.dynamics.event_functions import evaluate_event_function
+from governor_mechanism.mechanics.dynamics.inputs import EVENT_ROUNDING_RATIO
+from governor_mechanism.mechanics.dynamics.output_forces import IN_NO_PHASE, evaluate_gas_phase
 from governor_mechanism.mechanics.reduction.equation_of_motion import (
     evaluate_output,
     evaluate_output_rate,
@@ -25,11 +25,10 @@ from governor_mechanism.mechanics.reduction.equation_of_motion import (
     evaluate_table_output,
     friction_limit,
 )
-from governor_mechanism.mechanics.reduction.node_evaluation import TableColumn
-from governor_mechanism.mechanics.reduction.reduced_model import ReducedModel, StateIndex
-from governor_mechanism.mechanics.reduction.shaft import evaluate_shaft_outputs
+from governor_mechanism.mechanics.reduction.lagrangian import TableColumn
+from governor_mechanism.mechanics.reduction.reduced_model import ReducedModel, StateIndex, evaluate_shaft_outputs
 from governor_mechanism.mechanics.reduction.table import ON_TABLE, find_piece
-from governor_mechanism.numerics.chebyshev import evaluate_piece
+from governor_mechanism.numerics.interpolation import evaluate_piece
 from governor_mechanism.numerics.jit import jit, jit_in_place
 from governor_mechanism.types import NO_INDEX, FloatArray, RecordArray
 

@@ -20,12 +20,12 @@ from governor_mechanism.engines.reduced.run import ReducedRun, ReducedSolution
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.integrators.stages import StepCounter
 from governor_mechanism.integrators.time_grid import divide_intervals, make_time_grid
-from governor_mechanism.mechanics.dynamics.forces.contact_modes import ContactMode
-from governor_mechanism.mechanics.dynamics.forces.contacts import FRICTION_LAW_NAME, outline_gaps_of
-from governor_mechanism.mechanics.dynamics.forces.loads import reading_functions_of
+from governor_mechanism.mechanics.dynamics.contact_modes import ContactMode
+from governor_mechanism.mechanics.dynamics.contacts import FRICTION_LAW_NAME, outline_gaps_of
+from governor_mechanism.mechanics.dynamics.inputs import reading_functions_of
 from governor_mechanism.mechanics.kinematics.assembly import mobility_of
 from governor_mechanism.mechanics.kinematics.constraint_equations import constraint_equations_of
-from governor_mechanism.mechanics.reduction.shaft import ShaftTrain, find_shaft_train, parts_with_coordinate, shaft_readings
+from governor_mechanism.mechanics.reduction.reduced_model import ShaftTrain, find_shaft_train, parts_with_coordinate, shaft_readings
 from governor_mechanism.model.effect import Effect
 from governor_mechanism.model.force_elements import CylinderGas, Torque, TorsionDamper
 from governor_mechanism.model.joints import GROUND, JOINT_TYPES, Gear, Joint

@@ -26,12 +26,11 @@ from governor_mechanism.integrators.tableau import FIRST_NONZERO_STAGE, STAGES
 from governor_mechanism.mechanics.contact.tolerances import SIMULTANEITY_TOLERANCE
 from governor_mechanism.mechanics.contact.transition import EventLog
 from governor_mechanism.mechanics.reduction.equation_of_motion import evaluate_equation_of_motion
-from governor_mechanism.mechanics.reduction.node_evaluation import TableColumn
+from governor_mechanism.mechanics.reduction.lagrangian import TableColumn
 from governor_mechanism.mechanics.reduction.reduced_model import N_STATES, ReducedModel, StateIndex
 from governor_mechanism.mechanics.reduction.table import ON_TABLE, PeriodIndex, find_piece, local_coordinate
 from governor_mechanism.numerics.array_copy import copy_array
-from governor_mechanism.numerics.chebyshev import evaluate_piece
-from governor_mechanism.numerics.hermite import cubic_hermite_jit, quintic_hermite_jit
+from governor_mechanism.numerics.interpolation import cubic_hermite_jit, evaluate_piece, quintic_hermite_jit
 from governor_mechanism.numerics.jit import jit_in_place
 from governor_mechanism.types import FloatArray, IntArray
 

@@ -23,14 +23,13 @@ from governor_mechanism.mechanics.contact.scene_contacts import InputModes
 from governor_mechanism.mechanics.contact.tolerances import SIMULTANEITY_TOLERANCE
 from governor_mechanism.mechanics.contact.transition import make_event_log, make_events
 from governor_mechanism.mechanics.dynamics.characteristic_scales import max_step_scale
-from governor_mechanism.mechanics.dynamics.forces.contact_modes import ContactMode, forced_output_names, initial_mode
-from governor_mechanism.mechanics.dynamics.forces.contacts import contacts_of, one_sided_forces_of
-from governor_mechanism.mechanics.dynamics.forces.loads import reading_tables_of
+from governor_mechanism.mechanics.dynamics.contact_modes import ContactMode, forced_output_names, initial_mode
+from governor_mechanism.mechanics.dynamics.contacts import contacts_of, one_sided_forces_of
+from governor_mechanism.mechanics.dynamics.inputs import reading_tables_of
 from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output, evaluate_output_value
 from governor_mechanism.mechanics.kinematics.time_functions import stack_local_cubics
 from governor_mechanism.mechanics.reduction.motion_table import MotionTable
-from governor_mechanism.mechanics.reduction.reduced_model import N_STATES, StateIndex
-from governor_mechanism.mechanics.reduction.shaft import find_shaft_train, parts_with_coordinate
+from governor_mechanism.mechanics.reduction.reduced_model import N_STATES, StateIndex, find_shaft_train, parts_with_coordinate
 from governor_mechanism.model.events import Event
 from governor_mechanism.observables.evaluation import ReadingEvaluator
 from governor_mechanism.observables.run_result import StateHistory

@@ -13,9 +13,8 @@ from typing import NamedTuple
 import numpy as np
 
 from governor_mechanism.mechanics.contact import tolerances
-from governor_mechanism.numerics.banded_cholesky import solve_band_system
-from governor_mechanism.numerics.dense_solution import solve_dense
 from governor_mechanism.numerics.jit import jit, jit_in_place
+from governor_mechanism.numerics.linear_equations import solve_band_system, solve_dense
 from governor_mechanism.types import NO_INDEX, BoolArray, FloatArray, IntArray, RecordArray
 
 HELD = 2

@@ -21,15 +21,13 @@ from governor_mechanism.mechanics.contact.rules import (
 )
 from governor_mechanism.mechanics.contact.tolerances import CONTACT_TOLERANCE, JAM_VIOLATION, SIMULTANEITY_TOLERANCE
 from governor_mechanism.mechanics.contact.transition import make_event_log, make_events, make_transition
-from governor_mechanism.mechanics.dynamics.equations.constrained_solution import project_state, solve_constrained_system
-from governor_mechanism.mechanics.dynamics.equations.equations_of_motion import evaluate_state_derivative
-from governor_mechanism.mechanics.dynamics.forces.contact_modes import ContactMode, forced_output_names, initial_mode
-from governor_mechanism.mechanics.dynamics.forces.contacts import contacts_of, make_contact_table, one_sided_forces_of
-from governor_mechanism.mechanics.dynamics.forces.inputs import output_rate
-from governor_mechanism.mechanics.dynamics.forces.loads import reading_tables_of
-from governor_mechanism.mechanics.dynamics.system.arrays import System, SystemWorkspace, make_system_workspace
-from governor_mechanism.mechanics.dynamics.system.holding_rows import with_held_values
-from governor_mechanism.mechanics.dynamics.system.lowering import make_system, multibody_input_layout
+from governor_mechanism.mechanics.dynamics.arrays import System, SystemWorkspace, make_system_workspace
+from governor_mechanism.mechanics.dynamics.constrained_solution import project_state, solve_constrained_system
+from governor_mechanism.mechanics.dynamics.contact_modes import ContactMode, forced_output_names, initial_mode
+from governor_mechanism.mechanics.dynamics.contacts import contacts_of, make_contact_table, one_sided_forces_of
+from governor_mechanism.mechanics.dynamics.equations_of_motion import evaluate_state_derivative
+from governor_mechanism.mechanics.dynamics.inputs import output_rate, reading_tables_of
+from governor_mechanism.mechanics.dynamics.lowering import make_system, multibody_input_layout, with_held_values
 from governor_mechanism.mechanics.kinematics.assembly import PositionSolver
 from governor_mechanism.mechanics.kinematics.constraint_kernels import RowColumn, evaluate_rows
 from governor_mechanism.model.events import Event

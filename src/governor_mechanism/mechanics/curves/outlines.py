@@ -7,10 +7,8 @@ from itertools import pairwise
 
 import numpy as np
 
-from governor_mechanism.mechanics.curves.curve_kernels import evaluate_polar_curve
-from governor_mechanism.mechanics.curves.join_kernels import ON_FEATURE
-from governor_mechanism.mechanics.curves.outline_kernels import N_CURVE_SAMPLES, least_depth
-from governor_mechanism.mechanics.curves.segments import make_curve_segments
+from governor_mechanism.mechanics.curves.outline_kernels import N_CURVE_SAMPLES, ON_FEATURE, least_depth
+from governor_mechanism.mechanics.curves.segments import evaluate_polar_curve, make_curve_segments
 from governor_mechanism.model.curves import CornerOutline, CurveOutline, Outline, PolarHarmonics
 from governor_mechanism.numerics.once_per_object import once_per_object
 from governor_mechanism.types import FloatArray, Vector2

@@ -7,15 +7,18 @@ an arc on the line through its centre, and to a corner as to a point. Signed dis
 import math
 from typing import NamedTuple
 
-from governor_mechanism.mechanics.curves.curve_kernels import evaluate_polar_curve
-from governor_mechanism.mechanics.curves.join_kernels import EdgePoint, PieceEnd, end_of_piece, extent_of_feature
 from governor_mechanism.mechanics.curves.outline_kernels import (
     FINAL_FOOT_STEP,
     MAX_FOOT_ITERATIONS,
     N_CURVE_SAMPLES,
     N_PIECE_VALUES,
+    EdgePoint,
+    PieceEnd,
     distance_from_polar_curve,
+    end_of_piece,
+    extent_of_feature,
 )
+from governor_mechanism.mechanics.curves.segments import evaluate_polar_curve
 from governor_mechanism.numerics.jit import jit_in_place
 from governor_mechanism.types import FloatArray
 

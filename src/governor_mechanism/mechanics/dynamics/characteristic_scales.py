@@ -4,8 +4,8 @@ import math
 
 import numpy as np
 
-from governor_mechanism.mechanics.dynamics.forces.contact_modes import has_contacts
-from governor_mechanism.mechanics.dynamics.forces.loads import loads_of
+from governor_mechanism.mechanics.dynamics.contact_modes import has_contacts
+from governor_mechanism.mechanics.dynamics.inputs import loads_of
 from governor_mechanism.model.coupling.coupled_system import SPINDLE_ANGLE
 from governor_mechanism.model.force_elements import CylinderGas, Force, ForceElement, Spring, Torque, TorsionSpring
 from governor_mechanism.model.joints import RotationalDriver, TranslationalDriver

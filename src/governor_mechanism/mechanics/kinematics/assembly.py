@@ -9,9 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.mechanics.kinematics.constraint_equations import constraint_equations_of
+from governor_mechanism.mechanics.kinematics.constraint_equations import RowEvaluation, constraint_equations_of
 from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output, evaluate_output_value, wrap_difference
-from governor_mechanism.mechanics.kinematics.row_evaluation import RowEvaluation
 from governor_mechanism.model.joints import Distance
 from governor_mechanism.model.mechanism import Mechanism
 from governor_mechanism.model.scene import Scene

@@ -10,22 +10,19 @@ import math
 from enum import IntEnum
 from typing import NamedTuple
 
-from governor_mechanism.mechanics.curves.curve_kernels import evaluate_curve, evaluate_polar_curve
-from governor_mechanism.mechanics.curves.join_kernels import (
-    NO_FEATURE,
-    EdgePoint,
-    distance_from_feature,
-    extent_of_feature,
-    find_feature,
-    next_feature,
-)
 from governor_mechanism.mechanics.curves.outline_kernels import (
+    NO_FEATURE,
     Circle,
+    EdgePoint,
     NearestPoint,
     PointOffset,
+    distance_from_feature,
     distance_from_pieces,
     distance_from_polar_curve,
+    extent_of_feature,
+    find_feature,
     find_nearest_point,
+    next_feature,
 )
 from governor_mechanism.mechanics.curves.profile_kernels import (
     ConvexCurve,
@@ -34,6 +31,7 @@ from governor_mechanism.mechanics.curves.profile_kernels import (
     distance_of_profiles,
     touched_point,
 )
+from governor_mechanism.mechanics.curves.segments import evaluate_curve, evaluate_polar_curve
 from governor_mechanism.mechanics.kinematics.points import rotate_vector
 from governor_mechanism.mechanics.kinematics.time_functions import evaluate_motion
 from governor_mechanism.model.joints.base import RowKind

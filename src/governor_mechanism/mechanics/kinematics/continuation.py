@@ -21,7 +21,7 @@ from governor_mechanism.mechanics.kinematics.coordinate_assembly import Coordina
 from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output_value, wrap_difference
 from governor_mechanism.model.mechanism import Mechanism
 from governor_mechanism.model.output_variables import LineAngle
-from governor_mechanism.numerics.hermite import cubic_hermite
+from governor_mechanism.numerics.interpolation import cubic_hermite
 from governor_mechanism.numerics.least_squares import RANK_TOLERANCE
 from governor_mechanism.types import FloatArray
 

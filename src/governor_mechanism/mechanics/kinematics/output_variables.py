@@ -10,10 +10,15 @@ from governor_mechanism.errors import MechanismError
 from governor_mechanism.mechanics.curves.outline_kernels import N_CURVE_SAMPLES
 from governor_mechanism.mechanics.curves.outlines import bounding_circle, chains_of, make_curve_pieces, make_pieces
 from governor_mechanism.mechanics.curves.segments import concatenate_segments
-from governor_mechanism.mechanics.kinematics.constraint_equations import bodies_of_rows, make_row_table, set_fields
+from governor_mechanism.mechanics.kinematics.constraint_equations import (
+    RowEvaluation,
+    bodies_of_rows,
+    evaluate_row_motions,
+    make_row_table,
+    set_fields,
+)
 from governor_mechanism.mechanics.kinematics.constraint_kernels import ConstraintRows
 from governor_mechanism.mechanics.kinematics.points import Origins, attachment_fields
-from governor_mechanism.mechanics.kinematics.row_evaluation import RowEvaluation, evaluate_row_motions
 from governor_mechanism.model.curves import CornerOutline, CurveOutline
 from governor_mechanism.model.joints import GROUND, Point
 from governor_mechanism.model.joints.base import RowKind

@@ -5,15 +5,14 @@ A place in the motion table is a piece and the local coordinate t in it, from -1
 
 from typing import NamedTuple
 
-from governor_mechanism.mechanics.dynamics.forces.inputs import InputTermKind, add_input_term
-from governor_mechanism.mechanics.dynamics.forces.output_forces import IN_NO_PHASE, evaluate_force_law, evaluate_gas_phase
+from governor_mechanism.mechanics.dynamics.inputs import InputTermKind, add_input_term
+from governor_mechanism.mechanics.dynamics.output_forces import IN_NO_PHASE, evaluate_force_law, evaluate_gas_phase
 from governor_mechanism.mechanics.kinematics.constraint_kernels import RowColumn
 from governor_mechanism.mechanics.kinematics.time_functions import evaluate_given_speed, evaluate_input
-from governor_mechanism.mechanics.reduction.node_evaluation import TableColumn
-from governor_mechanism.mechanics.reduction.reduced_model import COORDINATE, ReducedModel, StateIndex
-from governor_mechanism.mechanics.reduction.shaft import evaluate_shaft_outputs
+from governor_mechanism.mechanics.reduction.lagrangian import TableColumn
+from governor_mechanism.mechanics.reduction.reduced_model import COORDINATE, ReducedModel, StateIndex, evaluate_shaft_outputs
 from governor_mechanism.mechanics.reduction.table import PieceColumn, coordinate_at
-from governor_mechanism.numerics.chebyshev import evaluate_piece, evaluate_piece_derivative
+from governor_mechanism.numerics.interpolation import evaluate_piece, evaluate_piece_derivative
 from governor_mechanism.numerics.jit import jit_in_place
 from governor_mechanism.types import NO_INDEX, FloatArray, RecordArray
 

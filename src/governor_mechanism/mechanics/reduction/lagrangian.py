@@ -1,4 +1,4 @@
-"""Lagrangian coefficients of a mechanism with one degree of freedom at many values of its leading coordinate.
+"""Lagrangian coefficients of a mechanism with one degree of freedom, the same for motion tables and statics.
 
 They follow from joints, bodies and force elements of any machine. A prime is a derivative by the leading coordinate, in rad or m.
 """
@@ -8,34 +8,246 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from enum import IntEnum
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from governor_mechanism.errors import MechanismError
+from governor_mechanism.mechanics.dynamics import force_laws
 from governor_mechanism.mechanics.dynamics.characteristic_scales import time_scale
-from governor_mechanism.mechanics.dynamics.forces.contacts import output_forces_of
-from governor_mechanism.mechanics.dynamics.forces.output_forces import OUTPUT_FORCE_DTYPE, lower_outputs, output_force_record
-from governor_mechanism.mechanics.dynamics.system.lowering import BODY_DTYPE, make_body_record
+from governor_mechanism.mechanics.dynamics.contacts import output_forces_of
+from governor_mechanism.mechanics.dynamics.inputs import output_rate
+from governor_mechanism.mechanics.dynamics.lowering import BODY_DTYPE, make_body_record
+from governor_mechanism.mechanics.dynamics.output_forces import (
+    LOAD,
+    OUTPUT_FORCE_DTYPE,
+    evaluate_force_law,
+    evaluate_potential,
+    lower_outputs,
+    output_force_record,
+)
 from governor_mechanism.mechanics.kinematics.constraint_equations import bodies_of_rows
-from governor_mechanism.mechanics.kinematics.coordinate_assembly import CoordinateSolver, lower_assembly
+from governor_mechanism.mechanics.kinematics.constraint_kernels import N_ROW_COLUMNS, ConstraintRows, RowColumn, evaluate_rows
+from governor_mechanism.mechanics.kinematics.coordinate_assembly import (
+    AssemblyArrays,
+    AssemblyWorkspace,
+    CoordinateSolver,
+    lower_assembly,
+    make_assembly_workspace,
+)
 from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output
 from governor_mechanism.mechanics.kinematics.range_of_motion import RangeOfMotion, find_range_of_motion
 from governor_mechanism.mechanics.kinematics.time_functions import CubicTimeFunction
-from governor_mechanism.mechanics.reduction.node_evaluation import (
-    OUTPUT_LIMIT_DTYPE,
-    Coefficient,
-    ReductionArrays,
-    evaluate_coefficients_at_nodes,
-    make_reduction_workspace,
-)
 from governor_mechanism.model.effect import OutputForce
 from governor_mechanism.model.force_elements import CylinderGas, ForceElement
+from governor_mechanism.model.joints.base import RowKind
 from governor_mechanism.model.mechanism import Mechanism
 from governor_mechanism.model.part import TURNING_PLANE, FreeSpindle, Part
 from governor_mechanism.model.scene import Scene
-from governor_mechanism.types import GROUND_INDEX, FloatArray
+from governor_mechanism.numerics.jit import jit, jit_in_place, record_dtype
+from governor_mechanism.types import GROUND_INDEX, FloatArray, RecordArray
+
+CANCELLATION_RATIO = 1e-15
+"""Derivative of the spindle inertia relative to its terms below which it is rounding and set to zero."""
+
+spindle_inertia_jit = jit_in_place(force_laws.spindle_inertia)
+spindle_inertia_rate_jit = jit_in_place(force_laws.spindle_inertia_rate)
+spindle_inertia_second_derivative_jit = jit_in_place(force_laws.spindle_inertia_second_derivative)
+
+
+class Coefficient(IntEnum):
+    """Lagrangian coefficients along the coordinate q, with the kinetic energy I q'^2 / 2; a prime is a derivative by q."""
+
+    INERTIA = 0
+    """I."""
+    INERTIA_DERIVATIVE = 1
+    """I'."""
+    SPINDLE_INERTIA = 2
+    """Moment of inertia J of the bodies about the spindle, kg m2."""
+    SPINDLE_INERTIA_DERIVATIVE = 3
+    """J'."""
+    SPINDLE_INERTIA_SECOND_DERIVATIVE = 4
+    """J''."""
+    POTENTIAL_DERIVATIVE = 5
+    """V' of the potential energy V of weights and springs."""
+    POTENTIAL_SECOND_DERIVATIVE = 6
+    """V''."""
+    DAMPING = 7
+    """Force of the linear dampers against q, per unit of its rate."""
+    FIRST_LOAD = 8
+    """From here on the force along q of each load at unit input, and its derivative."""
+
+
+OUTPUT_LIMIT_DTYPE = record_dtype(("output_index", "i8"), ("low", "f8"), ("high", "f8"))
+"""Limits of an output."""
+
+
+class ReductionArrays(NamedTuple):
+    """A mechanism with one degree of freedom as arrays, from which its Lagrangian coefficients and its motion table follow."""
+
+    assembly: AssemblyArrays  # joints and leading coordinate
+    mass: FloatArray  # mass, mass and moment of inertia of each body; shape (3 bodies,)
+    bodies: RecordArray  # mass properties, about the mass centres; shape (bodies,)
+    has_centrifugal_forces: bool  # whether the plane rotates with the spindle and centrifugal forces act
+    output_rows: ConstraintRows  # rows of the outputs of the table, then those along which force elements act
+    # forces along the outputs that are tabulated, records of `OUTPUT_FORCE_DTYPE`; the input of a load is its
+    # number
+    forces: RecordArray
+    n_loads: int  # number of inputs of force elements
+    output_scales: FloatArray  # scales of the outputs in the table, which come first in the rows of the outputs; shape (outputs,)
+    limits: RecordArray  # records of `OUTPUT_LIMIT_DTYPE`, which end the table; shape (limits,)
+    steady_speed: float  # magnitude of a constant spindle speed, rad/s; negative if the speed changes
+    time_scale: float  # characteristic time, s
+    low: float  # lower bound of the coordinate
+    high: float  # upper bound of the coordinate
+    full_turn: float  # whole turn of a coordinate that is an angle, rad; else 0
+    is_conservative: bool  # whether the quadratic and the potential column hold all forces
+
+
+class ReductionWorkspace(NamedTuple):
+    """Buffers of the evaluation; coefficients (n,) are indexed by `Coefficient`."""
+
+    assembly: AssemblyWorkspace
+    output_row_values: FloatArray
+    output_jacobian: FloatArray
+    coefficients: FloatArray
+
+
+def make_reduction_workspace(arrays: ReductionArrays) -> ReductionWorkspace:
+    """Return buffers of the evaluation."""
+    n_outputs = len(arrays.output_rows.table)
+    return ReductionWorkspace(
+        assembly=make_assembly_workspace(arrays.assembly),
+        output_row_values=np.zeros((n_outputs, N_ROW_COLUMNS)),
+        output_jacobian=np.zeros((n_outputs, 2, 3)),
+        coefficients=np.zeros(Coefficient.FIRST_LOAD + 2 * arrays.n_loads),
+    )
+
+
+@jit_in_place
+def evaluate_coefficients(arrays: ReductionArrays, workspace: ReductionWorkspace, node: FloatArray) -> None:
+    """Fill the coefficients of the workspace from a node (3, 3 bodies): poses, tangent and curvature."""
+    poses, tangents, curvatures = node[0].reshape(-1, 3), node[1].reshape(-1, 3), node[2].reshape(-1, 3)
+    coefficients = workspace.coefficients
+    coefficients[:] = 0.0
+    for k in range(arrays.mass.size):
+        coefficients[Coefficient.INERTIA] += arrays.mass[k] * node[1, k] * node[1, k]
+        coefficients[Coefficient.INERTIA_DERIVATIVE] += 2.0 * arrays.mass[k] * node[1, k] * node[2, k]
+    for k in range(arrays.bodies.size):
+        weight = arrays.bodies[k].mass * arrays.bodies[k].gravity
+        coefficients[Coefficient.POTENTIAL_DERIVATIVE] += weight * tangents[k, 1]
+        coefficients[Coefficient.POTENTIAL_SECOND_DERIVATIVE] += weight * curvatures[k, 1]
+    if arrays.has_centrifugal_forces:
+        _add_spindle_inertia(arrays, poses, tangents, curvatures, coefficients)
+    evaluate_rows(arrays.output_rows, poses, tangents, workspace.output_row_values, workspace.output_jacobian)
+    for k in range(arrays.forces.size):
+        _add_force(arrays, workspace, k, tangents, curvatures)
+
+
+@jit_in_place
+def _add_spindle_inertia(
+    arrays: ReductionArrays, poses: FloatArray, tangents: FloatArray, curvatures: FloatArray, coefficients: FloatArray
+) -> None:
+    """Add the moment of inertia of all bodies about the spindle, and its derivatives."""
+    magnitude, length_scale = 0.0, arrays.assembly.pose_scales[0]
+    for k in range(arrays.bodies.size):
+        body, x, angle, tangent = arrays.bodies[k], poses[k, 0], poses[k, 2], tangents[k]
+        mass, moments = body.mass, (body.xx, body.yy, body.xy)
+        coefficients[Coefficient.SPINDLE_INERTIA] += spindle_inertia_jit(mass, body.xx, body.yy, body.xy, body.zz, x, angle)
+        coefficients[Coefficient.SPINDLE_INERTIA_DERIVATIVE] += spindle_inertia_rate_jit(
+            mass, body.xx, body.yy, body.xy, x, angle, tangent[0], tangent[2]
+        )
+        coefficients[Coefficient.SPINDLE_INERTIA_SECOND_DERIVATIVE] += spindle_inertia_second_derivative_jit(
+            mass, moments, x, angle, (tangent[0], tangent[2]), (curvatures[k, 0], curvatures[k, 2])
+        )
+        magnitude += 2.0 * mass * length_scale * abs(tangent[0]) + (abs(body.yy - body.xx) + 2.0 * abs(body.xy)) * abs(tangent[2])
+    if abs(coefficients[Coefficient.SPINDLE_INERTIA_DERIVATIVE]) < CANCELLATION_RATIO * magnitude:
+        coefficients[Coefficient.SPINDLE_INERTIA_DERIVATIVE] = 0.0
+
+
+@jit_in_place
+def _add_force(arrays: ReductionArrays, workspace: ReductionWorkspace, index: int, tangents: FloatArray, curvatures: FloatArray) -> None:
+    """Add one force along an output to the coefficients; the output rows were evaluated with the tangents as velocities."""
+    force, rows, jacobian, coefficients = arrays.forces[index], arrays.output_rows, workspace.output_jacobian, workspace.coefficients
+    row, value = force.output_index, workspace.output_row_values[force.output_index, RowColumn.RESIDUAL]
+    derivative = output_rate(rows, jacobian, row, tangents)
+    second_derivative = output_rate(rows, jacobian, row, curvatures) - workspace.output_row_values[row, RowColumn.GAMMA]
+    if rows.table[row].kind == RowKind.DISTANCE and math.isnan(derivative):  # coincident points: no line of action
+        return
+    if force.law == LOAD:
+        column = Coefficient.FIRST_LOAD + 2 * force.input_index
+        coefficients[column] += derivative
+        coefficients[column + 1] += second_derivative
+    elif force.has_power:
+        coefficients[Coefficient.DAMPING] -= evaluate_force_law(force.law, force.coefficients, value, derivative) * derivative
+    elif value >= force.slack_below:
+        _, gradient, stiffness = evaluate_potential(force.law, force.coefficients, value)
+        coefficients[Coefficient.POTENTIAL_DERIVATIVE] += gradient * derivative
+        coefficients[Coefficient.POTENTIAL_SECOND_DERIVATIVE] += stiffness * derivative * derivative + gradient * second_derivative
+
+
+@jit
+def evaluate_coefficients_at_nodes(arrays: ReductionArrays, workspace: ReductionWorkspace, nodes: FloatArray) -> FloatArray:
+    """Return the coefficients (n, coefficients) at nodes (n, 3, 3 bodies)."""
+    result = np.empty((nodes.shape[0], workspace.coefficients.size))
+    for k in range(nodes.shape[0]):
+        evaluate_coefficients(arrays, workspace, nodes[k])
+        result[k] = workspace.coefficients
+    return result
+
+
+class TableColumn(IntEnum):
+    """Columns of the motion table along the coordinate q.
+
+    With T = I q'^2 / 2 the equation of motion is q'' = QUADRATIC q'^2 + POTENTIAL + CENTRIFUGAL w^2 + DAMPING q' + other forces.
+    """
+
+    QUADRATIC = 0
+    """-I'/2I."""
+    POTENTIAL = 1
+    """-V'/I; at constant spindle speed it contains the centrifugal forces."""
+    CENTRIFUGAL = 2
+    """J'/2I."""
+    INVERSE_INERTIA = 3
+    """1/I."""
+    SPINDLE_INERTIA = 4
+    """J."""
+    DAMPING = 5
+    """Derivative of the dampers' force by q', over I."""
+    FIRST_LOAD = 6
+    """From here on the loads at unit input over I, then value and derivative of each output."""
+
+
+@jit_in_place
+def evaluate_columns(arrays: ReductionArrays, workspace: ReductionWorkspace, node: FloatArray, columns: FloatArray) -> None:
+    """Fill the columns of the table from a node (3, 3 bodies): poses, tangent and curvature."""
+    coefficients = workspace.coefficients
+    evaluate_coefficients(arrays, workspace, node)
+    inverse_inertia = 1.0 / coefficients[Coefficient.INERTIA]
+    centrifugal = 0.5 * coefficients[Coefficient.SPINDLE_INERTIA_DERIVATIVE]
+    columns[TableColumn.QUADRATIC] = -0.5 * coefficients[Coefficient.INERTIA_DERIVATIVE] * inverse_inertia
+    force = -coefficients[Coefficient.POTENTIAL_DERIVATIVE]
+    if arrays.steady_speed >= 0.0:
+        force, centrifugal = force + centrifugal * arrays.steady_speed**2, 0.0
+    columns[TableColumn.POTENTIAL] = force * inverse_inertia
+    columns[TableColumn.CENTRIFUGAL] = centrifugal * inverse_inertia
+    if columns.size == TableColumn.INVERSE_INERTIA:
+        return
+    columns[TableColumn.INVERSE_INERTIA] = inverse_inertia
+    columns[TableColumn.SPINDLE_INERTIA] = coefficients[Coefficient.SPINDLE_INERTIA]
+    columns[TableColumn.DAMPING] = -coefficients[Coefficient.DAMPING] * inverse_inertia
+    column: int = TableColumn.FIRST_LOAD
+    for k in range(arrays.n_loads):
+        columns[column] = coefficients[Coefficient.FIRST_LOAD + 2 * k] * inverse_inertia
+        column += 1
+    tangents = node[1].reshape(-1, 3)
+    for k in range(arrays.output_scales.size):
+        columns[column] = workspace.output_row_values[k, RowColumn.RESIDUAL]
+        columns[column + 1] = output_rate(arrays.output_rows, workspace.output_jacobian, k, tangents)
+        column += 2
 
 
 def lower_lagrangian(

@@ -9,34 +9,43 @@ from functools import cached_property
 import numpy as np
 
 from governor_mechanism.effects.registry import FORCE_LAWS
-from governor_mechanism.mechanics.dynamics.forces.contact_modes import forced_output_names
-from governor_mechanism.mechanics.dynamics.forces.contacts import contacts_of, make_contact_table, one_sided_forces_of, output_forces_of
-from governor_mechanism.mechanics.dynamics.forces.inputs import InputLayout, make_input_layout, make_input_terms, make_table_segments
-from governor_mechanism.mechanics.dynamics.forces.loads import loads_of, reading_tables_of
-from governor_mechanism.mechanics.dynamics.forces.output_forces import (
+from governor_mechanism.mechanics.dynamics.contact_modes import forced_output_names
+from governor_mechanism.mechanics.dynamics.contacts import contacts_of, make_contact_table, one_sided_forces_of, output_forces_of
+from governor_mechanism.mechanics.dynamics.event_functions import EVENT_FUNCTION_DTYPE, make_gas_event_functions
+from governor_mechanism.mechanics.dynamics.inputs import (
+    InputLayout,
+    loads_of,
+    make_input_layout,
+    make_input_terms,
+    make_table_segments,
+    reading_tables_of,
+)
+from governor_mechanism.mechanics.dynamics.output_forces import (
     OUTPUT_FORCE_DTYPE,
     OutputForceRecord,
     element_law,
     make_output_force,
     output_force_record,
 )
-from governor_mechanism.mechanics.dynamics.system.event_functions import EVENT_FUNCTION_DTYPE, make_gas_event_functions
 from governor_mechanism.mechanics.kinematics.coordinate_assembly import CoordinateSolver
 from governor_mechanism.mechanics.kinematics.time_functions import CubicTimeFunction
-from governor_mechanism.mechanics.reduction.lagrangian import acts_elsewhere, lower_lagrangian
-from governor_mechanism.mechanics.reduction.node_evaluation import OUTPUT_LIMIT_DTYPE, ReductionArrays, make_reduction_workspace
+from governor_mechanism.mechanics.reduction.lagrangian import (
+    OUTPUT_LIMIT_DTYPE,
+    ReductionArrays,
+    acts_elsewhere,
+    lower_lagrangian,
+    make_reduction_workspace,
+)
 from governor_mechanism.mechanics.reduction.reduced_model import (
     COORDINATE,
     MODEL_PARAMETERS_DTYPE,
     ONE_SIDED_SPRING_DTYPE,
     SHAFT_TORQUE_DTYPE,
     ReducedModel,
-    lay_out_events,
-    lay_out_mode,
-)
-from governor_mechanism.mechanics.reduction.shaft import (
     ShaftTrain,
     find_shaft_train,
+    lay_out_events,
+    lay_out_mode,
     lower_shaft_outputs,
     parts_with_coordinate,
     shaft_readings,
@@ -59,7 +68,7 @@ from governor_mechanism.model.part import Part, Spindle
 from governor_mechanism.model.results.records import FLIGHT_DETAIL
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.model.time_functions import InputFunction
-from governor_mechanism.numerics.chebyshev import N_CHEBYSHEV_NODES
+from governor_mechanism.numerics.interpolation import N_CHEBYSHEV_NODES
 from governor_mechanism.numerics.once_per_object import once_per_object
 from governor_mechanism.types import NO_INDEX, FloatArray, RecordArray
 

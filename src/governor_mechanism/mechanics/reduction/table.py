@@ -6,8 +6,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from governor_mechanism.mechanics.reduction.node_evaluation import ReductionArrays, TableColumn
-from governor_mechanism.numerics.chebyshev import N_CHEBYSHEV_NODES, barycentric_weights
+from governor_mechanism.mechanics.reduction.lagrangian import ReductionArrays, TableColumn
+from governor_mechanism.numerics.interpolation import N_CHEBYSHEV_NODES, barycentric_weights
 from governor_mechanism.numerics.jit import jit, jit_in_place
 from governor_mechanism.types import NO_INDEX, FloatArray, IntArray
 

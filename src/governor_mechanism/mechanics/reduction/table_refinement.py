@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from governor_mechanism.mechanics.kinematics.coordinate_assembly import is_on_branch, solve_position
-from governor_mechanism.mechanics.reduction.node_evaluation import ReductionArrays, ReductionWorkspace, TableColumn, evaluate_columns
+from governor_mechanism.mechanics.reduction.lagrangian import ReductionArrays, ReductionWorkspace, TableColumn, evaluate_columns
 from governor_mechanism.mechanics.reduction.table import (
     BOUND_TOLERANCE,
     EndReason,
@@ -23,7 +23,7 @@ from governor_mechanism.mechanics.reduction.table import (
 )
 from governor_mechanism.model.joints.base import RowKind
 from governor_mechanism.numerics.array_copy import copy_array
-from governor_mechanism.numerics.chebyshev import CHEBYSHEV_NODES, N_CHEBYSHEV_NODES, barycentric_weights, evaluate_piece, fit_piece
+from governor_mechanism.numerics.interpolation import CHEBYSHEV_NODES, N_CHEBYSHEV_NODES, barycentric_weights, evaluate_piece, fit_piece
 from governor_mechanism.numerics.jit import jit, jit_in_place
 from governor_mechanism.types import NO_INDEX, FloatArray
 

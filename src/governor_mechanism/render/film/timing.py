@@ -8,7 +8,7 @@ import numpy as np
 
 from governor_mechanism.model.results.film_options import FilmOptionError
 from governor_mechanism.model.results.trajectory import Trajectory
-from governor_mechanism.numerics.hermite import integrate_samples, interpolate_samples
+from governor_mechanism.numerics.interpolation import integrate_samples, interpolate_samples
 from governor_mechanism.render.frame_data import find_parts
 from governor_mechanism.render.geometry.primitives import Vec2, round_step
 from governor_mechanism.render.part_run import PartRun

@@ -15,7 +15,7 @@ import numpy as np
 from governor_mechanism.effects.gas_pressure import SWITCH_COEFFICIENT, gas_work
 from governor_mechanism.engines.initial_state import rotating_part_alone
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.mechanics.dynamics.forces.inputs import evaluate_reading_function
+from governor_mechanism.mechanics.dynamics.inputs import evaluate_reading_function
 from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output
 from governor_mechanism.mechanics.kinematics.time_functions import CubicTimeFunction
 from governor_mechanism.mechanics.reduction.lagrangian import SingleDofReduction
@@ -25,7 +25,7 @@ from governor_mechanism.model.force_elements import CylinderGas, ForceElement, T
 from governor_mechanism.model.part import Start
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.model.time_functions import InputFunction
-from governor_mechanism.numerics.hermite import interpolate_samples
+from governor_mechanism.numerics.interpolation import interpolate_samples
 from governor_mechanism.numerics.roots import find_root
 from governor_mechanism.statics.equilibrium_speed import equilibrium_speed_squared, evaluate_readings
 from governor_mechanism.studies.plain_runs import SLEEVE_READING

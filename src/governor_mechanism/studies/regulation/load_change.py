@@ -16,7 +16,7 @@ from governor_mechanism.model.results.result import Column, Result, format_list
 from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.model.time_functions import InputFunction
-from governor_mechanism.numerics.hermite import interpolate_samples
+from governor_mechanism.numerics.interpolation import interpolate_samples
 from governor_mechanism.studies.regulation.governed_engine import GovernedEngine, OperatingPoint
 from governor_mechanism.types import FloatArray
 from governor_mechanism.units.quantities import format_value, parse_quantity

@@ -8,8 +8,8 @@ from typing import Literal, NamedTuple
 import numpy as np
 
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.mechanics.dynamics.forces.contact_modes import has_contacts
-from governor_mechanism.mechanics.dynamics.forces.loads import has_kinks
+from governor_mechanism.mechanics.dynamics.contact_modes import has_contacts
+from governor_mechanism.mechanics.dynamics.inputs import has_kinks
 from governor_mechanism.model.results.records import SpeedFluctuation
 from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.model.scene import Scene

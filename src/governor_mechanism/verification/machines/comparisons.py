@@ -19,9 +19,9 @@ from governor_mechanism.engines.impulse.pymunk.model import PymunkModel
 from governor_mechanism.engines.impulse.time_inputs import TimeInputs
 from governor_mechanism.errors import MechanismError, RunFailed
 from governor_mechanism.mechanics.dynamics.characteristic_scales import time_scale
-from governor_mechanism.mechanics.dynamics.forces.contact_modes import initial_mode
-from governor_mechanism.mechanics.dynamics.forces.contacts import one_sided_forces_of
-from governor_mechanism.mechanics.dynamics.system.lowering import make_system
+from governor_mechanism.mechanics.dynamics.contact_modes import initial_mode
+from governor_mechanism.mechanics.dynamics.contacts import one_sided_forces_of
+from governor_mechanism.mechanics.dynamics.lowering import make_system
 from governor_mechanism.mechanics.kinematics.assembly import PositionSolver
 from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output_value
 from governor_mechanism.mechanics.kinematics.time_functions import CubicTimeFunction, SpindleSpeedFunction

@@ -10,17 +10,12 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from governor_mechanism.mechanics.dynamics.equations.body_forces import evaluate_body_forces, inertia_of_plane
-from governor_mechanism.mechanics.dynamics.forces.contact_modes import forced_output_names
-from governor_mechanism.mechanics.dynamics.forces.contacts import FRICTION_LAW_NAME, contacts_of, output_forces_of
-from governor_mechanism.mechanics.dynamics.forces.output_forces import (
-    SLIDING_FRICTION,
-    add_output_forces,
-    evaluate_force_law,
-    lower_outputs,
-)
-from governor_mechanism.mechanics.dynamics.system.arrays import N_PLANE_COLUMNS, PlaneColumn, System
-from governor_mechanism.mechanics.dynamics.system.lowering import make_system, multibody_input_layout
+from governor_mechanism.mechanics.dynamics.arrays import N_PLANE_COLUMNS, PlaneColumn, System
+from governor_mechanism.mechanics.dynamics.body_forces import evaluate_body_forces, inertia_of_plane
+from governor_mechanism.mechanics.dynamics.contact_modes import forced_output_names
+from governor_mechanism.mechanics.dynamics.contacts import FRICTION_LAW_NAME, contacts_of, output_forces_of
+from governor_mechanism.mechanics.dynamics.lowering import make_system, multibody_input_layout
+from governor_mechanism.mechanics.dynamics.output_forces import SLIDING_FRICTION, add_output_forces, evaluate_force_law, lower_outputs
 from governor_mechanism.mechanics.kinematics.constraint_kernels import N_ROW_COLUMNS, ConstraintRows, RowColumn, evaluate_rows
 from governor_mechanism.mechanics.kinematics.points import Origins
 from governor_mechanism.mechanics.kinematics.time_functions import CubicTimeFunction

@@ -9,9 +9,8 @@ import pymunk
 
 from governor_mechanism.engines.impulse.pymunk.applied_forces import AttachedPoint, Poses, StepInputs, to_body_axes
 from governor_mechanism.errors import UnsupportedEffect
-from governor_mechanism.mechanics.curves.curve_kernels import evaluate_curve, evaluate_polar_curve
-from governor_mechanism.mechanics.curves.segments import make_curve_segments
-from governor_mechanism.mechanics.dynamics.forces.contacts import Contact
+from governor_mechanism.mechanics.curves.segments import evaluate_curve, evaluate_polar_curve, make_curve_segments
+from governor_mechanism.mechanics.dynamics.contacts import Contact
 from governor_mechanism.model.curves import Curve, PolarCurve
 from governor_mechanism.model.joints import Joint, base
 from governor_mechanism.types import NO_INDEX, FloatArray

@@ -9,8 +9,8 @@ from pymunk.batch import BodyFields, Buffer, get_space_bodies, set_space_bodies
 
 from governor_mechanism.engines.impulse.pymunk.applied_forces import AppliedForces, AttachedPoint, StepInputs, make_body_proxy
 from governor_mechanism.engines.impulse.pymunk.constraints import FrictionStopConstraint, PreStepUpdate, make_joint_constraints
-from governor_mechanism.mechanics.dynamics.forces.contacts import Contact, output_forces_of
-from governor_mechanism.mechanics.dynamics.system.arrays import to_mass_centres
+from governor_mechanism.mechanics.dynamics.arrays import to_mass_centres
+from governor_mechanism.mechanics.dynamics.contacts import Contact, output_forces_of
 from governor_mechanism.model.force_elements import Damper, TorsionDamper
 from governor_mechanism.model.joints import GROUND, Joint, Pin, Point, RotationalDriver, TranslationalDriver
 from governor_mechanism.model.scene import Scene

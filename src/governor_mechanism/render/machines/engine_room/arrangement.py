@@ -17,7 +17,7 @@ from governor_mechanism.model.part import Part
 from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.model.time_functions import InputFunction
-from governor_mechanism.numerics.hermite import integrate_samples, interpolate_samples
+from governor_mechanism.numerics.interpolation import integrate_samples, interpolate_samples
 from governor_mechanism.render.geometry.primitives import BoundingBox, Vec2, round_step
 from governor_mechanism.render.part_run import sample_input
 from governor_mechanism.types import FloatArray

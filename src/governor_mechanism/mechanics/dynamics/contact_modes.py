@@ -6,15 +6,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from governor_mechanism.mechanics.dynamics.forces import output_forces
-from governor_mechanism.mechanics.dynamics.forces.contacts import (
+from governor_mechanism.mechanics.dynamics import output_forces
+from governor_mechanism.mechanics.dynamics.contacts import (
     contacts_of,
     one_sided_forces_of,
     outline_gaps_of,
     output_forces_of,
     rubbing_gaps_of,
 )
-from governor_mechanism.mechanics.dynamics.forces.loads import reading_functions_of, reading_tables_of
+from governor_mechanism.mechanics.dynamics.inputs import reading_functions_of, reading_tables_of
 from governor_mechanism.model.effect import OutputForce
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.numerics.once_per_object import once_per_object

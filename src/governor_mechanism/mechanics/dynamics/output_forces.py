@@ -10,7 +10,7 @@ from governor_mechanism.effects.dashpot import Dashpot
 from governor_mechanism.effects.gas_pressure import GasPressure, gas_phase, gas_work, travel_in_stroke
 from governor_mechanism.effects.registry import FORCE_LAWS
 from governor_mechanism.effects.spring import OutputSpring
-from governor_mechanism.mechanics.dynamics.forces.inputs import output_rate
+from governor_mechanism.mechanics.dynamics.inputs import output_rate
 from governor_mechanism.mechanics.kinematics.constraint_kernels import ConstraintRows, RowColumn
 from governor_mechanism.mechanics.kinematics.output_variables import OutputDerivatives, rows_of_readings
 from governor_mechanism.mechanics.kinematics.points import Origins

@@ -1,7 +1,7 @@
 """Accelerations and Lagrange multipliers under given forces, also of bodies without mass, and projection of states onto the joints.
 
 Rows that share a body are coupled. Ordered well, a long chain has a narrow band and costs no more per link than a short
-one. `banded_cholesky` solves the equations. They are singular where joints are redundant or a mechanism is at a change
+one. `linear_equations` solves the equations. They are singular where joints are redundant or a mechanism is at a change
 point. Kernels are compiled.
 """
 
@@ -9,20 +9,14 @@ import math
 
 import numpy as np
 
-from governor_mechanism.mechanics.dynamics.equations.body_forces import evaluate_plane_motion
-from governor_mechanism.mechanics.dynamics.system.arrays import (
-    System,
-    SystemWorkspace,
-    from_mass_centres,
-    make_system_workspace,
-    to_mass_centres,
-)
-from governor_mechanism.mechanics.dynamics.system.lowering import make_system
+from governor_mechanism.mechanics.dynamics.arrays import System, SystemWorkspace, from_mass_centres, make_system_workspace, to_mass_centres
+from governor_mechanism.mechanics.dynamics.body_forces import evaluate_plane_motion
+from governor_mechanism.mechanics.dynamics.lowering import make_system
 from governor_mechanism.mechanics.kinematics.constraint_kernels import RowColumn, evaluate_drives, evaluate_rows
 from governor_mechanism.mechanics.kinematics.time_functions import stack_local_cubics
 from governor_mechanism.model.scene import Scene
-from governor_mechanism.numerics.banded_cholesky import factorise_band, solve_band_system, solve_factorised_band
 from governor_mechanism.numerics.jit import jit_in_place
+from governor_mechanism.numerics.linear_equations import factorise_band, solve_band_system, solve_factorised_band
 from governor_mechanism.types import GROUND_INDEX, FloatArray, IntArray
 
 

@@ -9,13 +9,12 @@ import numpy as np
 
 from governor_mechanism.effects.gas_pressure import SWITCH_COEFFICIENT, GasPressure
 from governor_mechanism.effects.registry import FORCE_LAWS
+from governor_mechanism.mechanics.dynamics.arrays import System, SystemWorkspace
 from governor_mechanism.mechanics.dynamics.characteristic_scales import time_scale
-from governor_mechanism.mechanics.dynamics.forces.contact_modes import ContactMode, forced_output_names, rows_of_held_contacts
-from governor_mechanism.mechanics.dynamics.forces.contacts import contacts_of, one_sided_forces_of, outline_gaps_of
-from governor_mechanism.mechanics.dynamics.forces.inputs import EVENT_ROUNDING_RATIO, output_rate
-from governor_mechanism.mechanics.dynamics.forces.loads import reading_tables_of
-from governor_mechanism.mechanics.dynamics.forces.output_forces import evaluate_travel_in_stroke
-from governor_mechanism.mechanics.dynamics.system.arrays import System, SystemWorkspace
+from governor_mechanism.mechanics.dynamics.contact_modes import ContactMode, forced_output_names, rows_of_held_contacts
+from governor_mechanism.mechanics.dynamics.contacts import contacts_of, one_sided_forces_of, outline_gaps_of
+from governor_mechanism.mechanics.dynamics.inputs import EVENT_ROUNDING_RATIO, output_rate, reading_tables_of
+from governor_mechanism.mechanics.dynamics.output_forces import evaluate_travel_in_stroke
 from governor_mechanism.mechanics.kinematics.constraint_kernels import (
     FOR_EVENTS,
     RowColumn,

@@ -2,8 +2,8 @@
 
 import math
 
-from governor_mechanism.mechanics.dynamics.forces import force_laws
-from governor_mechanism.mechanics.dynamics.system.arrays import PlaneColumn, System, SystemWorkspace
+from governor_mechanism.mechanics.dynamics import force_laws
+from governor_mechanism.mechanics.dynamics.arrays import PlaneColumn, System, SystemWorkspace
 from governor_mechanism.mechanics.kinematics.constraint_kernels import rotate_vector_jit
 from governor_mechanism.mechanics.kinematics.time_functions import evaluate_given_speed
 from governor_mechanism.numerics.array_copy import copy_array

@@ -6,26 +6,19 @@ from dataclasses import dataclass
 import numpy as np
 
 from governor_mechanism.effects.gas_pressure import SWITCH_COEFFICIENT
-from governor_mechanism.mechanics.dynamics.equations.body_forces import evaluate_body_forces, evaluate_plane_motion
-from governor_mechanism.mechanics.dynamics.equations.constrained_solution import (
+from governor_mechanism.mechanics.dynamics.arrays import PlaneColumn, System, SystemWorkspace, from_mass_centres, make_system_workspace
+from governor_mechanism.mechanics.dynamics.body_forces import evaluate_body_forces, evaluate_plane_motion
+from governor_mechanism.mechanics.dynamics.constrained_solution import (
     CLEAR_PIVOT_RATIO,
     assemble_schur_band,
     equal_mass_pivot_ratio,
     solve_constrained_system,
 )
-from governor_mechanism.mechanics.dynamics.forces.contact_modes import ContactMode
-from governor_mechanism.mechanics.dynamics.forces.contacts import contacts_of
-from governor_mechanism.mechanics.dynamics.forces.inputs import evaluate_inputs, output_rate
-from governor_mechanism.mechanics.dynamics.forces.output_forces import add_output_forces
-from governor_mechanism.mechanics.dynamics.system.arrays import (
-    PlaneColumn,
-    System,
-    SystemWorkspace,
-    from_mass_centres,
-    make_system_workspace,
-)
-from governor_mechanism.mechanics.dynamics.system.holding_rows import constraint_row_order
-from governor_mechanism.mechanics.dynamics.system.lowering import make_system
+from governor_mechanism.mechanics.dynamics.contact_modes import ContactMode
+from governor_mechanism.mechanics.dynamics.contacts import contacts_of
+from governor_mechanism.mechanics.dynamics.inputs import evaluate_inputs, output_rate
+from governor_mechanism.mechanics.dynamics.lowering import constraint_row_order, make_system
+from governor_mechanism.mechanics.dynamics.output_forces import add_output_forces
 from governor_mechanism.mechanics.kinematics.constraint_kernels import (
     FOR_FORCES,
     RowColumn,
@@ -38,8 +31,8 @@ from governor_mechanism.mechanics.kinematics.points import rotate_vector
 from governor_mechanism.mechanics.kinematics.time_functions import stack_local_cubics
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.numerics.array_copy import copy_array
-from governor_mechanism.numerics.dense_solution import solve_dense
 from governor_mechanism.numerics.jit import jit, jit_in_place
+from governor_mechanism.numerics.linear_equations import solve_dense
 from governor_mechanism.types import GROUND_INDEX, NO_INDEX, FloatArray
 
 JAMMED = -1.0

@@ -1,1 +1,0 @@
-"""Accelerations, joint forces and projection from these arrays, as compiled kernels."""

@@ -1,1 +1,0 @@
-"""A scene lowered to arrays: bodies, constraint rows, event functions."""
