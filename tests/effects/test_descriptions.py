@@ -26,7 +26,7 @@ from governor_mechanism.model.time_functions import InputFunction, LinearFunctio
 from governor_scenes import CROSSED, EXTENDED, PORTER, UNCROSSED_LINKS, WATT, governor_scene
 from one_coordinate_reference import integrate_one_coordinate
 from reference import pendulum as linkage
-from reference.zehnder import PORTER_MASSIVE_RODS
+from reference import zehnder
 
 GOVERNORS = {"Watt": WATT, "Porter": PORTER, "crossed": CROSSED, "extended": EXTENDED, "uncrossed links": UNCROSSED_LINKS}
 LOADED = {name: dimensions for name, dimensions in GOVERNORS.items() if "sleeve_mass" in dimensions}
@@ -216,7 +216,7 @@ def reduced(dimensions, rods, angles):
 
 
 def test_the_row_of_the_governor_with_massive_rods_is_met():
-    table = PORTER_MASSIVE_RODS
+    table = zehnder.PORTER_MASSIVE_RODS
     rows = np.array(table["rows"])
     given = table["dimensions"]
     radius = math.sqrt(2.5 * given["ball_inertia"] / given["ball_mass"])  # of a solid sphere

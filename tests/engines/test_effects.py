@@ -24,7 +24,7 @@ from governor_mechanism.model.output_variables import PointCoordinate
 from governor_mechanism.model.part import FreeSpindle, Spindle
 from governor_mechanism.model.time_functions import InputFunction, LinearFunction
 from governor_scenes import PORTER, governor_scene
-from reference.zehnder import FRICTION_BAND
+from reference import zehnder
 from scene_parts import body_point, ground_point, make_mechanism, point_mass, scene_of
 
 
@@ -75,13 +75,13 @@ def run(engine, scene, accuracy=1e-10, **options):
 def test_sleeve_starts_to_move_at_the_ends_of_the_insensitivity_band(engine, within, towards, name):
     scene = porter(
         Spindle(times=(0.0, 1.0), speeds=(12.2, towards)),
-        DryFriction(reading=LIFT, force=constant(FRICTION_BAND["resistance"])),
+        DryFriction(reading=LIFT, force=constant(zehnder.FRICTION_BAND["resistance"])),
         duration=1.0,
     )
     result = run(engine, scene, certify=engine.name != "impulse")
     first = next(event for event in result.events if event.kind == "slips")
     assert first.subject == LIFT
-    assert 12.2 + (towards - 12.2) * first.time == pytest.approx(FRICTION_BAND[name], abs=within)  # requirement
+    assert 12.2 + (towards - 12.2) * first.time == pytest.approx(zehnder.FRICTION_BAND[name], abs=within)  # requirement
     lift = result.readings[LIFT]
     assert np.ptp(lift[result.times < first.time]) <= (1e-13 if engine.name == "impulse" else 0.0)  # rounding
     assert (towards - 12.2) * (lift[-1] - lift[0]) > 0.0
@@ -298,8 +298,8 @@ def test_small_oscillation_with_a_dashpot_decays_as_the_closed_form(engine):
     np.testing.assert_allclose(off, expected, atol=1e-6 * small)  # requirement
 
 
-MEAN = 0.5 * (FRICTION_BAND["falling_speed"] + FRICTION_BAND["rising_speed"])
-BAND = (FRICTION_BAND["rising_speed"] - FRICTION_BAND["falling_speed"]) / MEAN
+MEAN = 0.5 * (zehnder.FRICTION_BAND["falling_speed"] + zehnder.FRICTION_BAND["rising_speed"])
+BAND = (zehnder.FRICTION_BAND["rising_speed"] - zehnder.FRICTION_BAND["falling_speed"]) / MEAN
 
 
 @ENGINES
@@ -316,9 +316,9 @@ def test_sleeve_moves_cyclically_once_the_speed_fluctuation_exceeds_the_band(eng
 @ENGINES
 def test_insensitivity_band_is_not_symmetric_about_the_equilibrium_speed(engine):
     """The sleeve moves at 0.959 of the insensitivity, because the closer end of the band is reached first."""
-    rest = FRICTION_BAND["equilibrium_speed"]
-    nearer = 2 * min(rest - FRICTION_BAND["falling_speed"], FRICTION_BAND["rising_speed"] - rest) / rest
-    assert nearer / FRICTION_BAND["insensitivity_exact"] == pytest.approx(0.959, abs=5e-4)
+    rest = zehnder.FRICTION_BAND["equilibrium_speed"]
+    nearer = 2 * min(rest - zehnder.FRICTION_BAND["falling_speed"], zehnder.FRICTION_BAND["rising_speed"] - rest) / rest
+    assert nearer / zehnder.FRICTION_BAND["insensitivity_exact"] == pytest.approx(0.959, abs=5e-4)
     for share, moves in ((1 - 1e-3, False), (1 + 1e-3, True)):
         spindle = Spindle(speeds=(rest,), speed_fluctuation=share * nearer)
         result = run(engine, porter(spindle, DryFriction(reading=LIFT, force=constant(40.0)), duration=5.0), accuracy=1e-9)

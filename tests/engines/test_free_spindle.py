@@ -11,18 +11,19 @@ from governor_mechanism.model.part import FIXED_PLANE, FreeSpindle
 from governor_mechanism.model.results.records import Outcome
 from governor_mechanism.model.time_functions import InputFunction
 from governor_scenes import PORTER, governor_scene
-from reference.mechanisms import PORTER_IN_SPACE as REFERENCE
+from reference import zehnder
+
+REFERENCE, SPINDLE_INERTIA = zehnder.PORTER_OPEN_MOTION, zehnder.PORTER_OPEN["rest_inertia"]
 
 
 def free_porter(torque=None, **options):
-    start = REFERENCE["start"]
-    scene = governor_scene(PORTER, speed=start["spindle_speed"], angle=start["arm_angle"], rate=start["arm_rate"], **options)
-    spindle = FreeSpindle(inertia=REFERENCE["spindle_inertia"], start_speed=start["spindle_speed"])
+    scene = governor_scene(PORTER, speed=REFERENCE["spindle_speed"], angle=REFERENCE["arm_angle"], rate=REFERENCE["arm_rate"], **options)
+    spindle = FreeSpindle(inertia=SPINDLE_INERTIA, start_speed=REFERENCE["spindle_speed"])
     return scene.with_changes(spindle=spindle if torque is None else replace(spindle, torque=torque))
 
 
 def turning_inertia(run):
-    return REFERENCE["spindle_inertia"] + 2 * PORTER["ball_mass"] * run.readings["ball_radius"] ** 2
+    return SPINDLE_INERTIA + 2 * PORTER["ball_mass"] * run.readings["ball_radius"] ** 2
 
 
 @pytest.mark.parametrize(("engine", "accuracy", "allowed"), [("multibody", 1e-10, 1e-9), ("reduced", 1e-10, 1e-9), ("impulse", 1e-8, 1e-6)])

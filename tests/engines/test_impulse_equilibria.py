@@ -14,26 +14,16 @@ from governor_mechanism.statics.equilibria import find_equilibria
 from governor_mechanism.statics.speed_curve import equilibrium_speed_at
 from governor_mechanism.verification.machines.comparisons import relax_to_equilibrium
 from governor_scenes import governor_scene
-from reference.zehnder import (
-    CROSSED,
-    CROSSED_ARMS_OPEN_LINKS,
-    CROSSED_MARKS,
-    EXTENDED_ARM,
-    FOLD_JUMP,
-    PORTER_ON_AXIS,
-    PORTER_OPEN,
-    WATT_ON_AXIS,
-    WATT_OPEN,
-)
+from reference import zehnder
 
-SNAP_DIMENSIONS = {"arm": FOLD_JUMP["arm"], "offset": FOLD_JUMP["offset"], "ball_mass": FOLD_JUMP["ball_mass"]}
+SNAP_DIMENSIONS = {"arm": zehnder.FOLD_JUMP["arm"], "offset": zehnder.FOLD_JUMP["offset"], "ball_mass": zehnder.FOLD_JUMP["ball_mass"]}
 
 # (dimensions, angle in degrees, speed in rad/s, stable)
 ROWS = [
     (table["dimensions"], row[0], row[1], row[5] > 0)
-    for table in (WATT_ON_AXIS, WATT_OPEN, PORTER_OPEN, PORTER_ON_AXIS, CROSSED)
+    for table in (zehnder.WATT_ON_AXIS, zehnder.WATT_OPEN, zehnder.PORTER_OPEN, zehnder.PORTER_ON_AXIS, zehnder.CROSSED)
     for row in table["rows"]
-] + [(SNAP_DIMENSIONS, row[0], row[1], row[3] > 0) for row in FOLD_JUMP["rows"]]
+] + [(SNAP_DIMENSIONS, row[0], row[1], row[3] > 0) for row in zehnder.FOLD_JUMP["rows"]]
 STABLE = [row[:3] for row in ROWS if row[3]]
 UNSTABLE = [row[:3] for row in ROWS if not row[3]]
 
@@ -52,8 +42,8 @@ def test_the_governor_settles_at_zehnders_equilibrium(dimensions, degrees, speed
 
 @pytest.mark.parametrize(
     ("dimensions", "degrees", "speed"),
-    [(CROSSED_ARMS_OPEN_LINKS["dimensions"], row[0], row[2]) for row in CROSSED_ARMS_OPEN_LINKS["rows"]]
-    + [(EXTENDED_ARM["dimensions"], EXTENDED_ARM["arm_angle_deg"], EXTENDED_ARM["spindle_speed"])],
+    [(zehnder.CROSSED_ARMS_OPEN_LINKS["dimensions"], row[0], row[2]) for row in zehnder.CROSSED_ARMS_OPEN_LINKS["rows"]]
+    + [(zehnder.EXTENDED_ARM["dimensions"], zehnder.EXTENDED_ARM["arm_angle_deg"], zehnder.EXTENDED_ARM["spindle_speed"])],
 )
 def test_linkages_with_levers_settle_at_the_exact_equilibrium(dimensions, degrees, speed):
     scene = governor_scene(dimensions, speed=speed, angle=0.5)
@@ -74,8 +64,8 @@ def test_an_unstable_equilibrium_diverges_at_the_tabulated_rate(dimensions, degr
 
 
 def test_growth_rates_of_the_crossed_governor_are_the_printed_ones():
-    for degrees, rate in CROSSED_MARKS["growth_rates"]:
-        assert math.sqrt(-_table_squared(CROSSED["dimensions"], degrees)) == pytest.approx(rate, rel=1e-11)
+    for degrees, rate in zehnder.CROSSED_MARKS["growth_rates"]:
+        assert math.sqrt(-_table_squared(zehnder.CROSSED["dimensions"], degrees)) == pytest.approx(rate, rel=1e-11)
 
 
 @pytest.mark.parametrize(("dimensions", "degrees", "speed", "stable"), ROWS)
@@ -87,15 +77,15 @@ def test_the_equilibrium_speed_of_the_mechanism_is_the_tabulated_one(dimensions,
 
 def test_both_equilibria_of_the_improved_watt_are_found_with_their_stability():
     scene = governor_scene(SNAP_DIMENSIONS, speed=6.4, angle=0.5)
-    low, high = find_equilibria(scene, FOLD_JUMP["stop_speed"])
+    low, high = find_equilibria(scene, zehnder.FOLD_JUMP["stop_speed"])
     assert (low.stable, high.stable) == (False, True)
     assert math.degrees(low.coordinate) == pytest.approx(25, abs=1e-8)
     assert math.degrees(high.coordinate) == pytest.approx(40, abs=1e-8)
 
 
 def _table_squared(dimensions, degrees):
-    rows = CROSSED["rows"] if dimensions is CROSSED["dimensions"] else FOLD_JUMP["rows"]
-    column = 5 if dimensions is CROSSED["dimensions"] else 3
+    rows = zehnder.CROSSED["rows"] if dimensions is zehnder.CROSSED["dimensions"] else zehnder.FOLD_JUMP["rows"]
+    column = 5 if dimensions is zehnder.CROSSED["dimensions"] else 3
     return next(row[column] for row in rows if row[0] == degrees)
 
 

@@ -12,22 +12,28 @@ from governor_mechanism.model.part import Spindle
 from governor_mechanism.model.results.records import Outcome
 from governor_scenes import EXTENDED, PORTER, WATT, governor_scene, random_governor
 from one_coordinate_reference import integrate_one_coordinate
-from reference.zehnder import PORTER_OPEN_MOTION as MOTION
+from reference import zehnder
 from rigid_link_governor import porter_with_rods
 
 
 def porter_open(accuracy: float):
-    return governor_scene(PORTER, speed=MOTION["spindle_speed"], angle=MOTION["arm_angle"], rate=MOTION["arm_rate"], accuracy=accuracy)
+    return governor_scene(
+        PORTER,
+        speed=zehnder.PORTER_OPEN_MOTION["spindle_speed"],
+        angle=zehnder.PORTER_OPEN_MOTION["arm_angle"],
+        rate=zehnder.PORTER_OPEN_MOTION["arm_rate"],
+        accuracy=accuracy,
+    )
 
 
 @pytest.mark.parametrize("accuracy", [1e-6, 1e-8])
 def test_porter_open_matches_the_reference_after_two_seconds(accuracy):
     run = ImpulseEngine().run(porter_open(accuracy))
-    expected = MOTION["constant_speed"]
+    expected = zehnder.PORTER_OPEN_MOTION["constant_speed"]
     assert run.outcome is Outcome.DONE
-    assert run.times[-1] == MOTION["time"]
+    assert run.times[-1] == zehnder.PORTER_OPEN_MOTION["time"]
     assert run.readings["arm_angle"][-1] == pytest.approx(expected["arm_angle"], abs=accuracy)
-    assert run.rates["arm_angle"][-1] == pytest.approx(expected["arm_rate"], abs=accuracy * MOTION["spindle_speed"])
+    assert run.rates["arm_angle"][-1] == pytest.approx(expected["arm_rate"], abs=accuracy * zehnder.PORTER_OPEN_MOTION["spindle_speed"])
     torque = expected["drive_torque"]
     assert run.readings["spindle_torque"][-1] == pytest.approx(torque, abs=accuracy * run.scales["spindle_torque"])
     assert run.energy.drift < accuracy

@@ -9,10 +9,10 @@ import governor_mechanism as gm
 from governor_mechanism.model.part import FreeSpindle, Spindle
 from governor_scenes import governor_scene
 from inertial_frame_reference import Governor, driven_motion, free_motion
-from reference.mechanisms import PORTER_IN_SPACE as PORTER
+from reference import zehnder
 
-START = PORTER["start"]
-TIMES = np.linspace(0.0, PORTER["time"], 201)
+PORTER, START = zehnder.PORTER_OPEN, zehnder.PORTER_OPEN_MOTION
+TIMES = np.linspace(0.0, START["time"], 201)
 
 # Steps of 1e-13 add up to about 1e-12 in two seconds, and the references are printed to 13 or 14 digits; it leaves the
 # witness a hundred times finer than the 1e-9 it is to judge by.
@@ -22,7 +22,7 @@ CARTESIAN_TORQUE_PRINTED = 1.5e-9  # N m, a unit and a half of the last printed 
 
 
 def porter():
-    return Governor(**PORTER["dimensions"], spindle_inertia=PORTER["spindle_inertia"], gravity=PORTER["gravity"])
+    return Governor(**PORTER["dimensions"], spindle_inertia=PORTER["rest_inertia"], gravity=9.81)
 
 
 def start(sense=1.0, rate=1.0):
@@ -45,22 +45,22 @@ NAMES = ["arms rising", "arms falling", "turning the other way"]
 
 def test_a_driven_porter_is_where_the_reference_says():
     motion = motion_from_start(driven_motion)
-    expected = PORTER["constant_speed"]
+    expected = START["constant_speed"]
     assert motion.arm_angle[-1] == pytest.approx(expected["arm_angle"], abs=WITNESS)
     assert motion.arm_rate[-1] == pytest.approx(expected["arm_rate"], abs=WITNESS)
     assert motion.torque[-1] == pytest.approx(expected["drive_torque"], abs=TORQUE_PRINTED)
-    assert motion.torque[-1] == pytest.approx(PORTER["cartesian_drive_torque"], abs=CARTESIAN_TORQUE_PRINTED)
+    assert motion.torque[-1] == pytest.approx(START["cartesian_drive_torque"], abs=CARTESIAN_TORQUE_PRINTED)
 
 
 def test_a_free_porter_is_where_the_reference_says():
     motion = motion_from_start(free_motion)
-    expected = PORTER["free_spindle"]
+    expected = START["free_spindle"]
     assert motion.arm_angle[-1] == pytest.approx(expected["arm_angle"], abs=WITNESS)
-    assert motion.arm_angle[-1] == pytest.approx(PORTER["cartesian_free_arm_angle"], abs=WITNESS)
+    assert motion.arm_angle[-1] == pytest.approx(START["cartesian_free_arm_angle"], abs=WITNESS)
     assert motion.arm_rate[-1] == pytest.approx(expected["arm_rate"], abs=WITNESS)
     assert motion.theta[-1] == pytest.approx(expected["turned"], abs=WITNESS)
     assert motion.omega[-1] == pytest.approx(expected["spindle_speed"], abs=WITNESS)
-    assert motion.angular_momentum[0] == pytest.approx(PORTER["angular_momentum"], rel=1e-14)  # printed to 15 digits
+    assert motion.angular_momentum[0] == pytest.approx(START["angular_momentum"], rel=1e-14)  # printed to 15 digits
 
 
 # The engine against the witness. An accuracy of 1e-10 of each reading's scale promises 1e-10 rad, 1.3e-9 rad/s (scale:
@@ -77,7 +77,7 @@ def compared(values, expected, name):
 
 def scene(spindle, rate):
     begin = {"angle": START["arm_angle"], "rate": rate * START["arm_rate"]}
-    built = governor_scene(PORTER["dimensions"], speed=START["spindle_speed"], **begin, duration=PORTER["time"])
+    built = governor_scene(PORTER["dimensions"], speed=START["spindle_speed"], **begin, duration=START["time"])
     return built.with_changes(spindle=spindle)
 
 
@@ -95,7 +95,7 @@ def test_the_engine_drives_the_porter_as_points_in_space_go(sense, rate):
 
 @pytest.mark.parametrize(("sense", "rate"), SENSES, ids=NAMES)
 def test_the_engine_lets_the_porter_loose_as_points_in_space_go(sense, rate):
-    spindle = FreeSpindle(inertia=PORTER["spindle_inertia"], start_speed=sense * START["spindle_speed"])
+    spindle = FreeSpindle(inertia=PORTER["rest_inertia"], start_speed=sense * START["spindle_speed"])
     motion = motion_from_start(free_motion, sense, rate)
     run = gm.run(scene(spindle, rate), engine="multibody", accuracy=1e-10, times=TIMES)
     run.raise_if_failed()

@@ -17,21 +17,25 @@ from governor_mechanism.model.results.records import Outcome
 from governor_mechanism.scenes.library import shipped_scenes
 from governor_scenes import CROSSED, EXTENDED, PORTER, WATT, governor_scene, random_governor
 from one_coordinate_reference import integrate_one_coordinate
-from reference.zehnder import PORTER_OPEN_MOTION as MOTION
+from reference import zehnder
 from rigid_link_governor import porter_with_rods
 
 FINE = pytest.mark.parametrize("engine", [MultibodyEngine, ReducedEngine], ids=["multibody", "reduced"])
 
 
 def porter_open(**options):
-    start = {"speed": MOTION["spindle_speed"], "angle": MOTION["arm_angle"], "rate": MOTION["arm_rate"]}
+    start = {
+        "speed": zehnder.PORTER_OPEN_MOTION["spindle_speed"],
+        "angle": zehnder.PORTER_OPEN_MOTION["arm_angle"],
+        "rate": zehnder.PORTER_OPEN_MOTION["arm_rate"],
+    }
     return governor_scene(PORTER, **start, **options)
 
 
 @FINE
 def test_open_porter_governor_agrees_with_the_reference_to_nine_digits(engine):
     run = engine().run(porter_open(accuracy=1e-11))
-    expected = MOTION["constant_speed"]
+    expected = zehnder.PORTER_OPEN_MOTION["constant_speed"]
     assert run.outcome is Outcome.DONE
     assert run.readings["arm_angle"][-1] == pytest.approx(expected["arm_angle"], abs=1e-11)
     assert run.rates["arm_angle"][-1] == pytest.approx(expected["arm_rate"], abs=1e-10)

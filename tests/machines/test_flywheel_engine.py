@@ -258,7 +258,7 @@ def test_a_throttle_lowers_the_pressure_of_admission(opening):
     # An engine with the pressure behind a throttle as its supply; the pump of the first still delivers at the full pressure.
     changes = {"throttle": opening, "load_torque": 100.0}
     throttled = run_with("multibody", air_engine_scene(changes, duration=1.0))
-    back, supply = flywheel.PRESSURES["back_pressure"], flywheel.PRESSURES["supply_pressure"]
+    back, supply = flywheel.ENGINE["back_pressure"], flywheel.ENGINE["supply_pressure"]
     without_pump = {"pump_area": None, "pump_stroke": None, "pump_clearance": None, "load_torque": 100.0}
     admitted = back + opening * (supply - back)
     alone = run_with("multibody", air_engine_scene(without_pump | {"supply_pressure": admitted}, duration=1.0))

@@ -34,7 +34,7 @@ from governor_mechanism.model.joints import (
 from governor_mechanism.model.mechanism import Body, SecondMoments
 from governor_mechanism.model.part import TURNING_PLANE
 from governor_mechanism.model.time_functions import AngleHarmonic, InputFunction, PrescribedMotion
-from reference.zehnder import PORTER_OPEN
+from reference import zehnder
 from rigid_link_governor import ARM_MASS, LINK_MASS, porter_with_rods
 from scene_parts import body_angle, make_mechanism, scene_of
 
@@ -226,7 +226,7 @@ def test_massive_rods_agree_with_the_closed_form():
     angles = np.radians([20.0, 30.0, 45.0])
     scene, _ = porter_with_rods(speed=12.0, angle=0.6, rate=0.0)
     coefficients = SingleDofReduction(scene).evaluate(angles)
-    governor = closed.PendulumGovernor(**PORTER_OPEN["dimensions"], arm_mass=ARM_MASS, link_mass=LINK_MASS)
+    governor = closed.PendulumGovernor(**zehnder.PORTER_OPEN["dimensions"], arm_mass=ARM_MASS, link_mass=LINK_MASS)
     square = 2 * coefficients.potential_derivative / coefficients.spindle_inertia_derivative
     np.testing.assert_allclose(np.sqrt(square), closed.equilibrium_speed(governor, arm_angle=angles), rtol=1e-10)
     stiffness = coefficients.potential_second_derivative - 0.5 * square * coefficients.spindle_inertia_second_derivative

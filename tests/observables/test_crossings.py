@@ -12,7 +12,7 @@ import governor_mechanism as gm
 from governor_mechanism.model.events import EventKind, NamedCrossing
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.scenes.parser import parse_scene_document
-from reference.marks import VALVE_EVENTS
+from reference import marks
 
 ENGINES = [("reduced", 1e-10), ("multibody", 1e-10), ("impulse", 1e-6)]
 """Engines with the accuracy that they reach in these scenes within seconds."""
@@ -31,7 +31,7 @@ def crossing_times(run: gm.Trajectory) -> dict[str, list[float]]:
 def test_valve_events_are_those_of_the_closed_form(engine: str) -> None:
     run = gm.run("slide_valve_30", engine=engine)
     times = crossing_times(run)
-    for name, _, exact, *_ in VALVE_EVENTS[30][:4]:
+    for name, _, exact, *_ in marks.VALVE_EVENTS[30][:4]:
         found = np.array(times[name.removeprefix("crank end ").replace("-", "_")])
         # 30 rpm are 180 deg/s, for 4 s. The steam edge passes at no less than 0.1 m/s, so that an error of the reading of
         # 1e-6 x 3 m (accuracy, length scale) is one of 3e-5 s at most.

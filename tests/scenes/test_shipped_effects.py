@@ -13,7 +13,7 @@ from governor_mechanism.model.part import Spindle, Start
 from governor_mechanism.model.scene import RunSettings
 from governor_mechanism.scenes.library import shipped_scenes
 from printed_numbers import half_unit_of_last_digit
-from reference.zehnder import CYCLIC_MOTION, FOLD_JUMP, FRICTION_BAND, PORTER_MASSIVE_RODS
+from reference import zehnder
 
 MODELS = (
     "porter_dry_friction",
@@ -70,7 +70,7 @@ def test_dry_friction_lets_go_at_the_upper_end_of_the_band_and_holds_on_the_way_
     kinds = [event.kind for event in run.events[:3]]
     assert kinds == ["slips", "sticks", "slips"]
     up, stuck, down = (event.time for event in run.events[:3])
-    assert speed_at(run, up) == pytest.approx(FRICTION_BAND["rising_speed"], abs=1e-6)  # asked
+    assert speed_at(run, up) == pytest.approx(zehnder.FRICTION_BAND["rising_speed"], abs=1e-6)  # asked
     held = run.readings["arm_angle"][(run.times > stuck) & (run.times < down)]
     assert np.ptp(held) < 1e-14  # rounding
     # It falls at the lower end of the band of the angle that it had reached.
@@ -86,15 +86,15 @@ def test_at_rest_at_thirty_degrees_it_slips_at_either_end_of_the_band(engine, to
     slow = scene.with_changes(spindle=Spindle(times=(0.0, 12.0), speeds=(12.2, towards)), run=replace(scene.run, duration=12.0))
     first = gm.run(slow, engine=engine).events[0]
     assert first.kind == "slips"
-    assert 12.2 + (towards - 12.2) * first.time / 12.0 == pytest.approx(FRICTION_BAND[name], abs=1e-6)  # asked
+    assert 12.2 + (towards - 12.2) * first.time / 12.0 == pytest.approx(zehnder.FRICTION_BAND[name], abs=1e-6)  # asked
 
 
 @ENGINES
 def test_the_twitch_comes_every_turn_and_not_below_the_band(engine):
     run = run_of("porter_cyclic", engine)
     spindle = run.scene.spindle
-    assert spindle.speeds[0] == pytest.approx(CYCLIC_MOTION["mean_speed"], abs=5e-9)  # printed
-    assert spindle.speed_fluctuation == pytest.approx(1.2 * CYCLIC_MOTION["band"], abs=5e-6)  # as written in the scene
+    assert spindle.speeds[0] == pytest.approx(zehnder.CYCLIC_MOTION["mean_speed"], abs=5e-9)  # printed
+    assert spindle.speed_fluctuation == pytest.approx(1.2 * zehnder.CYCLIC_MOTION["band"], abs=5e-6)  # as written in the scene
     turns = run.scene.run.duration * spindle.speeds[0] / (2 * math.pi)
     slips = sum(event.kind == "slips" for event in run.events)
     assert abs(slips - 2 * turns) <= 1
@@ -147,7 +147,7 @@ def test_the_oil_brake_takes_the_swing(engine):
 
 def test_heavy_rods_rest_at_their_own_speed():
     scene = gm.load("porter_heavy_rods")
-    angle, speed, _, stiffness, inertia, square, _ = PORTER_MASSIVE_RODS["rows"][0]
+    angle, speed, _, stiffness, inertia, square, _ = zehnder.PORTER_MASSIVE_RODS["rows"][0]
     assert scene.spindle.speeds[0] == speed
     (rest,) = gm.equilibria(scene)
     assert math.degrees(rest.coordinate) == pytest.approx(angle, abs=1e-8)  # the speed has 12 digits
@@ -185,13 +185,13 @@ def test_the_improved_governor_jumps_up_and_falls_back_at_a_lower_speed(engine):
     kinds = ["leaves its stop", "strikes its stop", "rests on its stop"]
     assert [event.kind for event in run.events] == 2 * kinds
     times = [event.time for event in run.events]
-    assert speed_at(run, times[0]) == pytest.approx(FOLD_JUMP["stop_speed"], abs=1e-6)  # asked
-    assert speed_at(run, times[3]) == pytest.approx(FOLD_JUMP["stop_speed"], abs=1e-6)  # of the high stop, the same
-    low, high = (math.radians(stop) for stop in FOLD_JUMP["stops_deg"])
+    assert speed_at(run, times[0]) == pytest.approx(zehnder.FOLD_JUMP["stop_speed"], abs=1e-6)  # asked
+    assert speed_at(run, times[3]) == pytest.approx(zehnder.FOLD_JUMP["stop_speed"], abs=1e-6)  # of the high stop, the same
+    low, high = (math.radians(stop) for stop in zehnder.FOLD_JUMP["stops_deg"])
     between = run.readings["arm_angle"][(run.times > times[2]) & (run.times < times[3])]
     np.testing.assert_allclose(between, high, atol=1e-9)
     assert run.readings["arm_angle"][-1] == pytest.approx(low, abs=1e-9)
-    assert speed_at(run, times[5]) < FOLD_JUMP["lowest_speed"]
+    assert speed_at(run, times[5]) < zehnder.FOLD_JUMP["lowest_speed"]
     assert run.energy.dissipated_energy[-1] > 0
 
 
@@ -199,14 +199,16 @@ def test_the_improved_governor_is_told_as_before():
     rests = gm.equilibria("watt_improved", spindle_speed=6.4)
     assert [rest.stable for rest in rests] == [False, True]
     ((fold, speed),) = gm.speed_curve("watt_improved").folds
-    assert math.degrees(fold) == pytest.approx(FOLD_JUMP["least_stable_deg"], abs=1e-8)
-    assert speed == pytest.approx(FOLD_JUMP["lowest_speed"], abs=half_unit_of_last_digit(FOLD_JUMP["lowest_speed"]))
+    assert math.degrees(fold) == pytest.approx(zehnder.FOLD_JUMP["least_stable_deg"], abs=1e-8)
+    assert speed == pytest.approx(zehnder.FOLD_JUMP["lowest_speed"], abs=half_unit_of_last_digit(zehnder.FOLD_JUMP["lowest_speed"]))
 
 
 @ENGINES
-@pytest.mark.parametrize(("way", "start", "stop"), [("up", FOLD_JUMP["stops_deg"][0], 1), ("down", FOLD_JUMP["least_stable_deg"], 0)])
+@pytest.mark.parametrize(
+    ("way", "start", "stop"), [("up", zehnder.FOLD_JUMP["stops_deg"][0], 1), ("down", zehnder.FOLD_JUMP["least_stable_deg"], 0)]
+)
 def test_without_its_brake_the_improved_governor_shoots_across_in_the_time_of_the_reference(engine, way, start, stop):
-    scene, printed = gm.load("watt_improved"), FOLD_JUMP[way]
+    scene, printed = gm.load("watt_improved"), zehnder.FOLD_JUMP[way]
     quick = scene.with_changes(
         effects=tuple(one for one in scene.effects if not isinstance(one, Dashpot)),
         spindle=Spindle(speeds=(printed["speed"],)),
@@ -217,7 +219,7 @@ def test_without_its_brake_the_improved_governor_shoots_across_in_the_time_of_th
     strike = next(event for event in run.events if event.kind == "strikes its stop")
     # Speeds and angles of 12 digits let the time, of an unstable start, be wrong by some 1e-10.
     assert strike.time == pytest.approx(printed["time"], abs=1e-9)
-    assert run.readings["arm_angle"][-1] == pytest.approx(math.radians(FOLD_JUMP["stops_deg"][stop]), abs=1e-10)
+    assert run.readings["arm_angle"][-1] == pytest.approx(math.radians(zehnder.FOLD_JUMP["stops_deg"][stop]), abs=1e-10)
     # All of the arrival's energy is lost on the stop.
-    inertia = 2 * FOLD_JUMP["ball_mass"] * FOLD_JUMP["arm"] ** 2
+    inertia = 2 * zehnder.FOLD_JUMP["ball_mass"] * zehnder.FOLD_JUMP["arm"] ** 2
     assert run.energy.dissipated_energy[-1] == pytest.approx(0.5 * inertia * printed["arrival_rate"] ** 2, rel=1e-9)

@@ -18,7 +18,7 @@ from governor_mechanism.model.part import Start
 from governor_mechanism.statics.controlling_force import compute_controlling_force
 from governor_scenes import CROSSED, EXTENDED, PORTER, UNCROSSED_LINKS, WATT, governor_scene, random_governor
 from hartung_scenes import PAPER_DIMENSIONS, hartung_scene
-from reference.hartung import GOVERNOR, GRAVITY
+from reference import hartung
 
 RPM = math.pi / 30
 G = 9.81
@@ -64,14 +64,16 @@ def test_watts_controlling_force_is_that_of_a_conical_pendulum():
 def test_the_hartung_governor_has_dubois_controlling_force():
     """C = P + (Q / 2) (b / a) sin(g + x) / cos(x) + G tan(x) with the spring P linear in the radius."""
     angles = np.radians([-12.0, 0.0, 13.0])
-    a, b, lever = GOVERNOR["weight_arm"], GOVERNOR["sleeve_arm"], GOVERNOR["angle"]
-    radius = GOVERNOR["fulcrum_radius"] - a * np.sin(angles)
+    a, b, lever = hartung.GOVERNOR["weight_arm"], hartung.GOVERNOR["sleeve_arm"], hartung.GOVERNOR["angle"]
+    radius = hartung.GOVERNOR["fulcrum_radius"] - a * np.sin(angles)
     spring = PAPER_DIMENSIONS["spring_preload"] + PAPER_DIMENSIONS["spring_rate"] * (radius - PAPER_DIMENSIONS["preload_radius"])
-    weights = 0.5 * GOVERNOR["sleeve_mass"] * (b / a) * np.sin(lever + angles) / np.cos(angles) + GOVERNOR["weight_mass"] * np.tan(angles)
+    weights = 0.5 * hartung.GOVERNOR["sleeve_mass"] * (b / a) * np.sin(lever + angles) / np.cos(angles) + hartung.GOVERNOR[
+        "weight_mass"
+    ] * np.tan(angles)
     curve = compute_controlling_force(hartung_scene(PAPER_DIMENSIONS), angles)
     assert (curve.radius_name, curve.n_balls) == ("weight_radius", 2)
     np.testing.assert_allclose(curve.radius, radius, rtol=1e-12)
-    np.testing.assert_allclose(curve.force, spring + weights * GRAVITY, rtol=1e-11)
+    np.testing.assert_allclose(curve.force, spring + weights * hartung.GRAVITY, rtol=1e-11)
 
 
 # Printed examples.

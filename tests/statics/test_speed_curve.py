@@ -21,10 +21,10 @@ from governor_mechanism.model.part import Start
 from governor_mechanism.statics.equilibria import find_equilibria, find_equilibria_or_empty
 from governor_mechanism.statics.speed_curve import compute_insensitivity_band, compute_speed_curve, equilibrium_speed_at
 from governor_scenes import CROSSED, EXTENDED, PORTER, UNCROSSED_LINKS, WATT, governor_scene, random_governor
-from reference.zehnder import CROSSED_MARKS, EQUILIBRIUM_TABLES, FOLD_JUMP, FRICTION_BAND
+from reference import EQUILIBRIUM_TABLES, zehnder
 
 POINTS_AND_LINKS = {name: table for name, table in EQUILIBRIUM_TABLES.items() if "arm_mass" not in table["dimensions"]}
-IMPROVED = {"arm": FOLD_JUMP["arm"], "offset": FOLD_JUMP["offset"], "ball_mass": FOLD_JUMP["ball_mass"]}
+IMPROVED = {"arm": zehnder.FOLD_JUMP["arm"], "offset": zehnder.FOLD_JUMP["offset"], "ball_mass": zehnder.FOLD_JUMP["ball_mass"]}
 
 
 def scene_of(dimensions, speed=10.0):
@@ -55,34 +55,34 @@ def test_every_row_of_the_tables_is_met(name):
 
 def test_the_jumping_governor_has_its_two_equilibria_and_its_fold():
     scene = scene_of(IMPROVED)
-    for degrees, speed, _, squared in FOLD_JUMP["rows"]:
+    for degrees, speed, _, squared in zehnder.FOLD_JUMP["rows"]:
         rests = find_equilibria(scene, speed)
         near = min(rests, key=lambda rest: abs(rest.coordinate - math.radians(degrees)))
-        if abs(degrees - FOLD_JUMP["least_stable_deg"]) > 1:  # at the fold itself two flow together
+        if abs(degrees - zehnder.FOLD_JUMP["least_stable_deg"]) > 1:  # at the fold itself two flow together
             assert math.degrees(near.coordinate) == pytest.approx(degrees, abs=1e-7)  # speeds in twelve digits
             assert near.frequency**2 - near.divergence_rate**2 == pytest.approx(squared, rel=1e-8)
             assert near.stable == (squared > 0)
     ((angle, speed),) = compute_speed_curve(scene).folds
-    assert math.degrees(angle) == pytest.approx(FOLD_JUMP["least_stable_deg"], abs=1e-9)
-    assert speed == pytest.approx(FOLD_JUMP["lowest_speed"], abs=1e-9)  # asked
+    assert math.degrees(angle) == pytest.approx(zehnder.FOLD_JUMP["least_stable_deg"], abs=1e-9)
+    assert speed == pytest.approx(zehnder.FOLD_JUMP["lowest_speed"], abs=1e-9)  # asked
 
 
 def test_below_the_fold_there_is_no_rest_and_above_there_are_two():
     scene = scene_of(CROSSED)
-    lowest = CROSSED_MARKS["lowest_speed"]
+    lowest = zehnder.CROSSED_MARKS["lowest_speed"]
     with pytest.raises(gm.MechanismError, match=r"has no equilibrium in its travel, .* speeds from 135\.615 rpm"):
         find_equilibria(scene, lowest * (1 - 1e-6))
     pair = find_equilibria(scene, lowest * (1 + 1e-6))  # closer together than the points of the scan
     assert [rest.stable for rest in pair] == [False, True]
     ((angle, speed),) = compute_speed_curve(scene).folds
     assert speed == pytest.approx(lowest, abs=1e-9)
-    assert math.degrees(angle) == pytest.approx(CROSSED_MARKS["least_stable_deg"], abs=1e-7)
+    assert math.degrees(angle) == pytest.approx(zehnder.CROSSED_MARKS["least_stable_deg"], abs=1e-7)
 
 
 def test_the_standing_band_is_zehnders():
-    angle = np.radians([FRICTION_BAND["arm_angle_deg"]])
-    band = compute_insensitivity_band(scene_of(PORTER), angle, FRICTION_BAND["resistance"])
-    expected = [FRICTION_BAND[name] for name in ("falling_speed", "rising_speed", "insensitivity_exact")]
+    angle = np.radians([zehnder.FRICTION_BAND["arm_angle_deg"]])
+    band = compute_insensitivity_band(scene_of(PORTER), angle, zehnder.FRICTION_BAND["resistance"])
+    expected = [zehnder.FRICTION_BAND[name] for name in ("falling_speed", "rising_speed", "insensitivity_exact")]
     found = [band.falling_speed[0], band.rising_speed[0], band.insensitivity[0]]
     np.testing.assert_allclose(found, expected, rtol=1e-10)  # asked
     held = compute_insensitivity_band(scene_of(PORTER), angle, 1e4)
@@ -96,7 +96,7 @@ def test_the_band_lies_about_the_curve_and_along_it():
     band = curve.insensitivity_band
     assert np.all((band.falling_speed < curve.speed) & (curve.speed < band.rising_speed))
     # In Zehnder's rhombus the insensitivity is the same everywhere: W / ((M + m) g), exactly taken.
-    np.testing.assert_allclose(band.insensitivity[1:-1], FRICTION_BAND["insensitivity_exact"], rtol=1e-9)
+    np.testing.assert_allclose(band.insensitivity[1:-1], zehnder.FRICTION_BAND["insensitivity_exact"], rtol=1e-9)
     none = gm.speed_curve("porter", 51, resistance=0.0).insensitivity_band
     np.testing.assert_allclose(none.falling_speed, none.rising_speed, rtol=1e-15)
 
@@ -105,9 +105,9 @@ def test_the_band_lies_about_the_curve_and_along_it():
 @pytest.mark.parametrize("way", ["up", "down"])
 def test_the_jump_takes_its_time(engine, way):
     """Undamped from rest: up from 25 to 40 degrees, down from the fold to 25 degrees."""
-    jump = FOLD_JUMP[way]
-    start = FOLD_JUMP["stops_deg"][0] if way == "up" else FOLD_JUMP["least_stable_deg"]
-    stop, sign = (FOLD_JUMP["stops_deg"][1], 1.0) if way == "up" else (FOLD_JUMP["stops_deg"][0], -1.0)
+    jump = zehnder.FOLD_JUMP[way]
+    start = zehnder.FOLD_JUMP["stops_deg"][0] if way == "up" else zehnder.FOLD_JUMP["least_stable_deg"]
+    stop, sign = (zehnder.FOLD_JUMP["stops_deg"][1], 1.0) if way == "up" else (zehnder.FOLD_JUMP["stops_deg"][0], -1.0)
     scene = scene_of(IMPROVED, speed=jump["speed"]).with_changes(start=Start(values={"arm_angle": math.radians(start)}))
     run = gm.run(scene, engine=engine, times=[jump["time"]], accuracy=1e-10)
     assert run.outcome.ok

@@ -9,7 +9,7 @@ import governor_mechanism as gm
 from governor_mechanism.studies.fitting import search
 from governor_mechanism.studies.sweep import workers
 from interruptions import interrupt_at_call
-from reference.mechanisms import ANDREWS
+from reference import mechanisms
 
 NOISE = 1e-4
 """Standard deviation of a measured lift, m."""
@@ -272,11 +272,13 @@ def test_json_has_all_values(worn, lift, tmp_path):
 def test_printed_angles_determine_the_torque_of_the_motor():
     """The Test Set of Bari and CWI prints the angles of Andrews' mechanism at 0.03 s under 0.033 N m."""
     printed = {
-        name: [value] for name, value in zip(ANDREWS["names"], ANDREWS["published"], strict=True) if name in ("beta", "gamma", "Phi")
+        name: [value]
+        for name, value in zip(mechanisms.ANDREWS["names"], mechanisms.ANDREWS["published"], strict=True)
+        if name in ("beta", "gamma", "Phi")
     }
     guess = gm.load("andrews_squeezer").replace({"force.motor.moment": "0.0325 N m"})
     bounds = {"force.motor.moment": ("0.032 N m", "0.034 N m")}
-    fit = gm.fit(guess, {"time": [ANDREWS["time"]], **printed}, bounds, noise=1e-8, starts=1)
+    fit = gm.fit(guess, {"time": [mechanisms.ANDREWS["time"]], **printed}, bounds, noise=1e-8, starts=1)
     assert fit.values["force.motor.moment"] == pytest.approx(0.033, rel=1e-8)
 
 

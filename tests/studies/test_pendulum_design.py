@@ -64,7 +64,7 @@ def test_the_rule_of_the_start_radius_compares_with_arms_at_45_deg(inputs):
 @pytest.mark.parametrize("row", zehnder.DESIGN["upper_positions"], ids=["radius of curvature", "shortened", "on the axis"])
 def test_shorter_arms_keep_the_start_and_swing_less(row):
     arm, offset, angle, radius, lift = row
-    design = gm.design_pendulum(**({"offset": 0} if offset == 0 else {} if arm is None else {"arm": arm}))
+    design = gm.design_pendulum(**({"offset": 0} if offset == 0 else {} if arm == "radius of curvature" else {"arm": arm}))
     assert design.governor.offset == pytest.approx(offset, rel=1e-10)  # a difference of lengths, which loses a digit
     found = (math.degrees(design.arm_angles[1]), design.ball_radii[1], design.sleeve_lift)
     assert found == pytest.approx((angle, radius, lift), rel=1e-10)  # an angle to twelve digits, and cosines that differ little

@@ -14,22 +14,22 @@ from governor_mechanism.render.figures.regulation import clearance_figure, cycli
 from governor_mechanism.studies.regulation.cyclic_irregularity import study_clearance, study_cyclic_motion
 from governor_mechanism.studies.regulation.speed_changes import SettlingStudy, study_fold_jump, study_settling
 from printed_numbers import half_unit_of_last_digit
-from reference.zehnder import CYCLIC_MOTION, FOLD_JUMP, SLOW_FOLD_JUMP
+from reference import zehnder
 
 
 def by_lagrange(rate, start, angle, way):
     """Where the improved Watt governor passes its fold, by its equation of motion with one coordinate."""
-    arm, offset, mass = (FOLD_JUMP[name] for name in ("arm", "offset", "ball_mass"))
+    arm, offset, mass = (zehnder.FOLD_JUMP[name] for name in ("arm", "offset", "ball_mass"))
 
     def slope(time, state):
         angle, turn = state
         speed = start + way * rate * time
         radius = offset + arm * math.sin(angle)
         moment = 2 * mass * arm * (speed**2 * radius * math.cos(angle) - 9.81 * math.sin(angle))
-        return [turn, (moment - SLOW_FOLD_JUMP["brake"] * turn) / (2 * mass * arm**2)]
+        return [turn, (moment - zehnder.SLOW_FOLD_JUMP["brake"] * turn) / (2 * mass * arm**2)]
 
     def through(time, state):
-        return state[0] - math.radians(FOLD_JUMP["least_stable_deg"])
+        return state[0] - math.radians(zehnder.FOLD_JUMP["least_stable_deg"])
 
     through.terminal = True
     found = solve_ivp(slope, (0, 1e3), [angle, 0.0], method="DOP853", events=through, rtol=1e-12, atol=1e-13)
@@ -41,13 +41,13 @@ def jumped():
     return study_fold_jump(gm.load("watt_improved"), [4e-3, 1e-3, 2.5e-4, 1e-4])
 
 
-@pytest.mark.parametrize(("rate", "up", "down"), SLOW_FOLD_JUMP["passages"])
+@pytest.mark.parametrize(("rate", "up", "down"), zehnder.SLOW_FOLD_JUMP["passages"])
 def test_the_jump_passes_where_the_reference_says(jumped, rate, up, down):
     k = list(jumped.ramp_rates).index(rate)
     for speed, printed, start in zip(
-        (jumped.rising_speeds[k], jumped.falling_speeds[k]), (up, down), SLOW_FOLD_JUMP["starts"], strict=True
+        (jumped.rising_speeds[k], jumped.falling_speeds[k]), (up, down), zehnder.SLOW_FOLD_JUMP["starts"], strict=True
     ):
-        step = math.copysign(SLOW_FOLD_JUMP["step"] * rate, speed - start)
+        step = math.copysign(zehnder.SLOW_FOLD_JUMP["step"] * rate, speed - start)
         read = start + math.floor((speed - start) / step) * step
         assert read == pytest.approx(printed, abs=half_unit_of_last_digit(printed, 7))
 
@@ -55,7 +55,7 @@ def test_the_jump_passes_where_the_reference_says(jumped, rate, up, down):
 @pytest.mark.parametrize("rate", [4e-3, 1e-3])
 def test_the_jump_agrees_with_the_equation_of_one_coordinate(jumped, rate):
     k = list(jumped.ramp_rates).index(rate)
-    up = by_lagrange(rate, FOLD_JUMP["stop_speed"], math.radians(25.0), 1)
+    up = by_lagrange(rate, zehnder.FOLD_JUMP["stop_speed"], math.radians(25.0), 1)
     # The scene asks for 1e-6 of the arm, and its steps are held a hundred times tighter.
     assert jumped.rising_speeds[k] == pytest.approx(up, abs=1e-9)
     rest = gm.equilibria("watt_improved", spindle_speed=6.5)[-1].coordinate
@@ -64,10 +64,12 @@ def test_the_jump_agrees_with_the_equation_of_one_coordinate(jumped, rate):
 
 def test_the_jump_leaves_its_stop_at_the_static_speed(jumped):
     assert jumped.stop_speed == pytest.approx(
-        FOLD_JUMP["stop_speed"], abs=half_unit_of_last_digit(FOLD_JUMP["stop_speed"])
+        zehnder.FOLD_JUMP["stop_speed"], abs=half_unit_of_last_digit(zehnder.FOLD_JUMP["stop_speed"])
     )  # half a printed digit, and rounding
-    assert jumped.fold_speed == pytest.approx(FOLD_JUMP["lowest_speed"], abs=half_unit_of_last_digit(FOLD_JUMP["lowest_speed"]))
-    assert math.degrees(jumped.fold_position) == pytest.approx(FOLD_JUMP["least_stable_deg"], abs=1e-8)  # where the curve is flat
+    assert jumped.fold_speed == pytest.approx(
+        zehnder.FOLD_JUMP["lowest_speed"], abs=half_unit_of_last_digit(zehnder.FOLD_JUMP["lowest_speed"])
+    )
+    assert math.degrees(jumped.fold_position) == pytest.approx(zehnder.FOLD_JUMP["least_stable_deg"], abs=1e-8)  # where the curve is flat
     np.testing.assert_allclose(jumped.leaving_speeds, jumped.stop_speed, atol=1e-10)
 
 
@@ -100,7 +102,7 @@ def twitched():
 
 
 def test_twitching_begins_where_the_unevenness_exceeds_the_band(twitched):
-    assert twitched.insensitivity_band == pytest.approx(CYCLIC_MOTION["band"], abs=1e-9)
+    assert twitched.insensitivity_band == pytest.approx(zehnder.CYCLIC_MOTION["band"], abs=1e-9)
     assert twitched.threshold == pytest.approx(1.0, abs=1e-4)
     assert np.array_equal(twitched.amplitudes > 0, twitched.fluctuation_ratios > 1)
     assert np.all(np.diff(twitched.amplitudes[1:]) > 0)

@@ -58,8 +58,8 @@ def test_the_trial_speeds_of_the_design_are_met() -> None:
 @pytest.mark.parametrize("row", DESIGN["upper_positions"], ids=["radius of curvature", "shorter", "on the axis"])
 def test_the_upper_position_of_the_design_is_the_only_one_above_the_start(row: tuple[Any, ...]) -> None:
     arm, offset, degrees, abscissa, lift = row
-    length = {None: RADIUS, 0.3: 0.3}.get(arm, START / math.sin(START_ANGLE))
-    if arm is not None:
+    length = {"radius of curvature": RADIUS, 0.3: 0.3}.get(arm, START / math.sin(START_ANGLE))
+    if arm != "radius of curvature":
         is_printed(length, arm)
     governor = design(length)
     assert abs(governor.offset - offset) <= max(half_unit_of_last_digit(offset), 1e-16)  # zero to rounding on the axis

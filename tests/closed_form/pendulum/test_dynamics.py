@@ -16,11 +16,11 @@ from governor_mechanism.closed_form import pendulum
 from governor_mechanism.closed_form.pendulum import PendulumGovernor
 from governor_mechanism.errors import MechanismError
 from printed_numbers import is_printed
+from reference import EQUILIBRIUM_TABLES, zehnder
 from reference import pendulum as linkage
-from reference import zehnder
 
 RPM = math.tau / 60
-ROWS = [(name, row) for name, table in zehnder.EQUILIBRIUM_TABLES.items() for row in table["rows"]]
+ROWS = [(name, row) for name, table in EQUILIBRIUM_TABLES.items() for row in table["rows"]]
 
 
 def governor_of(table: dict[str, Any]) -> PendulumGovernor:
@@ -123,7 +123,7 @@ def slope_of(function: Callable[[Any], Any], at: float, step: float = 1e-3) -> f
 
 @pytest.mark.parametrize(("name", "row"), ROWS, ids=lambda value: value if isinstance(value, str) else f"{value[0]}deg")
 def test_every_row_of_the_tables_is_met_to_the_printed_digits(name: str, row: tuple[float, ...]) -> None:
-    table = zehnder.EQUILIBRIUM_TABLES[name]
+    table = EQUILIBRIUM_TABLES[name]
     governor, angle = governor_of(table), math.radians(row[0])
     speed = pendulum.equilibrium_speed(governor, arm_angle=angle)
     is_printed(speed, row[1])
