@@ -65,7 +65,7 @@ INNER_FOLDERS = {
         {"selection"},
         {"__init__"},
     ],
-    "engines/impulse": [{"pymunk"}, {"*"}],
+    "engines/impulse": [{"applied_forces"}, {"pymunk_model"}, {"*"}],
     "papers": [
         {"erratum"},
         {"dubois", "redtenbacher", "zehnder"},
@@ -75,7 +75,6 @@ INNER_FOLDERS = {
         {"droop"},
         {"damping", "dead_band", "shaking"},
         {"rules_study"},
-        {"rules_figure"},
     ],
     "render": [
         {"*"},
@@ -121,7 +120,7 @@ ROOMS_OF_MANY = {"closed_form", "effects", "machines", "render/machines", "verif
 """Folders with one file for each closed form, effect, machine or joint, whose files are read one at a time."""
 
 ONLY = {
-    "pymunk": {"engines/impulse/pymunk"},
+    "pymunk": {"engines/impulse/applied_forces.py", "engines/impulse/pymunk_model.py"},
     "matplotlib": {"render", "papers"},
     "PIL": {"render"},
     "imageio": {"render"},

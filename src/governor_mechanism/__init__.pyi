@@ -49,7 +49,7 @@ from governor_mechanism.errors import UnsupportedEffect as UnsupportedEffect
 from governor_mechanism.mechanics.kinematics.kinematic_analysis import Kinematics as Kinematics
 from governor_mechanism.model.mechanism import Mechanism as Mechanism
 from governor_mechanism.model.motion_state import MotionState as MotionState
-from governor_mechanism.model.results.film_options import FilmOptions as FilmOptions
+from governor_mechanism.model.results.pictures import FilmOptions as FilmOptions
 from governor_mechanism.model.results.records import Energy as Energy
 from governor_mechanism.model.results.records import Outcome as Outcome
 from governor_mechanism.model.results.records import Reaction as Reaction

@@ -254,7 +254,7 @@ MARK_FIRST_STEP = """
 import sys
 from pathlib import Path
 from governor_mechanism.cli.main import main
-from governor_mechanism.engines.impulse.pymunk.model import PymunkModel
+from governor_mechanism.engines.impulse.pymunk_model import PymunkModel
 
 marker, step = Path(sys.argv.pop(1)), PymunkModel.step
 

@@ -8,8 +8,7 @@ import governor_mechanism as gm
 from command_line import invoke
 from governor_mechanism.cli.options import COMMAND_WORDS, FILM_PARAMETERS, gather_film_options, in_command_words
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.model.results.film_options import PYTHON_WORDS, FilmLayout, FilmOptionError, FilmOptions, FilmView
-from governor_mechanism.model.results.pictures import Theme
+from governor_mechanism.model.results.pictures import PYTHON_WORDS, FilmLayout, FilmOptionError, FilmOptions, FilmView, Theme
 from governor_mechanism.render.film.timing import select_time_span
 
 DEFAULTS = {one.name: one.default for one in FILM_PARAMETERS}

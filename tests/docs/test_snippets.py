@@ -12,8 +12,8 @@ from documentation_pages import PAGES, ROOT, check_options, commands, named_scen
 from governor_mechanism.model.joints import Gear
 from governor_mechanism.scenes.library import catalogue_scenes, shipped_scenes
 from governor_mechanism.scenes.parser import parse_scene_document
+from governor_mechanism.studies.sweep.quantities import SCENE_RULES
 from governor_mechanism.studies.sweep.rules import ENGINE_RULES, STATISTICS, VALVE_RULES
-from governor_mechanism.studies.sweep.scene_rules import SCENE_RULES
 
 SHORT, SHORT_FILMED = "0.1", "1"
 """Durations (s) of runs of commands: they show as well that the options are understood. Films of shorter runs are slowed, and longer."""

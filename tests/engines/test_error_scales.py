@@ -6,7 +6,7 @@ import pytest
 import governor_mechanism as gm
 from governor_mechanism.mechanics.dynamics import force_laws
 from governor_mechanism.mechanics.dynamics.characteristic_scales import time_scale
-from governor_mechanism.observables import mechanical_energy
+from governor_mechanism.observables import run_result
 from scene_documents import between, custom_document
 
 
@@ -49,7 +49,7 @@ def test_motion_and_energy_that_contradict_each_other_fail_the_certificate(engin
     honest = gm.run("porter", engine=engine, accuracy=1e-6)
     assert honest.outcome is gm.Outcome.DONE
     # As if the equations of motion had a weight that is wrong by one per mille.
-    monkeypatch.setattr(mechanical_energy, "gravitational_energy", lambda *arguments: 1.001 * force_laws.gravitational_energy(*arguments))
+    monkeypatch.setattr(run_result, "gravitational_energy", lambda *arguments: 1.001 * force_laws.gravitational_energy(*arguments))
     wrong = gm.run(honest.scene.with_changes(title="without what is kept with the scene"), engine=engine, accuracy=1e-6)
     assert wrong.outcome is gm.Outcome.ACCURACY_MISSED
     assert "the energy balance drifts" in wrong.message

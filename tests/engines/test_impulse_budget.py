@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from governor_mechanism.engines import ImpulseEngine, MultibodyEngine
-from governor_mechanism.engines.impulse.pymunk.model import PymunkModel
+from governor_mechanism.engines.impulse.pymunk_model import PymunkModel
 from governor_mechanism.engines.impulse.settings import ImpulseSettings, WorkBudget
 from governor_mechanism.model.results.records import Outcome
 from governor_mechanism.model.scene import Scene

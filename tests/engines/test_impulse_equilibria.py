@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from governor_mechanism.engines import ImpulseEngine
-from governor_mechanism.engines.impulse.pymunk.model import PymunkModel
+from governor_mechanism.engines.impulse.pymunk_model import PymunkModel
 from governor_mechanism.engines.impulse.time_inputs import TimeInputs
 from governor_mechanism.mechanics.kinematics.assembly import PositionSolver
 from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output

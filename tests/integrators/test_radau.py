@@ -12,8 +12,16 @@ from scipy.integrate import solve_ivp
 from scipy.integrate._ivp import radau
 
 from governor_mechanism.integrators.radau import RadauLimits, StiffEquationFunctions, make_radau
-from governor_mechanism.integrators.radau_stages import finish_increments, interpolate_state, make_error_estimate, make_newton_iteration
-from governor_mechanism.integrators.radau_systems import RadauBuffers, factorise_matrices, make_radau_buffers, make_radau_tableau
+from governor_mechanism.integrators.radau_stages import (
+    RadauBuffers,
+    factorise_matrices,
+    finish_increments,
+    interpolate_state,
+    make_error_estimate,
+    make_newton_iteration,
+    make_radau_buffers,
+    make_radau_tableau,
+)
 from governor_mechanism.integrators.stages import StepCounter
 from governor_mechanism.integrators.step_record import NO_STEPS, IntegrationStatus, make_step_record, record_step
 from governor_mechanism.numerics.jit import jit_in_place

@@ -10,8 +10,7 @@ import governor_mechanism as gm
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.live.conversation import respond
 from governor_mechanism.live.quantities import find_choices
-from governor_mechanism.live.saving import write_scene
-from governor_mechanism.live.session import Session
+from governor_mechanism.live.session import Session, write_scene
 
 
 @pytest.fixture

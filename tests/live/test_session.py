@@ -16,8 +16,7 @@ from governor_mechanism.live.conversation import respond
 from governor_mechanism.live.describing import describe_outcome, show_whole_run
 from governor_mechanism.live.grips import TRAVEL_SAMPLES, find_grips
 from governor_mechanism.live.quantities import find_quantities, split_quantity
-from governor_mechanism.live.saving import write_scene
-from governor_mechanism.live.session import LEAST_HELD_STEPS, Session
+from governor_mechanism.live.session import LEAST_HELD_STEPS, Session, write_scene
 from governor_mechanism.model.events import EventKind
 from governor_mechanism.render.style import colour_rules
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from governor_mechanism.integrators.radau_systems import factorise_lu, solve_lu
+from governor_mechanism.integrators.radau_stages import factorise_lu, solve_lu
 
 
 @pytest.mark.parametrize("kind", [np.float64, np.complex128])

@@ -9,8 +9,8 @@ import pytest
 
 import governor_mechanism as gm
 from governor_mechanism.mechanics.kinematics.assembly import PositionSolver
-from governor_mechanism.observables.assemblies.block_equations import count_paths, solve_bilinear_system
-from governor_mechanism.observables.assemblies.enumeration import enumerate_configurations
+from governor_mechanism.observables.block_equations import count_paths, solve_bilinear_system
+from governor_mechanism.observables.closed_configurations import enumerate_configurations
 
 MAX_GAP = 1e-10
 """Largest gap of a joint that counts as closed, length scales."""

@@ -12,8 +12,7 @@ from matplotlib.text import Text
 import governor_mechanism as gm
 from decoding import decode_film, pixel_of
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.model.results.film_options import FilmKeywords, FilmLayout, FilmOptions
-from governor_mechanism.model.results.pictures import Theme
+from governor_mechanism.model.results.pictures import FilmKeywords, FilmLayout, FilmOptions, Theme
 from governor_mechanism.render.artists import themed_colour
 from governor_mechanism.render.film.frame_painter import ForceArrows, FramePainter
 from governor_mechanism.render.film.moving_parts import CurvePanel

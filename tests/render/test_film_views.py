@@ -13,7 +13,7 @@ from governor_mechanism.effects.holding import Stops
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.machines.pendulum import PendulumGovernor
 from governor_mechanism.model.part import FreeSpindle
-from governor_mechanism.model.results.film_options import FilmOptions, FilmView
+from governor_mechanism.model.results.pictures import FilmOptions, FilmView
 from governor_mechanism.render.film.frame_painter import FramePainter
 from governor_mechanism.render.film.layout import REFERENCE_SIZE, frame_layout
 from governor_mechanism.render.film.moving_parts import CurvePanel

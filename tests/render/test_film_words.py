@@ -9,11 +9,18 @@ from hypothesis import given
 from hypothesis import strategies as st
 from matplotlib.text import Text
 
-from governor_mechanism.model.results.film_options import FilmLayout, FilmOptions
+from governor_mechanism.model.results.pictures import FilmLayout, FilmOptions
 from governor_mechanism.render.film.frame_canvas import NAME_HEIGHTS, FrameCanvas, HeadingRow, PlotHeading
 from governor_mechanism.render.film.frame_painter import ElevationOverlay, FramePainter
-from governor_mechanism.render.film.label_places import LABEL_PITCH, place_labels, thin_out_numbers
-from governor_mechanism.render.film.labels import Label, break_lines, find_labels, shares_within
+from governor_mechanism.render.film.labels import (
+    LABEL_PITCH,
+    Label,
+    break_lines,
+    find_labels,
+    place_labels,
+    shares_within,
+    thin_out_numbers,
+)
 from governor_mechanism.render.film.moving_parts import CurvePanel
 from governor_mechanism.render.frame_data import FrameData
 from governor_mechanism.render.geometry.attached import shapes_of

@@ -9,7 +9,7 @@ from numpy.testing import assert_allclose
 
 import governor_mechanism as gm
 from decoding import unpack_numbers
-from governor_mechanism.model.results.film_options import FilmOptions
+from governor_mechanism.model.results.pictures import FilmOptions
 from governor_mechanism.render.figures.page import Page
 from governor_mechanism.render.film.moving_parts import CURVE_WIDTH, plot_panel
 from governor_mechanism.render.film.painters import make_painter

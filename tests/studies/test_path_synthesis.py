@@ -7,8 +7,7 @@ import pytest
 
 import governor_mechanism as gm
 from governor_mechanism.studies.synthesis import path as path_module
-from governor_mechanism.studies.synthesis.judging import DEFECTS, judge
-from governor_mechanism.studies.synthesis.linkage import FourBarLinkage, check_linkage
+from governor_mechanism.studies.synthesis.linkage import DEFECTS, FourBarLinkage, check_linkage, judge
 from governor_mechanism.studies.synthesis.path import find_cognates, find_linkages, read_path_task
 
 

@@ -32,7 +32,7 @@ def design_flywheel(**inputs: float | str) -> gm.FlywheelDesign:
     3996
     """
     from governor_mechanism.studies.design import flywheel
-    from governor_mechanism.units.inputs import change_inputs
+    from governor_mechanism.units.fields import change_inputs
 
     return flywheel.design_flywheel(change_inputs(flywheel.PAPER_INPUTS, inputs))
 
@@ -69,7 +69,7 @@ def design_governed_engine(**inputs: float | str) -> gm.GovernedEngineDesign:
     2926
     """
     from governor_mechanism.studies.design import engine_governor, governed_engine
-    from governor_mechanism.units.inputs import change_inputs
+    from governor_mechanism.units.fields import change_inputs
 
     return governed_engine.design_governed_engine(change_inputs(engine_governor.DEFAULT_INPUTS, inputs))
 
@@ -103,7 +103,7 @@ def design_pendulum(**inputs: float | str) -> gm.PendulumDesign:
     36.128
     """
     from governor_mechanism.studies.design import pendulum
-    from governor_mechanism.units.inputs import change_inputs
+    from governor_mechanism.units.fields import change_inputs
 
     return pendulum.design_pendulum(change_inputs(pendulum.DEFAULT_INPUTS, inputs))
 
@@ -137,6 +137,6 @@ def design_hartnell(**inputs: float | str) -> gm.HartnellDesign:
     (19.75, 20.69)
     """
     from governor_mechanism.studies.design import hartnell
-    from governor_mechanism.units.inputs import change_inputs
+    from governor_mechanism.units.fields import change_inputs
 
     return hartnell.design_hartnell(change_inputs(hartnell.DEFAULT_INPUTS, inputs))

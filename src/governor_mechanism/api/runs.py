@@ -9,7 +9,7 @@ from typing import Unpack
 import governor_mechanism as gm
 from governor_mechanism.api.scenes import as_scene
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.model.results.film_options import FilmKeywords, FilmOptions, show_film_options
+from governor_mechanism.model.results.pictures import FilmKeywords, FilmOptions, show_film_options
 from governor_mechanism.units.problems import FLAG, PATH, check_arguments
 
 

@@ -27,8 +27,8 @@ from governor_mechanism.model.joints import (
     Weld,
 )
 from governor_mechanism.model.mechanism import Mechanism
-from governor_mechanism.observables.assemblies.blocks import angle_driver, count_undetermined, hold_needed_angles
-from governor_mechanism.observables.assemblies.enumeration import ClosedConfigurations, enumerate_configurations
+from governor_mechanism.observables.closed_configurations import ClosedConfigurations, enumerate_configurations
+from governor_mechanism.observables.constraint_blocks import angle_driver, count_undetermined, hold_needed_angles
 from governor_mechanism.scenes.custom.parser import HIGHEST, NEAREST, CustomMachineParser, choose_configuration
 from governor_mechanism.scenes.parser import parse_scene_document
 from governor_mechanism.types import FloatArray

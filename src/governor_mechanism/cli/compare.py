@@ -15,7 +15,7 @@ import governor_mechanism as gm
 from governor_mechanism.cli import console
 from governor_mechanism.cli.options import check_film, complete_scene, in_command_words, load_changed, parse_range
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.model.results.film_options import FilmOptions
+from governor_mechanism.model.results.pictures import FilmOptions
 from governor_mechanism.render.figure_files import FigureFiles
 from governor_mechanism.units.quantities import number_or_text
 

@@ -27,7 +27,7 @@ from governor_mechanism.cli.options import (
 )
 from governor_mechanism.errors import GovernorMechanismError, MechanismError
 from governor_mechanism.files.writing import format_json
-from governor_mechanism.model.results.film_options import FilmOptions
+from governor_mechanism.model.results.pictures import FilmOptions
 from governor_mechanism.render.figure_files import FigureFiles
 
 AsJson = Annotated[bool, typer.Option("--json", help="Print one JSON object to standard output, and nothing else.")]

@@ -60,7 +60,7 @@ class DesignCommand(console.StrictCommand):
     def list_inputs(self) -> list[tuple[str, str]]:
         """Return the option of each input with its unit, and its meaning with its default."""
         from governor_mechanism.studies.design.simulated import PROCEDURES
-        from governor_mechanism.units.inputs import describe_inputs
+        from governor_mechanism.units.fields import describe_inputs
 
         return describe_inputs(PROCEDURES[str(self.name)].inputs)
 
@@ -105,7 +105,7 @@ def _design(
 
 def _replace_inputs(defaults: Any, assignments: Sequence[str], options: Mapping[str, str]) -> Any:
     """Return the default inputs with those of --with, and of the options with the names of inputs, in their place."""
-    from governor_mechanism.units.inputs import option_of, parse_assignments
+    from governor_mechanism.units.fields import option_of, parse_assignments
 
     names = options if assignments else [one.name for one in dataclasses.fields(defaults)]
     remember_options({name: option_of(name) for name in names})

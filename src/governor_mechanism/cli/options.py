@@ -18,8 +18,7 @@ import typer
 
 import governor_mechanism as gm
 from governor_mechanism.errors import MechanismError, did_you_mean
-from governor_mechanism.model.results.film_options import FilmFormat, FilmOptionError, FilmOptions
-from governor_mechanism.model.results.pictures import CommandOption, Theme
+from governor_mechanism.model.results.pictures import CommandOption, FilmFormat, FilmOptionError, FilmOptions, Theme
 from governor_mechanism.render.figure_files import FigureFiles
 from governor_mechanism.units.quantities import number_or_text
 

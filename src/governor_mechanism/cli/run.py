@@ -23,7 +23,7 @@ from governor_mechanism.cli.options import (
     refuse_idle_options,
     stem_of,
 )
-from governor_mechanism.model.results.film_options import FilmFormat, FilmOptions
+from governor_mechanism.model.results.pictures import FilmFormat, FilmOptions
 from governor_mechanism.render.figure_files import FigureFiles
 from governor_mechanism.units.quantities import number_or_text
 

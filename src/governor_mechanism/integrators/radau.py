@@ -6,8 +6,7 @@ from dataclasses import dataclass
 from typing import Generic, NamedTuple
 
 from governor_mechanism.integrators import radau_stages
-from governor_mechanism.integrators.radau_stages import EPSILON
-from governor_mechanism.integrators.radau_systems import RadauBuffers, factorise_matrices
+from governor_mechanism.integrators.radau_stages import EPSILON, RadauBuffers, factorise_matrices
 from governor_mechanism.integrators.stages import Equation, StepCounter
 from governor_mechanism.integrators.step_record import (
     INSIDE_STEP_TOLERANCE,

@@ -9,8 +9,7 @@ from typing import Any, Final
 
 from governor_mechanism.errors import GovernorMechanismError, MechanismError
 from governor_mechanism.live.describing import describe_assemblies, describe_valve
-from governor_mechanism.live.saving import export_run, write_scene
-from governor_mechanism.live.session import Session
+from governor_mechanism.live.session import Session, export_run, write_scene
 from governor_mechanism.units.quantities import format_value
 
 MAX_MESSAGE_SIZE: Final = 32_768

@@ -65,3 +65,8 @@ class NamedCrossing:
         if self.direction not in CROSSING_DIRECTIONS:
             allowed = ", ".join(CROSSING_DIRECTIONS)
             raise MechanismError(f"direction of the crossing {self.name!r} must be one of {allowed}; got {self.direction!r}")
+
+    @property
+    def n_per_period(self) -> int:
+        """Number of crossings in a period: two where both directions count."""
+        return 2 if self.direction == "both" else 1

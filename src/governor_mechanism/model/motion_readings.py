@@ -8,8 +8,7 @@ from typing import ClassVar, Final
 
 from governor_mechanism.errors import MechanismError, did_you_mean
 from governor_mechanism.model.joints import GROUND, Point, Prismatic, Slider
-from governor_mechanism.model.links import GROUND_LINK, Link, LinkGraph, joint_between
-from governor_mechanism.model.mechanism import Mechanism
+from governor_mechanism.model.mechanism import GROUND_LINK, Link, LinkGraph, Mechanism, joint_between
 from governor_mechanism.model.output_variables import (
     ContactForce,
     DerivedReading,

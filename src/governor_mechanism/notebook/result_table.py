@@ -8,8 +8,7 @@ from typing import Any, Unpack
 
 import numpy as np
 
-from governor_mechanism.model.results.film_options import FilmKeywords, FilmOptions
-from governor_mechanism.model.results.pictures import Film
+from governor_mechanism.model.results.pictures import Film, FilmKeywords, FilmOptions
 from governor_mechanism.model.results.result import Result
 from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.model.scene import Scene

@@ -1,7 +1,5 @@
 """Interpolation: Chebyshev pieces, cubic and quintic Hermite polynomials, polynomials through nodes, integrals of straight lines."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Any
 

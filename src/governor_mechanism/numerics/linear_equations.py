@@ -1,7 +1,5 @@
 """Linear equations in kernels: a symmetric band by Cholesky, with a least-norm solution if it is singular, and a few dense ones."""
 
-from __future__ import annotations
-
 import math
 
 from governor_mechanism.numerics.array_copy import copy_array

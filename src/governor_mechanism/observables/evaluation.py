@@ -35,9 +35,15 @@ from governor_mechanism.numerics.interpolation import cubic_hermite, cubic_hermi
 from governor_mechanism.numerics.once_per_object import once_per_object
 from governor_mechanism.observables.derived_readings import evaluate_derived_readings
 from governor_mechanism.observables.error_scales import JOINT_GAP, MotionScales, name_of_rate
-from governor_mechanism.observables.mechanical_energy import evaluate_mechanical_energy
 from governor_mechanism.observables.motion_readings import evaluate_run_readings
-from governor_mechanism.observables.run_result import DeferredMotionAnalysis, Observables, RunResult, StateHistory, compute_reactions
+from governor_mechanism.observables.run_result import (
+    DeferredMotionAnalysis,
+    Observables,
+    RunResult,
+    StateHistory,
+    compute_reactions,
+    evaluate_mechanical_energy,
+)
 from governor_mechanism.types import FloatArray
 
 

@@ -17,8 +17,7 @@ from governor_mechanism.mechanics.kinematics.kinematic_analysis import release_d
 from governor_mechanism.mechanics.kinematics.output_variables import evaluate_reading_motions
 from governor_mechanism.mechanics.kinematics.range_of_motion import RangeOfMotion, find_range_of_motion
 from governor_mechanism.model.joints import Distance, Joint, Point, RotationalDriver, TranslationalDriver
-from governor_mechanism.model.links import GROUND_LINK, Hinge, Link, LinkGraph
-from governor_mechanism.model.mechanism import Mechanism
+from governor_mechanism.model.mechanism import GROUND_LINK, Hinge, Link, LinkGraph, Mechanism
 from governor_mechanism.model.motion_readings import find_transmissions
 from governor_mechanism.model.results.result import Recorded
 from governor_mechanism.numerics.roots import find_roots

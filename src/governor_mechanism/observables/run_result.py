@@ -13,11 +13,20 @@ from numpy.typing import NDArray
 from governor_mechanism.integrators.time_grid import sort_distinct
 from governor_mechanism.mechanics.dynamics.arrays import ground_pin_of_point_mass
 from governor_mechanism.mechanics.dynamics.contact_modes import ContactMode
+from governor_mechanism.mechanics.dynamics.contacts import output_forces_of
 from governor_mechanism.mechanics.dynamics.equations_of_motion import InverseDynamics, compute_inverse_dynamics
+from governor_mechanism.mechanics.dynamics.force_laws import gravitational_energy
 from governor_mechanism.mechanics.dynamics.lowering import make_system
+from governor_mechanism.mechanics.dynamics.output_forces import element_potential_energy
 from governor_mechanism.mechanics.kinematics.assembly import PositionSolver
 from governor_mechanism.mechanics.kinematics.constraint_equations import make_constraint_table
-from governor_mechanism.mechanics.kinematics.output_variables import READING_UNITS, OutputDerivatives, evaluate_output, rows_of_readings
+from governor_mechanism.mechanics.kinematics.output_variables import (
+    READING_UNITS,
+    OutputDerivatives,
+    evaluate_output,
+    evaluate_output_value,
+    rows_of_readings,
+)
 from governor_mechanism.model.events import Event, EventKind, NamedCrossing
 from governor_mechanism.model.force_elements import Force, Torque
 from governor_mechanism.model.joints import Joint
@@ -26,13 +35,41 @@ from governor_mechanism.model.output_variables import LineAngle
 from governor_mechanism.model.results.records import Energy, Outcome, Reaction, Recurrence, SpeedFluctuation
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.numerics.least_squares import RANK_TOLERANCE
+from governor_mechanism.numerics.once_per_object import once_per_object
 from governor_mechanism.numerics.roots import find_root
 from governor_mechanism.observables.branch_choice import find_singular_configurations
 from governor_mechanism.observables.crossings import find_crossings
 from governor_mechanism.observables.error_scales import MotionScales
-from governor_mechanism.observables.mechanical_energy import evaluate_mechanical_energy
 from governor_mechanism.observables.sampled_motion import BodyState, BoundedDenseOutput, DenseOutput, SampledMotion
 from governor_mechanism.types import GROUND_INDEX, FloatArray, IntArray
+
+
+def evaluate_mechanical_energy(
+    scene: Scene,
+    poses: FloatArray,  # poses of the mass centres, m and rad; shape (n, bodies, 3)
+    velocities: FloatArray,  # their time derivatives; same shape
+) -> tuple[FloatArray, FloatArray]:
+    """Return the kinetic energy, and the potential energy of gravity and springs; J, shape (n,) each."""
+    weights, inertias = _energy_coefficients(scene)
+    kinetic = (velocities**2).reshape(len(velocities), inertias.size) @ inertias.ravel()
+    potential = poses[:, :, 1] @ weights + element_potential_energy(scene.mechanism, poses)
+    for effect in output_forces_of(scene):
+        value = evaluate_output_value(scene.mechanism, effect.reading, poses)
+        potential += np.where(value < effect.slack_below, 0.0, effect.potential(effect.coefficients, value)[0])
+    return kinetic, potential
+
+
+@once_per_object
+def _energy_coefficients(scene: Scene) -> tuple[FloatArray, FloatArray]:
+    """Weight (bodies,) N of each body, and half the inertia (bodies, 3) of its motion in the plane; zero for shafts of spindles."""
+    mechanism = scene.mechanism
+    shafts = {mechanism.body_index(plane.shaft) for plane in scene.system.planes if plane.shaft and plane.has_reaction}
+    counted = np.array([index not in shafts for index in range(len(mechanism.bodies))])
+    masses = np.array([body.mass for body in mechanism.bodies])
+    inertias = np.array([[body.mass, body.mass, body.planar_inertia] for body in mechanism.bodies]).reshape(-1, 3)
+    weights = gravitational_energy(masses, np.array(scene.system.gravity), 1.0)
+    return counted * weights, 0.5 * counted[:, np.newaxis] * inertias
+
 
 LARGEST_INTERVAL_RATIO = 1.1
 """Longest interval between crossings, relative to the shortest, up to which they recur: beyond it a mean says little."""
@@ -43,16 +80,11 @@ LEAST_ADVANCE = 0.5
 
 def are_regular(crossing: NamedCrossing, times: FloatArray) -> bool:
     """Return whether a crossing recurs at times (n,) s that lie about equally far apart."""
-    period = _period_of(crossing)
+    period = crossing.n_per_period
     if len(times) < period + 2:
         return False
     periods = times[period:] - times[:-period]
     return bool(np.max(periods) <= LARGEST_INTERVAL_RATIO * np.min(periods))
-
-
-def _period_of(crossing: NamedCrossing) -> int:
-    """Return the number of crossings in a period: two where both directions count."""
-    return 2 if crossing.direction == "both" else 1
 
 
 def describe_recurrence(
@@ -65,7 +97,7 @@ def describe_recurrence(
     """Return the means from one crossing to the next over whole periods."""
     # Readings and energies are taken in the middle between two crossings: at a crossing itself a clock
     # may be driving its pendulum.
-    period = _period_of(crossing)
+    period = crossing.n_per_period
     used, middles = _whole_periods(times, period), _whole_periods(0.5 * (times[:-1] + times[1:]), period)
     poses, velocities = _states_at(motion, middles[[0, -1]])
     between = motion.poses[(motion.times >= middles[0]) & (motion.times <= middles[-1])]
@@ -408,7 +440,7 @@ class DeferredMotionAnalysis:
         if not isinstance(states, StateHistory):
             states, modes, dense_output = states(max_samples)
         bounded_output = BoundedDenseOutput(dense_output)
-        dynamics = self._evaluate_dynamics(states, modes)
+        dynamics = compute_inverse_dynamics(self.scene, states.times, states.poses, states.velocities, states.lags, modes)
         contact_times = sort_distinct(np.array([event.time for event in self.result.contact_events]))
         motion = states.times, states.poses, states.velocities, dynamics.accelerations
         break_times = list(self.scene.system.breaking_gears.values())
@@ -423,9 +455,6 @@ class DeferredMotionAnalysis:
         start_values = {name: float(values[0]) for name, values in result.observables.readings.items()}
         start = float(result.reported_states.times[0]), start_values
         return find_crossings(scene.system, motion, [crossing], allowed | result.reading_errors, start)
-
-    def _evaluate_dynamics(self, states: StateHistory, contact_modes: tuple[ContactMode, ...]) -> InverseDynamics:
-        return compute_inverse_dynamics(self.scene, states.times, states.poses, states.velocities, states.lags, contact_modes)
 
 
 def compute_reactions(scene: Scene, states: StateHistory, modes: Sequence[ContactMode]) -> dict[str, Reaction]:

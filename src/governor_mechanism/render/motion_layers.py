@@ -10,12 +10,11 @@ import numpy as np
 
 from governor_mechanism.mechanics.kinematics.points import point_path
 from governor_mechanism.model.joints import GROUND, Point
-from governor_mechanism.model.links import GROUND_LINK, Link, LinkGraph
-from governor_mechanism.model.mechanism import Mechanism
+from governor_mechanism.model.mechanism import GROUND_LINK, Link, LinkGraph, Mechanism
 from governor_mechanism.model.motion_readings import InstantaneousCentre
 from governor_mechanism.model.output_variables import PointCoordinate
 from governor_mechanism.model.part import Part
-from governor_mechanism.model.results.film_options import FilmLayer
+from governor_mechanism.model.results.pictures import FilmLayer
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.observables.motion_readings import Motion, evaluate_motion_reading, point_velocity
 from governor_mechanism.render.frame_data import FrameData, shows_bodies

@@ -20,7 +20,7 @@ from governor_mechanism.model.coupling.couplings import RatioCoupling
 from governor_mechanism.model.effect import Effect
 from governor_mechanism.model.events import Event, EventKind
 from governor_mechanism.model.part import FreeSpindle, Part
-from governor_mechanism.model.results.film_options import FilmOptionError
+from governor_mechanism.model.results.pictures import FilmOptionError
 from governor_mechanism.model.results.records import Cost, Energy, Outcome
 from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.model.scene import Scene

@@ -8,8 +8,7 @@ from governor_mechanism.errors import MechanismError
 from governor_mechanism.files.results import save_netcdf
 from governor_mechanism.files.writing import write_all_or_none
 from governor_mechanism.model.motion_readings import joints_of_reactions
-from governor_mechanism.model.results.film_options import DEFAULT_OPTIONS, FilmFormat, FilmOptions
-from governor_mechanism.model.results.pictures import Figure, Theme
+from governor_mechanism.model.results.pictures import DEFAULT_OPTIONS, Figure, FilmFormat, FilmOptions, Theme
 from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.observables.valve_motion import has_valve_events
 from governor_mechanism.render.figure_files import FigureFiles, FigureFormat

@@ -16,8 +16,8 @@ from governor_mechanism.errors import MechanismError
 from governor_mechanism.mechanics.kinematics.assembly import PositionSolver
 from governor_mechanism.model.results.result import Column, Result, format_columns
 from governor_mechanism.model.scene import Scene
-from governor_mechanism.observables.assemblies.block_equations import CLOSED_FORM
-from governor_mechanism.observables.assemblies.enumeration import (
+from governor_mechanism.observables.block_equations import CLOSED_FORM
+from governor_mechanism.observables.closed_configurations import (
     SAME_TOLERANCE,
     ClosedConfigurations,
     enumerate_configurations,

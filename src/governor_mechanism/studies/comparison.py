@@ -13,8 +13,7 @@ from governor_mechanism.engines import select_engine
 from governor_mechanism.engines.base import Engine
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.files.writing import finite_or_none
-from governor_mechanism.model.results.film_options import FilmKeywords
-from governor_mechanism.model.results.pictures import Film
+from governor_mechanism.model.results.pictures import Film, FilmKeywords
 from governor_mechanism.model.results.result import Column, Result, format_columns, item_column
 from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.model.scene import Scene

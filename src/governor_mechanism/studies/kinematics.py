@@ -15,8 +15,7 @@ from governor_mechanism.mechanics.kinematics.assembly import PositionSolver
 from governor_mechanism.mechanics.kinematics.kinematic_analysis import TIME_VARIABLE, Kinematics
 from governor_mechanism.mechanics.kinematics.output_variables import READING_UNITS
 from governor_mechanism.model.joints import GROUND, RotationalDriver, TranslationalDriver
-from governor_mechanism.model.links import bodies_of_reading
-from governor_mechanism.model.mechanism import Mechanism
+from governor_mechanism.model.mechanism import Mechanism, bodies_of_reading
 from governor_mechanism.model.motion_readings import KINEMATIC_KINDS, MechanicalAdvantage, find_named_readings, find_transmissions
 from governor_mechanism.model.output_variables import BodyAngle, DerivedReading
 from governor_mechanism.model.results.result import Column, format_columns, item_column

@@ -1,4 +1,4 @@
-"""The one declaration of a field: what quantity it is, and what a scene file may have in its place.
+"""The one declaration of a field: what quantity it is, what a scene file may have in its place, and inputs that are given by name.
 
 A class declares its fields by `quantity` and `entry`. The reader and the JSON schema of scene files, descriptions, templates, sliders and
 the check of instances follow from the declarations.
@@ -7,13 +7,14 @@ the check of instances follow from the declarations.
 import dataclasses
 import math
 import re
-from collections.abc import Callable
-from dataclasses import MISSING, dataclass
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import MISSING, dataclass, replace
 from functools import cache, partial
-from typing import Any, Final
+from typing import Any, Final, TypeVar
 
-from governor_mechanism.errors import require_finite, require_not_negative, require_positive
-from governor_mechanism.units.quantities import QUANTITY_KINDS
+from governor_mechanism.errors import MechanismError, did_you_mean, require_finite, require_not_negative, require_positive
+from governor_mechanism.units.problems import ProblemCollector
+from governor_mechanism.units.quantities import DISPLAY_UNITS, QUANTITY_KINDS, format_quantity, format_value, number_or_text, parse_quantity
 
 REQUIRED: Final = object()
 """Default of a field that must be given."""
@@ -171,3 +172,100 @@ def _checks_of(owner: Any) -> list[tuple[str, str, Callable[[float, str, str], N
 def class_words(instance: object) -> str:
     """Return the name of a class in words, as "arc slot"."""
     return re.sub(r"(?<=[a-z])(?=[A-Z])", " ", type(instance).__name__).lower()
+
+
+MAX_INPUT = 1e30
+"""Largest input, SI: its powers are still numbers."""
+
+_Inputs = TypeVar("_Inputs", bound=Any)
+
+
+def change_inputs(
+    defaults: _Inputs,
+    changes: Mapping[str, object],  # new values by name: numbers in SI, or texts with units
+    prefix: str = "",  # what stands before the name of an input in messages
+    # function of the name of an input that returns it as the user writes it, for messages
+    spell: Callable[[str], str] = str,
+) -> _Inputs:
+    """Return inputs with some replaced; raise MechanismError with one sentence per change that is not valid."""
+    known = fields_of(type(defaults))
+    values: dict[str, float | str | None] = {}
+    collector = ProblemCollector()
+    for name, value in changes.items():
+        with collector.at(""):
+            if name not in known:
+                names = [*map(spell, known)]
+                hint = did_you_mean(spell(name), names)
+                raise MechanismError(f"{prefix}{spell(name)} is not an input; inputs: {', '.join(names)}.{hint}")
+            values[name] = _read_value(value, known[name], f"{prefix}{spell(name)}")
+    collector.raise_if_failed()
+    changed: _Inputs = replace(defaults, **values)
+    return changed
+
+
+def _read_value(value: object, declared: Declaration, what: str) -> float | str | None:
+    """Return an allowed word, or a quantity in SI; raise MechanismError for one beyond all machines, with which no procedure calculates."""
+    words = declared.words
+    if value in words:
+        return None if declared.kinds else str(value)
+    if not declared.kinds:
+        raise MechanismError(f"{what} must be one of {', '.join(words)}; found {format_value(value)}.{did_you_mean(str(value), words)}")
+    number = parse_quantity(value, declared.kind, what)
+    if abs(number) > MAX_INPUT:
+        raise MechanismError(f"{what} must be at most {MAX_INPUT:g} in SI; found {format_value(value)}")
+    return number
+
+
+def option_of(name: str) -> str:
+    """Return the option of the command line that gives an input."""
+    return f"--{name.replace('_', '-')}"
+
+
+def describe_inputs(defaults: Any) -> list[tuple[str, str]]:
+    """Return for each input its option with the unit, and its meaning with the default."""
+    return [
+        (f"{option_of(name)} {_value_word(declared)}", _describe_input(declared, getattr(defaults, name)))
+        for name, declared in fields_of(type(defaults)).items()
+    ]
+
+
+def _value_word(declared: Declaration) -> str:
+    """Return what an input takes: a unit, or the words to choose from."""
+    return f"<{DISPLAY_UNITS.get(declared.unit, (1.0, declared.unit))[1] or 'number'}>" if declared.kinds else "|".join(declared.words)
+
+
+def _describe_input(declared: Declaration, default: object) -> str:
+    """Return the meaning of an input and its default."""
+    if default is None:
+        return f"{declared.meaning}  [optional]"
+    text = default if isinstance(default, str) else format_quantity(float(str(default)), declared.unit)
+    return f"{declared.meaning}  [default: {text}]"
+
+
+def parse_assignments(
+    defaults: _Inputs,
+    assignments: Iterable[str],  # texts such as "wire=14 mm"; a number without a unit is in SI
+    # values by the names of inputs: the text "14 mm" by "wire" for the option --wire
+    options: Mapping[str, str] | None = None,
+) -> _Inputs:
+    """Return inputs with the assignments of the option --with, and those given as options of their own, applied."""
+    changes: dict[str, object] = {}
+    given = options or {}
+    collector = ProblemCollector()
+    for assignment in assignments:
+        name, sign, value = (part.strip() for part in assignment.partition("="))
+        with collector.at(""):
+            if not sign:
+                raise MechanismError(f"--with {format_value(assignment)} is not an assignment to an input, such as NAME=14 mm")
+            if name in given:
+                raise MechanismError(f"{name} is given by --with {name} and by {option_of(name)}; give it once")
+            if name in changes:
+                raise MechanismError(f"--with {name} is given twice; give it once")
+            changes[name] = number_or_text(value)
+    inputs = defaults
+    with collector.at(""):
+        inputs = change_inputs(inputs, changes, "--with ")
+    with collector.at(""):
+        inputs = change_inputs(inputs, {name: number_or_text(value) for name, value in given.items()}, spell=option_of)
+    collector.raise_if_failed()
+    return inputs

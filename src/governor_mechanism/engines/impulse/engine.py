@@ -7,7 +7,7 @@ from typing import ClassVar, final
 from governor_mechanism.effects.holding import Clearance
 from governor_mechanism.effects.registry import EFFECT_TYPES
 from governor_mechanism.engines.base import Engine, RunRequest
-from governor_mechanism.engines.impulse.pymunk.applied_forces import cannot_rotate_in_pymunk
+from governor_mechanism.engines.impulse.applied_forces import cannot_rotate_in_pymunk
 from governor_mechanism.engines.impulse.settings import ImpulseSettings
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.mechanics.dynamics.contact_modes import has_contacts

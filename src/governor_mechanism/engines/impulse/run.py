@@ -11,7 +11,7 @@ from dataclasses import replace
 import numpy as np
 
 from governor_mechanism.engines.impulse.contact import ContactModeTracker
-from governor_mechanism.engines.impulse.pymunk.model import PymunkModel
+from governor_mechanism.engines.impulse.pymunk_model import PymunkModel
 from governor_mechanism.engines.impulse.records import DetectedEvent, FixedStepProblem, FixedStepSolution, StepExit
 from governor_mechanism.engines.impulse.settings import StepLimitError
 from governor_mechanism.engines.impulse.staggered_stepper import StaggeredStepper

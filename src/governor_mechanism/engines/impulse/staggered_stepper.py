@@ -4,8 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from governor_mechanism.engines.impulse.pymunk.applied_forces import StepInputs
-from governor_mechanism.engines.impulse.pymunk.model import PymunkModel
+from governor_mechanism.engines.impulse.applied_forces import StepInputs
+from governor_mechanism.engines.impulse.pymunk_model import PymunkModel
 from governor_mechanism.engines.impulse.records import FixedStepProblem, StepState
 from governor_mechanism.numerics.interpolation import interpolate_samples
 from governor_mechanism.types import FloatArray

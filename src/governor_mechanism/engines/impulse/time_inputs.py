@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from governor_mechanism.engines.impulse.pymunk.applied_forces import StepInputs, lower_scene
+from governor_mechanism.engines.impulse.applied_forces import StepInputs, lower_scene
 from governor_mechanism.integrators.time_grid import sort_distinct
 from governor_mechanism.mechanics.dynamics.contact_modes import has_contacts
 from governor_mechanism.mechanics.kinematics.time_functions import CubicTimeFunction, SpindleSpeedFunction

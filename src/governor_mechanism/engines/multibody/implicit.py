@@ -6,7 +6,7 @@ import numpy as np
 
 from governor_mechanism.engines.multibody.integration import LimitRows, evaluate_limit_rows
 from governor_mechanism.integrators.radau import RadauLimits, StiffEquationFunctions, make_radau
-from governor_mechanism.integrators.radau_systems import RadauBuffers, make_radau_buffers
+from governor_mechanism.integrators.radau_stages import RadauBuffers, make_radau_buffers
 from governor_mechanism.integrators.stages import StepCounter
 from governor_mechanism.integrators.step_record import IntegrationStatus
 from governor_mechanism.mechanics.dynamics.arrays import N_ENERGY_STATES, System, SystemWorkspace

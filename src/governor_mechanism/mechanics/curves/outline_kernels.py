@@ -8,8 +8,6 @@ and goes on beyond its ends, so that the equations stay smooth; the step ends wh
 1 + 2 i for edge i and 2 + 2 i for the corner at its end; 0 is none.
 """
 
-from __future__ import annotations
-
 import math
 from typing import NamedTuple
 

@@ -1,7 +1,5 @@
 """Guide curves as polynomial segments, and their values and derivatives in kernels."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

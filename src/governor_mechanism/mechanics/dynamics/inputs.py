@@ -1,7 +1,5 @@
 """Loads of a scene and its other inputs: where they stand in the one vector that all kernels read, and those that depend on readings."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """Lowering of a scene to the arrays of the multibody model in one contact mode: records of its bodies, constraint rows and their order."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from typing import Any

@@ -1,7 +1,5 @@
 """Joints as constraint rows, and residuals, derivatives and rates of rows at many states."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass

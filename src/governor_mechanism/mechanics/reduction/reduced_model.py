@@ -1,7 +1,5 @@
 """The reduced model as records: its state, its shaft, and the layouts of its contact mode and its event functions."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import IntEnum
@@ -103,7 +101,7 @@ class ShaftOutputs(NamedTuple):
     jacobian: FloatArray  # derivatives of the rows by the poses of both bodies there; shape (rows, 2, 3)
     derivatives: FloatArray  # derivatives of the rows by the angle of the shaft there, m/rad or 1; shape (rows,)
 
-    def with_own_results(self) -> ShaftOutputs:
+    def with_own_results(self) -> "ShaftOutputs":
         """Return the outputs with arrays of their own for the results of an evaluation."""
         results = (np.zeros_like(array) for array in (self.turned_poses, self.row_values, self.jacobian, self.derivatives))
         return ShaftOutputs(self.rows, self.poses, self.tangents, *results)
@@ -285,7 +283,7 @@ class ReducedModel(NamedTuple):
     input_cubics: FloatArray
     mode: IntArray  # contact mode, see `ModeLayout`
 
-    def with_own_results(self) -> ReducedModel:
+    def with_own_results(self) -> "ReducedModel":
         """Return the model with arrays of its own for what an integration changes."""
         return self._replace(
             output_forces=self.output_forces.copy(),
@@ -295,7 +293,7 @@ class ReducedModel(NamedTuple):
             inputs=np.zeros_like(self.inputs),
         )
 
-    def on_table(self, table: PiecewiseTable, input_cubics: FloatArray, mode: IntArray) -> ReducedModel:
+    def on_table(self, table: PiecewiseTable, input_cubics: FloatArray, mode: IntArray) -> "ReducedModel":
         """Return the model along a motion table, with cubics of its inputs (inputs, 5) and a contact mode."""
         return self._replace(
             coefficients=table.coefficients,

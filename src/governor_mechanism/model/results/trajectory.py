@@ -10,8 +10,7 @@ from typing import Any, ClassVar, Final, Protocol, Unpack
 from governor_mechanism.errors import MechanismError, RunFailed
 from governor_mechanism.model.events import Event
 from governor_mechanism.model.motion_state import MotionState
-from governor_mechanism.model.results.film_options import FilmKeywords, FilmOptions, show_film_options
-from governor_mechanism.model.results.pictures import Figure, Film
+from governor_mechanism.model.results.pictures import Figure, Film, FilmKeywords, FilmOptions, show_film_options
 from governor_mechanism.model.results.records import Cost, Energy, Outcome, Reaction, Recurrence, SpeedFluctuation
 from governor_mechanism.model.results.result import Column, Result, item_column, name_values
 from governor_mechanism.model.scene import Scene

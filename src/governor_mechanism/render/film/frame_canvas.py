@@ -12,7 +12,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.lines import Line2D
 from matplotlib.text import Text as Words
 
-from governor_mechanism.model.results.film_options import DEFAULT_OPTIONS, FilmOptions
+from governor_mechanism.model.results.pictures import DEFAULT_OPTIONS, FilmOptions
 from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.render.artists import Brush, artist_paths, group_shapes, recolour
 from governor_mechanism.render.figures.page import Page, plain_labels

@@ -10,12 +10,19 @@ import numpy as np
 
 from governor_mechanism.mechanics.kinematics.points import point_path
 from governor_mechanism.model.part import TURNING_PLANE
-from governor_mechanism.model.results.film_options import DEFAULT_OPTIONS, FilmOptions, FilmView
+from governor_mechanism.model.results.pictures import DEFAULT_OPTIONS, FilmOptions, FilmView
 from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.render.film import layout
 from governor_mechanism.render.film.frame_canvas import LINE_PITCH, FrameCanvas, HeadingRow, PlotHeading
-from governor_mechanism.render.film.label_places import LABEL_HEIGHT, LETTER_WIDTH, PlacedLabel, place_labels, thin_out_numbers
-from governor_mechanism.render.film.labels import AngleArc, find_labels
+from governor_mechanism.render.film.labels import (
+    LABEL_HEIGHT,
+    LETTER_WIDTH,
+    AngleArc,
+    PlacedLabel,
+    find_labels,
+    place_labels,
+    thin_out_numbers,
+)
 from governor_mechanism.render.film.layout import PLOT_GAP, frame_layout, shift_rect, with_names
 from governor_mechanism.render.film.moving_parts import Panel
 from governor_mechanism.render.film.outside_view import OutsideView, outside_box

@@ -3,7 +3,7 @@
 import math
 from dataclasses import dataclass, replace
 
-from governor_mechanism.model.results.film_options import FilmLayout, FilmOptions
+from governor_mechanism.model.results.pictures import FilmLayout, FilmOptions
 from governor_mechanism.render.geometry.primitives import ELEVATION_RECT, PixelRect
 
 REFERENCE_SIZE = 480.0

@@ -5,7 +5,7 @@ from dataclasses import fields
 from importlib import import_module
 
 from governor_mechanism.errors import MechanismError, did_you_mean
-from governor_mechanism.model.results.film_options import DEFAULT_OPTIONS, FilmOptionError, FilmOptions, FilmView, list_options
+from governor_mechanism.model.results.pictures import DEFAULT_OPTIONS, FilmOptionError, FilmOptions, FilmView, list_options
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.render.machines.engine_room.arrangement import EngineRoomParts, find_governed_engine
 from governor_mechanism.render.part_run import require_one_coordinate

@@ -11,7 +11,7 @@ from PIL import Image
 
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.files.writing import atomic_write
-from governor_mechanism.model.results.film_options import DEFAULT_OPTIONS, FilmLayout, FilmOptions
+from governor_mechanism.model.results.pictures import DEFAULT_OPTIONS, FilmLayout, FilmOptions
 from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.render.artists import themed_colour
 from governor_mechanism.render.film import layout

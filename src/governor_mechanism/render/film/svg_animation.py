@@ -15,7 +15,7 @@ from matplotlib.colors import to_hex
 from matplotlib.lines import Line2D
 from matplotlib.text import Text
 
-from governor_mechanism.model.results.film_options import FilmOptionError
+from governor_mechanism.model.results.pictures import FilmOptionError
 from governor_mechanism.render.film.frame_canvas import FRAME_DPI, FrameCanvas
 from governor_mechanism.render.film.moving_parts import CachedNumber, CurvePanel, ShapePanel
 from governor_mechanism.render.geometry.primitives import Lines, Vec2

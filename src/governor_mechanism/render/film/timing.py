@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from governor_mechanism.model.results.film_options import FilmOptionError
+from governor_mechanism.model.results.pictures import FilmOptionError
 from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.numerics.interpolation import integrate_samples, interpolate_samples
 from governor_mechanism.render.frame_data import find_parts

@@ -23,8 +23,7 @@ from matplotlib.text import Text
 
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.files.writing import atomic_write
-from governor_mechanism.model.results.film_options import DEFAULT_OPTIONS, FilmOptions, FilmView
-from governor_mechanism.model.results.pictures import Theme
+from governor_mechanism.model.results.pictures import DEFAULT_OPTIONS, FilmOptions, FilmView, Theme
 from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.render.artists import themed_colour

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from governor_mechanism.model.results.film_options import FilmLayer
+from governor_mechanism.model.results.pictures import FilmLayer
 from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.render.frame_data import FrameData, find_parts, shows_bodies
 from governor_mechanism.render.geometry.attached import DrawnPart, at_own_moments, fixed, shapes_of

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from governor_mechanism.files.writing import atomic_write
-from governor_mechanism.model.results.film_options import FilmLayer
+from governor_mechanism.model.results.pictures import FilmLayer
 from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.render.geometry.primitives import Vec2

@@ -19,8 +19,8 @@ from governor_mechanism.model.motion_readings import RUN_KINDS
 from governor_mechanism.model.output_variables import Reading
 from governor_mechanism.model.part import FIXED_PLANE, TURNING_PLANE, Law, Part, Start
 from governor_mechanism.model.valve import Valve
-from governor_mechanism.observables.assemblies.blocks import hold_needed_angles, hold_values
-from governor_mechanism.observables.assemblies.enumeration import ClosedConfigurations, enumerate_configurations
+from governor_mechanism.observables.closed_configurations import ClosedConfigurations, enumerate_configurations
+from governor_mechanism.observables.constraint_blocks import hold_needed_angles, hold_values
 from governor_mechanism.scenes.custom.contacts import CONTACT, find_name_conflicts
 from governor_mechanism.scenes.custom.dimensions import Dimension, DimensionTable, parse_law
 from governor_mechanism.scenes.custom.field_types import PointRegistry, is_moving, parse_moving_point, parse_named_points

@@ -14,9 +14,8 @@ from governor_mechanism.errors import GovernorMechanismError, MechanismError, di
 from governor_mechanism.model.results.records import Outcome
 from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.model.scene import Scene
-from governor_mechanism.studies.sweep.quantities import RunQuantity, parse_quantities
+from governor_mechanism.studies.sweep.quantities import SCENE_RULES, RunQuantity, parse_quantities
 from governor_mechanism.studies.sweep.rules import VALVE_RULES, MissingNumberError, RunNumbers, evaluate_valve_rule
-from governor_mechanism.studies.sweep.scene_rules import SCENE_RULES
 from governor_mechanism.studies.sweep.workers import find_computer_problems
 from governor_mechanism.studies.unknowns import Unknown, parse_unknowns, scene_with
 from governor_mechanism.types import FloatArray

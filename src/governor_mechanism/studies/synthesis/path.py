@@ -14,8 +14,7 @@ import numpy as np
 
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.model.results.result import Column
-from governor_mechanism.studies.synthesis.judging import DEFECTS, judge
-from governor_mechanism.studies.synthesis.linkage import Candidate, FourBarLinkage, Synthesis, SynthesisedLinkage, check_all
+from governor_mechanism.studies.synthesis.linkage import DEFECTS, Candidate, FourBarLinkage, Synthesis, SynthesisedLinkage, check_all, judge
 from governor_mechanism.studies.synthesis.path_equations import CurveEquations, DyadEquations, as_complex, curve_starts, minimise
 from governor_mechanism.studies.synthesis.tables import parse_pivots, read_points, require_count
 from governor_mechanism.types import BoolArray, ComplexArray, FloatArray, IntArray

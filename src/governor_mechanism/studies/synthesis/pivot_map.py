@@ -11,8 +11,7 @@ import numpy as np
 
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.model.results.result import Column, Result, format_columns
-from governor_mechanism.studies.synthesis.judging import DEFECTS, judge
-from governor_mechanism.studies.synthesis.linkage import MIN_LENGTH_RATIO
+from governor_mechanism.studies.synthesis.linkage import DEFECTS, MIN_LENGTH_RATIO, judge
 from governor_mechanism.studies.synthesis.positions import COLUMNS, KEYS, Displacements, other_pivots
 from governor_mechanism.studies.synthesis.tables import parse_pair, read_points, require_count
 from governor_mechanism.types import BoolArray, ComplexArray, FloatArray

@@ -15,7 +15,7 @@ from scipy.interpolate import CubicHermiteSpline
 
 from governor_mechanism.effects.dashpot import Dashpot
 from governor_mechanism.engines import select_engine
-from governor_mechanism.engines.impulse.pymunk.model import PymunkModel
+from governor_mechanism.engines.impulse.pymunk_model import PymunkModel
 from governor_mechanism.engines.impulse.time_inputs import TimeInputs
 from governor_mechanism.errors import MechanismError, RunFailed
 from governor_mechanism.mechanics.dynamics.characteristic_scales import time_scale

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from governor_mechanism.mechanics.kinematics.assembly import PositionSolver
 from governor_mechanism.model.joints.base import RowKind
-from governor_mechanism.observables.assemblies.blocks import Block
+from governor_mechanism.observables.constraint_blocks import Block
 from governor_mechanism.types import GROUND_INDEX, FloatArray, RecordArray
 
 ComplexArray = NDArray[np.complex128]

@@ -12,8 +12,8 @@ from governor_mechanism.errors import MechanismError
 from governor_mechanism.mechanics.kinematics.assembly import PositionSolver
 from governor_mechanism.mechanics.kinematics.points import rotate_vector
 from governor_mechanism.model.joints.base import RowKind
-from governor_mechanism.observables.assemblies.block_equations import BlockEquations, UnsuitableBlockError
-from governor_mechanism.observables.assemblies.blocks import Block, Decomposition, closing_bodies, decompose
+from governor_mechanism.observables.block_equations import BlockEquations, UnsuitableBlockError
+from governor_mechanism.observables.constraint_blocks import Block, Decomposition, closing_bodies, decompose
 from governor_mechanism.types import GROUND_INDEX, FloatArray, IntArray
 
 N_STARTS: Final = 100
