@@ -39,6 +39,7 @@ suppress_warnings = ["config.cache"]
 
 # Markdown
 myst_enable_extensions = ["dollarmath", "deflist"]
+smartquotes = False  # quotes in descriptions of keys are part of what one types
 myst_heading_anchors = 4
 nb_execution_mode = "cache"  # a notebook is run when it has changed, and shown with what its cells print and draw
 nb_execution_in_temp = True

@@ -185,6 +185,9 @@ def test_the_plots_of_a_magnified_film_stay_true(porter):
     # No lift can be read off where the motion is magnified.
     roles = [{shape.role for shape in data.drawing.static_shapes} for data in (data_of(porter), painter.frame_data)]
     assert ["scale" in shown for shown in roles] == [True, False]
+    # Nor does a pointer stand alone.
+    moving = [{shape.role for shape in data.drawing.moving_shapes(porter.poses[0], 0.0)} for data in (data_of(porter), painter.frame_data)]
+    assert ["pointer" in shown for shown in moving] == [True, False]
 
 
 def with_part(run, **changes):

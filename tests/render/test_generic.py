@@ -146,6 +146,13 @@ def test_a_rack_touches_its_pinion_where_it_goes_the_same_way():
         assert x0 < 0.0 < x1
 
 
+def test_a_fixed_rack_stands_on_the_ground_over_its_whole_length():
+    run = gm.run("rack_doubling", times=np.linspace(0.0, 2.0, 21))
+    left, right, bottom, _ = bounding_box([of_role(shapes_of(run)[0], "rack")[0]])
+    beds = [bounding_box([wall]) for wall in of_role(background_of(run), "wall")]
+    assert any(bed[3] == pytest.approx(bottom) and bed[0] <= left + 1e-12 < right <= bed[1] + 1e-12 for bed in beds)
+
+
 @pytest.mark.parametrize("name", ["bead", "arc"])
 def test_what_runs_in_a_slot_is_seen_within_it(name):
     run = fake_machine_run(name, count=41)

@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.path import Path
 from PIL import Image
 
 import governor_mechanism as gm
@@ -56,6 +57,17 @@ def test_the_die_is_drawn_on_the_valve_line_within_its_slot(run):
     slope = np.polyfit(displacements, positions, 1)[0]
     np.testing.assert_allclose(positions - slope * displacements, np.mean(positions - slope * displacements), atol=1e-12)
     assert slope < 0  # away from the shaft is to the left
+
+
+def test_no_pin_of_the_link_is_beside_it(run):
+    """Also of rods whose pins are behind the arc."""
+    drawing = drawing_of(run, run.scene.part)
+    for k in range(0, len(run.times), 7):
+        shapes = list(drawing.moving_shapes(run.poses[k], float(run.times[k])))
+        pins = [(shape.x, shape.y) for shape in shapes if shape.role == "pivot"]
+        plates = [Path(shape.points) for shape in shapes if shape.role == "plate"]
+        on_link = [any(plate.contains_point(pin) for plate in plates) for pin in pins]
+        assert sum(on_link) >= 4  # of two rods, of the hanger, of the die
 
 
 def test_the_lever_points_where_the_reading_says(run):

@@ -276,7 +276,8 @@ def _sleeve_shapes(governor: HartnellProportions) -> Iterator[DrawnShape]:
     strokes = (((part * tube, low - 0.02 * u), (part * tube, groove + 0.02 * u)) for part in (0.5, 0.68, 0.82))
     yield Lines("engraving", tuple(strokes))
     tip = end + 0.16 * u
-    yield Polygon("pointer", ((tip, base), (tip - 0.14 * u, base + 0.055 * u), (tip - 0.14 * u, base - 0.055 * u)))
+    if not governor.is_magnified:  # without the scale beside it
+        yield Polygon("pointer", ((tip, base), (tip - 0.14 * u, base + 0.055 * u), (tip - 0.14 * u, base - 0.055 * u)))
 
 
 def _lift_scale_shapes(governor: HartnellProportions) -> list[DrawnShape]:

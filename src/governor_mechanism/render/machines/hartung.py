@@ -330,7 +330,8 @@ def _sleeve_shapes(governor: HartungProportions) -> Iterator[DrawnShape]:
     slot = ((-x, -y), (x, -y), (x, y), (-x, y))
     yield Polygon("slot", slot if math.isinf(governor.hanger) else ())
     tip = half_width + 0.34 * u
-    yield Polygon("pointer", ((tip, 0.0), (tip - 0.2 * u, 0.08 * u), (tip - 0.2 * u, -0.08 * u)))
+    if not governor.is_magnified:  # without the scale beside it
+        yield Polygon("pointer", ((tip, 0.0), (tip - 0.2 * u, 0.08 * u), (tip - 0.2 * u, -0.08 * u)))
 
 
 def _spindle_collar_height(governor: HartungProportions) -> float:

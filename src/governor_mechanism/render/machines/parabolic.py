@@ -283,7 +283,8 @@ def _sleeve_shapes(governor: ParabolicProportions) -> Iterator[DrawnShape]:
     strokes = [((part * width, top - 0.02 * u - max(part - 0.8, 0.0) * width), (part * width, groove + 0.02 * u)) for part in _SHADING]
     yield Lines("engraving", tuple(strokes))
     tip = width + 0.10 * u
-    yield Polygon("pointer", ((tip, groove), (tip - 0.08 * u, groove + 0.034 * u), (tip - 0.08 * u, groove - 0.034 * u)))
+    if not governor.is_magnified:  # without the scale beside it
+        yield Polygon("pointer", ((tip, groove), (tip - 0.08 * u, groove + 0.034 * u), (tip - 0.08 * u, groove - 0.034 * u)))
 
 
 _SHADING = (-0.93, 0.42, 0.57, 0.69, 0.79, 0.87, 0.94)

@@ -173,7 +173,8 @@ def _sleeve_shapes(governor: PendulumProportions) -> Iterator[DrawnShape]:
     yield Polygon("sleeve", mirror_outline(outline))
     yield Lines("engraving", _shading_strokes(outline, width if is_loaded else GROOVE_RATIO * width, base, u))
     tip = width + 0.085 * u
-    yield Polygon("pointer", ((tip, base), (tip - 0.07 * u, base + 0.03 * u), (tip - 0.07 * u, base - 0.03 * u)))
+    if not governor.is_magnified:  # without the scale beside it
+        yield Polygon("pointer", ((tip, base), (tip - 0.07 * u, base + 0.03 * u), (tip - 0.07 * u, base - 0.03 * u)))
 
 
 def _drum_outline(neck: float, width: float, top: float, base: float, u: float) -> tuple[Vec2, ...]:

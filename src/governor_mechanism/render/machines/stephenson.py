@@ -132,7 +132,7 @@ class LinkGearProportions(ValveGearProportions, ABC):
 
 # In half links.
 _LINK_WIDTH, _SLOT_WIDTH, _BLOCK_HALF_LENGTH, _BLOCK_HALF_WIDTH = 0.40, 0.20, 0.22, 0.14
-_ROD_WIDTH, _HANGER_WIDTH, _PIN_RADIUS, _SHAFT_RADIUS = 0.15, 0.13, 0.085, 0.18
+_ROD_WIDTH, _HANGER_WIDTH, _PIN_RADIUS, _SHAFT_RADIUS, _LUG_WIDTH = 0.15, 0.13, 0.085, 0.18, 0.24
 _SPINDLE_HALF_WIDTH, _GUIDE_LENGTH, _GUIDE_HALF_HEIGHT = 0.05, 0.5, 0.16
 _SPINDLE_LENGTH = 1.5
 """Length of the drawn valve spindle beyond the die's outermost position."""
@@ -250,9 +250,14 @@ class GearView:
         yield Attached(frame=self._die_axes, shapes=(block, Circle("pivot", 0.0, 0.0, 0.6 * _PIN_RADIUS * unit)))
 
     def _link_shapes(self, pose: FloatArray) -> Iterator[DrawnShape]:
-        """Yield the curved link with its slot at a pose (bodies, 3)."""
+        """Yield the curved link with its slot at a pose (bodies, 3), and the lugs of the rods' pins, which may be behind it."""
         gear, unit = self._gear, self._gear.half_link * self.scale
         centre, angle = gear.locate(gear.arc_centre, pose), gear.link_pose(pose)[2]
+        for _, end in gear.rod_ends.values():
+            pin = gear.locate(end, pose)
+            heading = math.atan2(pin[1] - centre[1], pin[0] - centre[0])
+            on_arc = (centre[0] + gear.link_radius * math.cos(heading), centre[1] + gear.link_radius * math.sin(heading))
+            yield make_bar("plate", self(on_arc), self(pin), _LUG_WIDTH * unit)
         for role, half_length, width in (
             ("plate", gear.drawn_half_slot + 0.1 * gear.half_link, _LINK_WIDTH),
             ("slot", gear.drawn_half_slot, _SLOT_WIDTH),

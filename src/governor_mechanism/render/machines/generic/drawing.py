@@ -99,7 +99,7 @@ _ARC_CLEARANCE = 0.03
 """The same from an arc."""
 _OVERLAP_COST = 10.0
 """Cost of a letter whose middle always lies on a bar or an arc, where a letter turned by 1 rad costs 1."""
-_LETTERS_ASIDE, _LETTERS_ABOVE = 0.15, 0.10
+_LETTERS_ASIDE, _LETTERS_ABOVE, _COORDINATE_HEIGHT = 0.12, 0.075, 0.04
 """Distance of the middle of the letters of coordinates from their point, beside it and above it, as fractions of the length scale."""
 _NEAR = 0.12
 """Distance between hinges below which their arcs get different radii, as a fraction of the length scale."""
@@ -217,7 +217,7 @@ def _coordinate_parts(extents: MechanismExtents) -> Iterator[Attached]:
         listed = [one for name in names for one in (",", name)][1:]
         if point.body in shaped:
             continue
-        letter = make_letters(["P", "(", *listed, ")"], (0.0, 0.0), _LETTER_HEIGHT * u)
+        letter = make_letters(["P", "(", *listed, ")"], (0.0, 0.0), _COORDINATE_HEIGHT * u)
         yield Attached(frame=partial(_coordinate_axes, extents, point), shapes=(letter,), section_only=True)
 
 

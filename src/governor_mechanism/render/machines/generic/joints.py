@@ -152,8 +152,8 @@ SPINDLE_WIDTH, _HUB_WIDTH = 0.024, 0.05
 """Widths of a spindle and of the hub on it that carries pins, as fractions of the length scale."""
 _N_SLOT_SEGMENTS = 48
 """Number of straight segments of a drawn slot."""
-_RACK_THICKNESS = 0.09
-"""Thickness of a rack, as a fraction of the length scale."""
+_RACK_THICKNESS, _RACK_MARGIN, _BED_MARGIN = 0.09, 0.18, 0.06
+"""Thickness of a rack, its length beyond its travel, and that of a bed beyond this at each end, as fractions of the length scale."""
 _CONCENTRIC_WHEEL_RADIUS = 0.16
 """Radius of the larger of two wheels with a common centre, as a fraction of the length scale."""
 
@@ -458,17 +458,22 @@ def rack_parts(placed: PlacedMechanism) -> Iterator[Attached]:
     for joint in placed.mechanism.joints:
         if not isinstance(joint, joints.RackAndPinion):
             continue
-        (x, y), (rack_x, rack_y) = placed.position(joint.first), placed.position(joint.second)
-        low, high = placed.extents.joint_travels[joint.name]
         side, axes = _rack_contact(placed, joint)
-        rack_coordinate = (rack_x - x) * math.cos(joint.angle) + (rack_y - y) * math.sin(joint.angle)
-        start, end = rack_coordinate - high - 0.18 * u, rack_coordinate - low + 0.18 * u
+        start, end = _rack_ends(placed, joint)
         back_offset = side * _RACK_THICKNESS * u
         rack = make_box("rack", axes, (start, end, 0.0, back_offset))
         count = max(round((end - start) / (0.045 * u)), 2)
         tooth_positions = (start + (k + 0.5) * (end - start) / count for k in range(count))
         teeth = Lines("tooth", tuple(place_points(axes, ((x, 0.0), (x, 0.4 * back_offset))) for x in tooth_positions))
         yield placed.extents.attach(placed.extents.body_axes(joint.second.body), [rack, teeth])
+
+
+def _rack_ends(placed: PlacedMechanism, joint: joints.RackAndPinion) -> tuple[float, float]:
+    """Return the start and end of a rack (m) along it, from where it touches its pinion now."""
+    (x, y), (rack_x, rack_y) = placed.position(joint.first), placed.position(joint.second)
+    low, high = placed.extents.joint_travels[joint.name]
+    place = (rack_x - x) * math.cos(joint.angle) + (rack_y - y) * math.sin(joint.angle)
+    return place - high - _RACK_MARGIN * placed.unit, place - low + _RACK_MARGIN * placed.unit
 
 
 def _rack_contact(placed: PlacedMechanism, joint: joints.RackAndPinion) -> tuple[float, PoseTuple]:
@@ -481,13 +486,15 @@ def _rack_contact(placed: PlacedMechanism, joint: joints.RackAndPinion) -> tuple
 
 
 def rack_bed_shapes(placed: PlacedMechanism) -> Iterator[DrawnShape]:
-    """Yield the beds of racks that the ground guides and whose pinions it holds."""
+    """Yield the beds of racks that are fixed, or that the ground guides."""
     u = placed.unit
     sliders = (joint for joint in placed.mechanism.joints if isinstance(joint, joints.Slider))
     guided_bodies = {slider.second.body for slider in sliders if slider.first.body == joints.GROUND}
     for joint in placed.mechanism.joints:
-        if isinstance(joint, joints.RackAndPinion) and joint.second.body in guided_bodies:
+        if isinstance(joint, joints.RackAndPinion) and joint.second.body in {joints.GROUND, *guided_bodies}:
             side, axes = _rack_contact(placed, joint)
-            low, high = placed.extents.joint_travels[joint.name]
-            position = axes_to_plane(axes, 0.0, side * _RACK_THICKNESS * u)
-            yield make_wall(position, joint.angle - side * math.pi / 2, (high - low) / 2 + 0.24 * u, 0.035 * u)
+            start, end = _rack_ends(placed, joint)
+            is_fixed = joint.second.body == joints.GROUND  # below a rack that moves, the bed is where its pinion is
+            position = axes_to_plane(axes, (start + end) / 2 if is_fixed else 0.0, side * _RACK_THICKNESS * u)
+            half_length = (end - start) / 2 + (0.0 if is_fixed else _BED_MARGIN * u)
+            yield make_wall(position, joint.angle - side * math.pi / 2, half_length, 0.035 * u)
