@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 
 import governor_mechanism
-from command_line import invoke as call
+from command_line import invoke, json_of, succeed
 from governor_mechanism.cli.console import InterruptHandler
 from governor_mechanism.cli.main import main
 from governor_mechanism.files.results import format_run
@@ -60,7 +60,7 @@ def short_scene(folder: Path, **changes: str) -> Path:
 
 
 def test_models_lists_every_shipped_scene_in_its_family():
-    lines = call("models").stdout.splitlines()
+    lines = succeed("models").stdout.splitlines()
     assert max(map(len, lines)) <= 80
     groups = {}
     for line in lines:
@@ -69,24 +69,18 @@ def test_models_lists_every_shipped_scene_in_its_family():
         elif line[2:3].strip():  # other lines go on with a title
             names.append(line.split()[0])
     assert sorted(name for names in groups.values() for name in names) == list(shipped_scenes())
-    assert "porter" in groups["governors"]
-    assert "watt_engine_stable" in groups["governed engines"]
-    assert "air_engine" in groups["engines"]
-    assert {"walschaerts", "stephenson_reversing"} <= {*groups["valve gears"]}
-    assert "andrews_squeezer" in groups["linkages"]
-    rows = {row["name"]: row for row in json.loads(call("models", "--json").stdout)["models"]}
+    families = {"porter": "governors", "watt_engine_stable": "governed engines", "air_engine": "engines", "andrews_squeezer": "linkages"}
+    for name, family in (families | dict.fromkeys(("walschaerts", "stephenson_reversing"), "valve gears")).items():
+        assert name in groups[family]
+    rows = {row["name"]: row for row in json_of("models")["models"]}
     assert list(rows) == list(shipped_scenes())
-    porter = rows["porter"]
-    assert (porter["machines"], porter["dimensions"]["arm"], porter["effects"]) == (
-        ["pendulum_governor"],
-        "300 mm",
-        ["gravity", "centrifugal"],
-    )
+    machines, dimensions, effects = (rows["porter"][key] for key in ("machines", "dimensions", "effects"))
+    assert (machines, dimensions["arm"], effects) == (["pendulum_governor"], "300 mm", ["gravity", "centrifugal"])
 
 
 def test_lists_and_help_fit_a_terminal():
-    assert max(map(len, call("catalogue").stdout.splitlines())) <= 80
-    text = call("--help").stdout
+    assert max(map(len, succeed("catalogue").stdout.splitlines())) <= 80
+    text = succeed("--help").stdout
     headings = ("Find and write scenes", "Make", "Study a mechanism", "Study many runs", "Find dimensions", "Verify")
     assert [text.count(f"\n{heading}:\n") for heading in headings] == [1] * len(headings)
     commands = {line.split()[0] for line in text.splitlines() if line.startswith("  ") and line[2:3].isalpha()}
@@ -95,8 +89,7 @@ def test_lists_and_help_fit_a_terminal():
 
 @pytest.mark.long
 def test_run_writes_film_figure_readings_arrays_and_record(tmp_path):
-    result = call("run", str(short_scene(tmp_path, **{"10 ms": "100 ms"})), "--out", str(tmp_path / "out"))
-    assert result.exit_code == 0, result.output
+    result = succeed("run", str(short_scene(tmp_path, **{"10 ms": "100 ms"})), "--out", str(tmp_path / "out"))
     assert "accurate to" in result.stdout
     assert "(requested 1e-06)" in result.stdout
     assert sorted(path.name for path in (tmp_path / "out").iterdir()) == [f"short.{kind}" for kind in ("csv", "gif", "json", "nc", "png")]
@@ -125,17 +118,17 @@ def test_run_as_json_prints_one_object_and_nothing_else(tmp_path, monkeypatch, c
     assert not told(said)
 
 
-def test_crosscheck_ends_with_0_where_all_agree_and_tells_it_as_json():
-    result = call("crosscheck", "watt_crossed", "--json")
-    assert result.exit_code == 0, result.output
-    answer = json.loads(result.stdout)
-    assert answer["passed"]
+@pytest.mark.parametrize("scene", ["watt_crossed", "parabolic"])  # this one with flags of numpy
+def test_crosscheck_ends_with_0_where_all_agree_and_tells_it_as_json(scene):
+    answer = json_of("crosscheck", scene)
+    assert answer["passed"] is True
+    assert {type(row["passed"]) for row in answer["rows"]} == {bool}
     assert all(abs(row["difference"]) <= row["allowed"] for row in answer["rows"])
 
 
 def test_a_run_that_leaves_its_range_ends_with_1_and_keeps_what_it_has(tmp_path):
     scene = short_scene(tmp_path, **{'"120 rpm"': '"2000 rpm"'})
-    result = call("run", str(scene), "--no-film", "--out", str(tmp_path / "out"))
+    result = invoke("run", str(scene), "--no-film", "--out", str(tmp_path / "out"))
     assert result.exit_code == 1
     assert "90 degrees" in result.stderr
     record = json.loads((tmp_path / "out" / "short.json").read_text(encoding="utf-8"))
@@ -146,7 +139,7 @@ def test_a_run_that_leaves_its_range_ends_with_1_and_keeps_what_it_has(tmp_path)
 @pytest.mark.parametrize("command", ["run", "crosscheck"])
 def test_every_mistake_of_a_file_is_told_at_once(command, tmp_path):
     scene = short_scene(tmp_path, **{'"300 mm"': '"300 kg"', "ball_mass": "bal_mass", '"40 deg"': '"95 deg"'})
-    result = call(command, str(scene))
+    result = invoke(command, str(scene))
     assert result.exit_code == 2
     assert result.stdout == ""
     told = result.stderr.splitlines()
@@ -157,40 +150,13 @@ def test_every_mistake_of_a_file_is_told_at_once(command, tmp_path):
 
 
 def test_mistakes_as_json_are_one_object_too(tmp_path):
-    result = call("run", str(short_scene(tmp_path, **{'"300 mm"': '"300 kg"'})), "--json")
+    result = invoke("run", str(short_scene(tmp_path, **{'"300 mm"': '"300 kg"'})), "--json")
     assert result.exit_code == 2
     assert json.loads(result.stdout)["outcome"] == "bad_input"
 
 
-@pytest.mark.parametrize(
-    ("words", "sentence"),
-    [
-        (["run", "portr"], "Did you mean 'porter'"),
-        (["run", "porter", "--engine", "impuls"], "Did you mean 'impulse'"),
-        (["run", "porter", "--accuracy", "0"], "accuracy must lie between 0 and 1"),
-        (["run", "porter", "--accuracy", "much"], "--accuracy"),
-        (["run", "porter", "--film", "avi"], "avi"),
-        (["crosscheck", "no/such/file.toml"], "no/such/file.toml"),
-        (["sing"], "sing"),
-    ],
-)
-def test_a_wrong_word_on_the_command_line_is_answered_in_a_sentence(words, sentence):
-    result = call(*words)
-    assert result.exit_code == 2
-    assert sentence in result.output
-    assert "Traceback" not in result.output
-
-
-def test_no_equilibrium_at_that_speed_is_refused_when_the_scene_is_opened(tmp_path):
-    scene = short_scene(tmp_path, **{'"40 deg"': '"equilibrium"', '"40 mm"': '"0 mm"', '"120 rpm"': '"90 rpm"'})
-    result = call("run", str(scene))
-    assert result.exit_code == 2
-    assert "at 90 rpm (9.42478 rad/s) the mechanism has no equilibrium" in result.stderr
-
-
 def test_the_version_is_told():
-    result = call("--version")
-    assert (result.exit_code, result.stdout.strip()) == (0, governor_mechanism.__version__)
+    assert succeed("--version").stdout.strip() == governor_mechanism.__version__
 
 
 def test_usage_errors_are_one_object_too_where_json_is_asked_for(monkeypatch, capfd):
@@ -235,7 +201,7 @@ def test_a_reader_who_has_seen_enough_is_no_failure(unbuffered):
 
 def test_out_must_be_a_folder(tmp_path):
     (tmp_path / "taken").write_text("", encoding="utf-8")
-    result = call("run", str(short_scene(tmp_path)), "--out", str(tmp_path / "taken"))
+    result = invoke("run", str(short_scene(tmp_path)), "--out", str(tmp_path / "taken"))
     assert result.exit_code == 2
     assert "is a file; give the name of a folder" in result.stderr
 
@@ -244,9 +210,9 @@ def test_a_folder_stays_only_if_something_was_written_into_it(tmp_path):
     new, old = tmp_path / "deep" / "new", tmp_path / "old"
     old.mkdir()
     for folder in (new, old):
-        assert call("effects", "porter", "--set", "run.duration=-1 s", "--out", folder).exit_code == 2
+        assert invoke("effects", "porter", "--set", "run.duration=-1 s", "--out", folder).exit_code == 2
     assert (new.exists(), old.exists()) == (False, True)
-    assert call("kinematics", "slider_crank", "--no-figure", "--out", new).exit_code == 0
+    succeed("kinematics", "slider_crank", "--no-figure", "--out", new)
     assert {one.suffix for one in new.iterdir()} == {".csv", ".json"}
 
 
@@ -286,11 +252,6 @@ def test_messages_that_nobody_can_read_do_not_reach_the_output(closing, words, s
     answer = subprocess.run(["bash", "-c", f"{' '.join(COMMAND)} {words} {closing}"], capture_output=True, text=True, check=False)
     assert (answer.returncode, answer.stderr) == (status, "")
     assert json.loads(answer.stdout)
-
-
-def test_a_crosscheck_with_flags_of_numpy_is_json_too():
-    answer = json.loads(call("crosscheck", "parabolic", "--json").stdout)
-    assert {type(row["passed"]) for row in answer["rows"]} == {bool}
 
 
 @pytest.mark.long
@@ -343,50 +304,39 @@ def wait_until(happened, patience: float = 60.0) -> None:
 
 def test_equilibria_are_told_drawn_and_given_as_json(tmp_path):
     words = ["equilibria", "watt_improved", "--speed", "6.4 rad/s", "--out", str(tmp_path)]
-    result = call(*words)
-    assert result.exit_code == 0, result.output
+    result = succeed(*words)
     lines = result.stdout.splitlines()
     assert "unstable, undamped divergence rate" in lines[1]
     assert "stable, undamped natural frequency" in lines[2]
     assert lines[3].startswith("jumps at 31.8721 deg, 60.42")
     assert (tmp_path / "watt_improved_characteristic.png").read_bytes().startswith(b"\x89PNG")
-    found = json.loads(call(*words, "--json", "--no-figure").stdout)
+    found = json_of(*words, "--no-figure")
     assert [rest["stable"] for rest in found["equilibria"]] == [False, True]
     assert found["files"] == []
 
 
 @pytest.mark.parametrize(("scene", "unit"), [("porter", "N m/rad"), ("haug_governor", "N/m")])
 def test_a_stiffness_has_the_unit_of_its_coordinate(scene, unit):
-    assert re.search(rf"stiffness [\d.]+ {unit}(;|$)", call("equilibria", scene, "--no-figure").stdout, re.MULTILINE)
-
-
-def test_equilibria_at_a_speed_that_is_none_are_refused(tmp_path):
-    result = call("equilibria", "porter", "--speed", "6 kg", "--out", str(tmp_path))
-    assert result.exit_code == 2
-    assert result.stderr.startswith("--speed is an angular speed")
+    assert re.search(rf"stiffness [\d.]+ {unit}(;|$)", invoke("equilibria", scene, "--no-figure").stdout, re.MULTILINE)
 
 
 def test_the_bill_of_the_effects_is_told_drawn_and_given_as_json(tmp_path, one_timing):
-    result = call("effects", "porter_dry_friction", "--out", str(tmp_path), "--json")
-    answer = json.loads(result.stdout)
-    assert result.exit_code == 0
+    answer = json_of("effects", "porter_dry_friction", "--out", tmp_path)
     assert {row["effect"]: row["listed"] for row in answer["effects"]} == {"gravity": True, "centrifugal": True, "dry_friction": True}
     assert answer["leave_out"] == []
     assert [path.name for path in tmp_path.iterdir()] == ["porter_dry_friction_effects.png"]
-    plain = call("effects", "porter_dry_friction", "--no-figure")
+    plain = invoke("effects", "porter_dry_friction", "--no-figure")
     assert "dry_friction" in plain.stdout
     assert "not tried, because they need parameters: rods, spring, dashpot, stops, clearance" in plain.stdout
 
 
 def test_accuracy_is_measured_told_drawn_and_given_as_json(tmp_path, one_timing):
     scene, out = str(short_scene(tmp_path)), tmp_path / "out"
-    result = call("accuracy", scene, "--for", "1e-6", "--longest", "0.02", "--out", str(out))
-    assert result.exit_code == 0, result.output
+    result = succeed("accuracy", scene, "--for", "1e-6", "--longest", "0.02", "--out", str(out))
     assert "for 1e-06: use " in result.stdout
     assert "impulse plain never within " in result.stdout
     assert sorted(path.name for path in out.iterdir()) == [f"short_accuracy.{kind}" for kind in ("csv", "json", "png")]
-    words = ("--for", "1e-6", "--longest", "0.02", "--out", str(out), "--no-figure", "--json")
-    answer = json.loads(call("accuracy", scene, *words).stdout)
+    answer = json_of("accuracy", scene, "--for", "1e-6", "--longest", "0.02", "--out", out, "--no-figure")
     assert answer["reached"]
     assert answer["advice"].startswith("for 1e-06: use ")
     assert [Path(path).suffix for path in answer["files"]] == [".csv", ".json"]
@@ -395,7 +345,7 @@ def test_accuracy_is_measured_told_drawn_and_given_as_json(tmp_path, one_timing)
 def test_an_error_less_than_can_be_told_is_answered_after_all_that_was_found(tmp_path, one_timing):
     """A scene whose name has a point in it keeps all of its name."""
     scene = short_scene(tmp_path).rename(tmp_path / "my.v1.toml")
-    result = call("accuracy", str(scene), "--for", "1e-15", "--longest", "0.02", "--out", str(tmp_path / "out"))
+    result = invoke("accuracy", str(scene), "--for", "1e-15", "--longest", "0.02", "--out", str(tmp_path / "out"))
     assert result.exit_code == 1
     assert re.search("multibody +tolerance", result.stdout)
     assert "the reference has an error of" in result.stdout
@@ -403,23 +353,12 @@ def test_an_error_less_than_can_be_told_is_answered_after_all_that_was_found(tmp
     assert names == [f"my.v1_accuracy.{kind}" for kind in ("csv", "json", "png")]
 
 
-def test_an_accuracy_that_is_none_is_refused_before_anything_runs(tmp_path):
-    result = call("accuracy", "porter", "--for", "2", "--out", str(tmp_path / "out"))
-    assert result.exit_code == 2
-    assert "must be between 0 and 1" in result.output
-    assert not (tmp_path / "out").exists()
-
-
 def test_how_a_governor_regulates_is_asked_from_the_command_line(tmp_path, monkeypatch):
     monkeypatch.setattr("governor_mechanism.studies.regulation.speed_changes.RAMP_RATES", [4e-3, 1e-3, 2.5e-4])
-    result = call("regulation", "jump", "--out", str(tmp_path))
-    assert result.exit_code == 0
+    result = succeed("regulation", "jump", "--out", str(tmp_path))
     assert "falls below 6.32801 rad/s" in result.stdout
     assert "jumps above 6.44406 rad/s" in result.stdout
     assert [path.name for path in tmp_path.iterdir()] == ["jump.png"]
-    wrong = call("regulation", "settling", "porter", "--out", str(tmp_path))
-    assert wrong.exit_code == 2
-    assert "free spindle with a torque that changes" in wrong.stderr
 
 
 SHORT = {"10 ms": "50 ms", "accuracy = 1e-6": 'accuracy = 1e-4\nengine = "multibody"'}
@@ -428,14 +367,12 @@ SHORT = {"10 ms": "50 ms", "accuracy = 1e-6": 'accuracy = 1e-4\nengine = "multib
 def test_a_sweep_is_told_drawn_kept_and_given_as_json(tmp_path):
     words = ["sweep", str(short_scene(tmp_path, **SHORT)), "--vary", "dimensions.arm=290mm:310mm:3"]
     words += ["--vary", "dimensions.sleeve_mass=19kg,21kg", "--quantity", "max arm_angle"]
-    plain = call(*words, "--out", str(tmp_path / "plain"))
-    assert plain.exit_code == 0, plain.output
+    plain = succeed(*words, "--out", str(tmp_path / "plain"))
     assert "6 rows, 3 of dimensions.arm x 2 of dimensions.sleeve_mass" in plain.stdout
     assert sorted(listing(tmp_path / "plain")) == [f"short_sweep.{kind}" for kind in ("csv", "json", "png")]
     heads = (tmp_path / "plain" / "short_sweep.csv").read_text(encoding="utf-8").splitlines()[0]
     assert heads == "dimensions.arm [m],dimensions.sleeve_mass [kg],max arm_angle [rad],outcome,message"
-    result = call(*words, "--out", str(tmp_path / "json"), "--json", "--no-figure")
-    answer = json.loads(result.stdout)
+    answer = json_of(*words, "--out", tmp_path / "json", "--no-figure")
     assert [row["outcome"] for row in answer["rows"]] == ["ok"] * 6
     assert [Path(path).name for path in answer["files"]] == ["short_sweep.csv", "short_sweep.json"]
     assert sorted(listing(tmp_path / "json")) == ["short_sweep.csv", "short_sweep.json"]
@@ -443,29 +380,17 @@ def test_a_sweep_is_told_drawn_kept_and_given_as_json(tmp_path):
 
 def test_a_sweep_with_rows_that_ended_otherwise_ends_with_1(tmp_path):
     words = ["sweep", str(short_scene(tmp_path, **SHORT)), "--vary", "dimensions.link=100mm,300mm", "--certify"]
-    result = call(*words, "--out", str(tmp_path / "out"), "--no-figure")
+    result = invoke(*words, "--out", str(tmp_path / "out"), "--no-figure")
     assert result.exit_code == 1
     assert "1 of 2 rows could not be run: start.arm_angle" in result.stdout
 
 
 def test_a_sweep_whose_rows_leave_the_range_ends_with_0(tmp_path):
     words = ["sweep", str(short_scene(tmp_path, **SHORT)), "--vary", "spindle.speed=120rpm,300rpm", "--quantity", "duration"]
-    result = call(*words, "--out", str(tmp_path / "out"), "--no-figure")
-    assert result.exit_code == 0
+    result = succeed(*words, "--out", str(tmp_path / "out"), "--no-figure")
     # Arm and link are equally long and reach their limits together: rounding decides which is first.
     assert "1 of 2 rows reached the end of the range of " in result.stdout
     assert "at 90 degrees" in result.stdout
-
-
-def test_every_mistake_of_a_sweep_is_told_at_once(tmp_path):
-    words = ["sweep", "porter", "--vary", "dimensions.amr=1,2", "--vary", "dimensions.arm=200mm:300kg:3"]
-    result = call(*words, "--quantity", "max arm_angel", "--out", str(tmp_path))
-    assert result.exit_code == 2
-    assert result.stdout == ""
-    first, second, third = result.stderr.splitlines()
-    assert "Did you mean 'arm'?" in first
-    assert 'dimensions.arm is a length; "300kg" is a mass' in second
-    assert "Did you mean 'max arm_angle'?" in third
 
 
 SWEEP = ["--vary", "dimensions.arm=290mm:310mm:60", "--no-figure"]
@@ -475,7 +400,7 @@ SWEEP = ["--vary", "dimensions.arm=290mm:310mm:60", "--no-figure"]
 def whole_sweep(tmp_path_factory):
     """Return the folder of a sweep that was not interrupted."""
     folder = tmp_path_factory.mktemp("whole")
-    assert call("sweep", str(short_scene(folder, **SHORT)), *SWEEP, "--out", str(folder)).exit_code == 0
+    succeed("sweep", short_scene(folder, **SHORT), *SWEEP, "--out", folder)
     return folder
 
 
@@ -524,7 +449,7 @@ def interrupt_call(happened, *words: str) -> tuple[int, str]:
 
     thread = threading.Thread(target=interrupt)
     thread.start()
-    result = call(*words)
+    result = invoke(*words)
     has_ended.set()
     thread.join()
     return result.exit_code, result.stderr
@@ -547,25 +472,17 @@ def test_an_interrupted_sweep_goes_on_where_it_was(workers, interrupt, expected,
     assert said.splitlines()[0] == f"{kept} of 60 rows are in {journal}; the same command continues from there"
     assert len(told(said)) == 2
     assert listing(out) == [journal.name]
-    assert call(*words).exit_code == 0  # it goes on with one worker, however many it had
+    succeed(*words)  # it goes on with one worker, however many it had
     for name in ("short_sweep.csv", "short_sweep.json"):
         assert (out / name).read_bytes() == (whole_sweep / name).read_bytes()
 
 
 def test_hard_cases_are_printed_drawn_and_given_as_json(tmp_path):
-    result = call("hard-cases", "--case", "not-a-number", "--case", "breakaway", "--short", "--out", str(tmp_path))
-    assert result.exit_code == 0
+    result = succeed("hard-cases", "--case", "not-a-number", "--case", "breakaway", "--short", "--out", str(tmp_path))
     assert "breakaway: Friction that holds until late in the run" in result.output
     assert "0 failed" in result.output
     names = {"hard_cases.csv", "hard_cases.json", "hard_case_breakaway.png", "hard_case_not-a-number.png"}
     assert {path.name for path in tmp_path.iterdir()} == names
-    answer = json.loads(call("hard-cases", "--case", "not-a-number", "--no-figure", "--out", str(tmp_path), "--json").stdout)
+    answer = json_of("hard-cases", "--case", "not-a-number", "--no-figure", "--out", str(tmp_path))
     assert answer["ok"] is True
     assert [row["verdict"] for row in answer["rows"]] == ["refused", "refused"]
-
-
-def test_an_unknown_hard_case_is_refused(tmp_path):
-    result = call("hard-cases", "--case", "dead-center", "--out", str(tmp_path))
-    assert result.exit_code == 2
-    assert "dead-centre" in result.output
-    assert not list(tmp_path.iterdir())

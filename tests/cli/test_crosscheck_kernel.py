@@ -1,14 +1,13 @@
 """The command `crosscheck` with a kernel of the user: what it prints, what it writes, how it ends."""
 
 import json
-from functools import partial
 from pathlib import Path
 from xml.etree import ElementTree
 
 import pytest
 from PIL import Image
 
-from command_line import invoke
+from command_line import invoke, json_of, succeed
 
 KERNELS = """
 import math
@@ -37,13 +36,9 @@ def kernels(tmp_path: Path) -> Path:
     return path
 
 
-call = partial(invoke, "crosscheck")
-
-
 def test_a_right_kernel_ends_with_0_and_writes_record_figure_and_junit(kernels: Path, tmp_path: Path):
     junit = tmp_path / "junit.xml"
-    result = call("porter", "--kernel", f"{kernels}:speed", *OVER, "--out", tmp_path, "--junit", junit)
-    assert result.exit_code == 0, result.output
+    result = succeed("crosscheck", "porter", "--kernel", f"{kernels}:speed", *OVER, "--out", tmp_path, "--junit", junit)
     assert "all 5 agree within 1e-06 of the simulation" in result.stdout
     record = json.loads((tmp_path / "porter_equilibrium_speed_speed.json").read_text(encoding="utf-8"))
     assert record["passed"]
@@ -57,8 +52,8 @@ def test_a_right_kernel_ends_with_0_and_writes_record_figure_and_junit(kernels: 
 
 def test_a_kernel_one_per_cent_off_ends_with_1_in_its_own_unit_and_names(kernels: Path, tmp_path: Path):
     junit = tmp_path / "junit.xml"
-    names = ("--map", "alpha=arm_angle in deg", "--map", "l=arm", "--unit", "rpm")
-    result = call("porter", "--kernel", f"{kernels}:rpm", *OVER, *names, "--junit", junit, "--no-figure", "--out", tmp_path, "--json")
+    words = (*OVER, "--map", "alpha=arm_angle in deg", "--map", "l=arm", "--unit", "rpm", "--junit", junit, "--out", tmp_path)
+    result = invoke("crosscheck", "porter", "--kernel", f"{kernels}:rpm", *words, "--no-figure", "--json")
     assert result.exit_code == 1, result.output
     answer = json.loads(result.stdout)
     assert answer["unit"] == "rpm"
@@ -71,14 +66,13 @@ def test_a_kernel_one_per_cent_off_ends_with_1_in_its_own_unit_and_names(kernels
 
 def test_random_dimensions_are_drawn_by_the_command_too(kernels: Path, tmp_path: Path):
     words = ("--over", "arm_angle=15deg:45deg", "--vary", "dimensions.arm=200mm:400mm", "--random", "8", "--seed", "1", "--out", tmp_path)
-    result = call("porter", "--kernel", f"{kernels}:speed", *words)
-    assert result.exit_code == 0, result.output
+    result = succeed("crosscheck", "porter", "--kernel", f"{kernels}:speed", *words)
     assert "all 8 agree" in result.stdout
     assert (tmp_path / "porter_equilibrium_speed_speed.png").is_file()
 
 
 def test_a_kernel_that_raises_at_some_points_is_told_in_a_sentence(kernels: Path, tmp_path: Path):
-    result = call("porter", "--kernel", f"{kernels}:sometimes", "--quantity", "sleeve_lift", *OVER, "--out", tmp_path)
+    result = invoke("crosscheck", "porter", "--kernel", f"{kernels}:sometimes", "--quantity", "sleeve_lift", *OVER, "--out", tmp_path)
     assert result.exit_code == 1
     assert "the kernel raised ValueError: math domain error (line 13 of mine.py), called with arm_angle = 0.654" in result.stdout
     assert "Traceback" not in result.output
@@ -87,34 +81,28 @@ def test_a_kernel_that_raises_at_some_points_is_told_in_a_sentence(kernels: Path
 @pytest.mark.parametrize(
     ("words", "sentence"),
     [
-        (["--kernel", "speed"], "'speed' is not understood; write mine.py:speed"),
-        (["--kernel", "none.py:speed"], "there is no file none.py"),
-        (["--kernel", "{mine}:sped"], "has no function 'sped'; it has speed, rpm, sometimes. Did you mean 'speed'?"),
-        (["--kernel", "{mine}:nothing"], "'nothing' in {mine} is no function"),
-        (["--kernel", "no_such_module:speed"], "module 'no_such_module' cannot be imported: ModuleNotFoundError"),
-        (["--kernel", "{wrong}:speed"], "cannot be executed: SyntaxError"),
-        (["--kernel", "{mine}:speed", "--map", "alpha"], "--map 'alpha' is not understood"),
-        (["--kernel", "{mine}:speed", "--over", "arm_angle=1"], "--over gives 'arm_angle' twice"),
-        (["--unit", "rpm"], "--unit and --out do nothing without --kernel FILE.py:FUNCTION"),
+        (["{mine}:sped"], "has no function 'sped'; it has speed, rpm, sometimes. Did you mean 'speed'?"),
+        (["{mine}:nothing"], "'nothing' in {mine} is no function"),
+        (["{wrong}:speed"], "cannot be executed: SyntaxError"),
+        (["{mine}:speed", "--map", "alpha"], "--map 'alpha' is not understood"),
+        (["{mine}:speed", "--over", "arm_angle=1"], "--over gives 'arm_angle' twice"),
     ],
 )
 def test_what_cannot_be_compared_ends_with_2_and_a_sentence(words, sentence, kernels: Path, tmp_path: Path):
     wrong = tmp_path / "wrong.py"
     wrong.write_text("def speed(:\n", encoding="utf-8")
     places = {"mine": kernels, "wrong": wrong}
-    over = OVER if "--kernel" in words else ()
-    result = call("porter", *(word.format(**places) for word in words), *over, "--out", tmp_path)
+    result = invoke("crosscheck", "porter", "--kernel", *(word.format(**places) for word in words), *OVER, "--out", tmp_path)
     assert result.exit_code == 2
     assert sentence.format(**places) in result.stderr
     assert "Traceback" not in result.output
 
 
 def test_the_quantities_are_listed():
-    result = call("slide_valve_marks", "--list")
-    assert result.exit_code == 0
+    result = succeed("crosscheck", "slide_valve_marks", "--list")
     for words in ("crank_end_cut_off", "valve_displacement", "head_end_lead", "outside_lap (m)"):
         assert words in result.stdout
-    listed = json.loads(call("porter", "--list", "--json").stdout)
+    listed = json_of("crosscheck", "porter", "--list")
     stiffness = next(one for one in listed["quantities"] if one["name"] == "stiffness")
     assert stiffness["over"] == {"arm_angle": "rad", "spindle_speed": "rad/s"}
     assert stiffness["optional"] == ["spindle_speed"]
@@ -122,6 +110,5 @@ def test_the_quantities_are_listed():
 
 def test_closed_forms_are_written_as_junit_too(tmp_path: Path):
     junit = tmp_path / "junit.xml"
-    result = call("watt_crossed", "--junit", junit)
-    assert result.exit_code == 0, result.output
+    succeed("crosscheck", "watt_crossed", "--junit", junit)
     assert ElementTree.parse(junit).getroot().get("failures") == "0"

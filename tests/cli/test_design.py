@@ -2,23 +2,18 @@
 
 import dataclasses
 import json
-from functools import partial
 from pathlib import Path
 
 import pytest
 
 import governor_mechanism as gm
-from command_line import invoke
+from command_line import json_of, succeed
 from governor_mechanism.cli.design import DESIGNS
 from governor_mechanism.studies.design.simulated import PROCEDURES
 
-call = partial(invoke, "design")
-
 
 def test_the_papers_governor_is_designed_with_what_is_not_right_marked(tmp_path: Path) -> None:
-    result = call("hartung", "--out", str(tmp_path), "--json")
-    assert result.exit_code == 0, result.output
-    told = json.loads(result.stdout)
+    told = json_of("design", "hartung", "--out", str(tmp_path))
     assert "spring force at 92 mm, 212 rpm" in told["paper"]["deviations"]
     assert [Path(name).name for name in told["files"]] == ["hartung_design.toml", "hartung_spring_lines.png", "hartung_sleeve_force.png"]
     assert all(Path(name).is_file() for name in told["files"])
@@ -28,46 +23,33 @@ def test_the_papers_governor_is_designed_with_what_is_not_right_marked(tmp_path:
 
 
 def test_inputs_of_ones_own_leave_the_paper_aside(tmp_path: Path) -> None:
-    result = call("hartung", "--with", "wire=10 mm", "--with", "weight_mass=50 kg", "--no-figure", "--out", str(tmp_path))
-    assert result.exit_code == 0, result.output
+    result = succeed("design", "hartung", "--with", "wire=10 mm", "--with", "weight_mass=50 kg", "--no-figure", "--out", str(tmp_path))
     assert "recomputed" not in result.stdout
     assert "bell crank: 137.197 deg" in result.stdout  # masses and wire do not enter it
     assert "warning: the springs are overstressed" in result.stdout
     assert [path.name for path in tmp_path.iterdir()] == ["hartung_design.toml"]
 
 
-def test_what_is_no_input_is_told_with_the_nearest_one(tmp_path: Path) -> None:
-    result = call("hartung", "--with", "wier=10 mm", "--with", "coil=5 kg", "--out", str(tmp_path))
-    assert result.exit_code == 2
-    assert "Did you mean 'wire'?" in result.stderr
-    assert "--with coil is a length" in result.stderr
-
-
 def test_the_flywheel_of_the_paper_is_designed_with_its_third_term_marked(tmp_path: Path) -> None:
-    result = call("flywheel", "--out", str(tmp_path), "--json")
-    assert result.exit_code == 0, result.output
+    result = succeed("design", "flywheel", "--json", "--out", tmp_path)
     told = json.loads(result.stdout)
     assert "back pressure (66)" in told["paper"]["deviations"]
     assert [Path(name).name for name in told["files"]] == ["flywheel_design.toml", "flywheel_design.png"]
     assert "the cycle does not close" in result.stderr
-    text = call("flywheel", "--no-figure", "--out", str(tmp_path)).stdout
+    text = succeed("design", "flywheel", "--no-figure", "--out", str(tmp_path)).stdout
     assert "this makes the flywheel 28 % too light" in text
 
 
 def test_a_given_flywheel_has_its_fluctuation_computed(tmp_path: Path) -> None:
     words = ("--with", "load_pressure=closing", "--with", "inertia=4000 kg m^2", "--no-figure", "--out", str(tmp_path))
-    result = call("flywheel", *words)
-    assert result.exit_code == 0, result.output
+    result = succeed("design", "flywheel", *words)
     assert "coefficient of speed fluctuation 0.0199793" in result.stdout  # 3155.01221546 J / (4000 kg m2 (2 pi / s)^2)
     assert "recomputed" not in result.stdout
-    refused = call("flywheel", "--with", "load_pressure=9 bar", "--out", str(tmp_path))
-    assert refused.exit_code == 2
-    assert "the shaft stalls; reduce load_pressure" in refused.stderr
 
 
 @pytest.mark.parametrize("machine", DESIGNS)
 def test_help_lists_every_input_with_unit_meaning_and_default(machine: str) -> None:
-    text = call(machine, "--help").stdout
+    text = succeed("design", machine, "--help").stdout
     for one in dataclasses.fields(PROCEDURES[machine].inputs):
         assert f"  --{one.name.replace('_', '-')} " in text
         assert " ".join(one.metadata["declared"].meaning.split()[:2]) in text
@@ -77,7 +59,6 @@ def test_help_lists_every_input_with_unit_meaning_and_default(machine: str) -> N
 
 
 def test_designs_are_commands_of_their_own() -> None:
-    text = call("--help").stdout
+    text = succeed("design", "--help").stdout
     assert list(DESIGNS) == list(PROCEDURES)
     assert all(f"  {name} " in text for name in DESIGNS)
-    assert "No such command 'turbine'" in call("turbine").output

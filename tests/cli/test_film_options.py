@@ -4,7 +4,6 @@ import re
 
 import pytest
 
-import governor_mechanism as gm
 from command_line import invoke
 from governor_mechanism.cli.options import COMMAND_WORDS, FILM_PARAMETERS, gather_film_options, in_command_words
 from governor_mechanism.errors import MechanismError
@@ -38,78 +37,6 @@ def test_one_theme_is_for_figures_and_films():
     assert gather(theme=Theme.DARK, film="html") == FilmOptions()
 
 
-def test_a_time_in_another_unit_is_refused(tmp_path):
-    result = invoke("run", "porter", "--out", str(tmp_path), "--start", "2 mm")
-    assert result.exit_code == 2
-    assert '--start is a time; "2 mm" is a length' in " ".join(result.output.split())
-
-
-@pytest.mark.parametrize(
-    ("options", "message"),
-    [
-        (["--readings", "arm_angel"], "--readings: .* no reading 'arm_angel'.*Did you mean 'arm_angle'"),
-        (["--readings", " , "], "--readings needs names with commas between, as in arm_angle,sleeve_lift; found ' , '"),
-        (["--readings", "a,b,c,d,e"], "at most 4 readings, and --readings names 5: a, b, c, d, e; leave some out"),
-        (["--readings", "arm_angle", "--layout", "machine"], "the --layout 'machine' plots no readings; leave --readings out, or choose"),
-        (["--layout", "square"], "'--layout': .*'square' is not one of 'machine', 'machine.plots', 'wide'"),
-        (["--theme", "blue"], "'--theme': .*'blue' is not one of 'light', 'dark'"),
-        (["--film", "avi"], "'--film': .*'avi' is not one of 'gif', 'mp4'"),
-        (["--size", "100"], "--size must be 320 to 4320 pixels; got 100"),
-        (["--size", "99999x99999"], "--size must be 320 to 4320 pixels; got 99999"),
-        (["--size", "1000x720"], "--size '1000x720' has a width of its own: a film is square, or 16:9 as 1280x720"),
-        (["--size", "1280x720", "--layout", "machine"], "--size '1280x720' is 16:9, and --layout machine is not; leave one of them out"),
-        (["--fps", "0.5"], "--fps must be 1 to 50; got 0.5"),
-        (["--film", "html", "--fps", "30"], "takes no --fps; leave it out"),
-        (["--film", "html", "--labels", "--no-footer"], "leave --no-footer and --labels out, or choose --film gif"),
-        (["--start", "20 s"], r"--start and --stop must lie within the run, 0\.\.10 s, in this order; got 20 and 10 s"),
-        (["--start", "2 s", "--stop", "2 s"], r"--start and --stop are both 2 s; .* 0\.\.10 s"),
-        (["--stop", "soon"], '--stop is a time; "soon" has no number'),
-        (["--seconds", "2 s", "--stop", "3 s"], r"within the run, 0\.\.2 s"),
-        (["--slow-down", "0"], "--slow-down must be a number above 0, .*; got 0"),
-        (["--slow-down", "1000"], "--slow-down 1000 makes a film of 10000 s; at most 3600 s: show less by --start and --stop"),
-        (["--part", "governer"], "--part: .*Did you mean 'governor'"),
-        (["--view", "above"], "'--view': .*'above' is not one of 'plane', 'outside', 'both'"),
-        (["--view", "both", "--film", "svg"], "turning plane only; leave --view out, or choose --film gif"),
-        (["--view", "outside", "--labels", "--traces"], "--labels and --traces are drawn on .* choose the --view 'both'"),
-        (["--exaggerate", "0"], "--exaggerate must be a number of at least 1, .*; got 0"),
-        (["--layers", "velocity,pols"], "--layers of a film are velocity, acceleration, poles; got 'pols'. Did you mean 'poles'"),
-        (["--layers", "poles", "--view", "outside"], "--layers are drawn on the turning plane"),
-        (["--layers", "poles", "--exaggerate", "2"], "--layers are those of the true motion, which --exaggerate does not show"),
-        (["--exaggerate", "2", "--forces"], "--forces are .* which --exaggerate does not show; leave one of the two out"),
-        (["--set", "effects.clearance=1 mm", "--exaggerate", "3"], "--exaggerate needs .* have a clearance; leave --exaggerate out"),
-    ],
-)
-def test_what_a_film_does_not_take_is_refused_before_the_simulation(options, message, monkeypatch, tmp_path):
-    monkeypatch.setattr(gm, "run", lambda *arguments, **named: pytest.fail("simulated"))
-    result = invoke("run", "porter", "--out", str(tmp_path), *options)
-    assert result.exit_code == 2
-    assert re.search(message, " ".join(result.output.split()))
-
-
-@pytest.mark.parametrize(
-    ("scene", "options", "message"),
-    [
-        ("slider_crank", ["--view", "both"], r"the --view 'both' shows .* nothing shown does \(slider_crank\); leave --view out"),
-        ("slider_crank", ["--exaggerate", "3"], "drivers prescribe"),
-        ("governed_engine", ["--view", "both"], "does not take --view; .* by --part"),
-        ("governed_engine", ["--part", "governor", "--exaggerate", "3"], "one part"),
-    ],
-)
-def test_what_a_scene_does_not_show_is_refused_before_the_simulation(scene, options, message, monkeypatch, tmp_path):
-    monkeypatch.setattr(gm, "run", lambda *arguments, **named: pytest.fail("simulated"))
-    result = invoke("run", scene, "--out", str(tmp_path), *options)
-    assert result.exit_code == 2
-    assert re.search(message, " ".join(result.output.split()))
-
-
-@pytest.mark.parametrize(("options", "message"), [(["--readings", "arm_angel"], "'arm_angle'"), (["--start", "20 s"], "within the run")])
-def test_a_comparison_refuses_what_its_film_does_not_take_before_the_simulation(options, message, monkeypatch, tmp_path):
-    monkeypatch.setattr(gm, "compare", lambda *arguments, **named: pytest.fail("simulated"))
-    result = invoke("compare", "porter", "watt", "--out", str(tmp_path), *options)
-    assert result.exit_code == 2
-    assert re.search(message, " ".join(result.output.split()))
-
-
 @pytest.mark.parametrize("command", ["run", "compare"])
 def test_every_option_of_a_film_stands_for_one_of_the_command(command):
     """A name in a message that the command line does not know would be one that its user cannot type."""
@@ -127,12 +54,6 @@ def test_an_error_while_the_film_is_drawn_names_the_option_too():
 def test_the_film_of_one_part_of_a_scene_is_chosen():
     chosen = gather(part="governor", view=FilmView.BOTH, exaggerate=2.0)
     assert chosen == FilmOptions(part="governor", view="both", exaggerate=2.0)
-
-
-def test_a_refused_film_leaves_no_folder(tmp_path):
-    result = invoke("run", "slider_crank", "--view", "both", "--out", str(tmp_path / "out"))
-    assert result.exit_code == 2
-    assert not list(tmp_path.iterdir())
 
 
 def test_a_film_of_one_instant_is_refused():

@@ -9,7 +9,7 @@ import pytest
 import typer.main
 
 import governor_mechanism as gm
-from command_line import invoke as call
+from command_line import invoke
 from governor_mechanism.cli.compare import split_changes
 from governor_mechanism.cli.main import app, main
 from governor_mechanism.errors import MechanismError
@@ -42,7 +42,7 @@ def test_an_option_with_one_value_is_given_once(words, command, tmp_path, monkey
     single = {one.is_flag: one for one in options}.values()  # one look at the words finds all: a flag and a value
     assert single
     for option in single:
-        result = call(*words, *2 * [option.opts[0], *([] if option.is_flag else ["1"])])
+        result = invoke(*words, *2 * [option.opts[0], *([] if option.is_flag else ["1"])])
         assert result.exit_code == 2, result.output
         assert f"{option.opts[0]} is given twice, and counts once; give it once" in result.stderr
     assert not list(tmp_path.iterdir())
@@ -53,66 +53,15 @@ def test_an_empty_value_is_refused(words, command, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     with_value = [one for one in command.params if one.param_type_name == "option" and not one.is_flag]
     for option in {one.multiple: one for one in with_value}.values():
-        result = call(*words, option.opts[0], " ")
+        result = invoke(*words, option.opts[0], " ")
         assert result.exit_code == 2
         assert f"{option.opts[0]} is empty" in result.stderr
     assert not list(tmp_path.iterdir())
 
 
 def test_a_refused_command_line_is_one_object_of_json():
-    assert '"--engine is given twice' in call("run", "porter", "--engine", "a", "--engine", "b", "--json").stdout
-    assert "SCENE is empty" in call("describe", "").stderr
-
-
-@pytest.mark.parametrize(
-    ("words", "sentence"),
-    [
-        ("crosscheck porter --quantity sleeve_lift", "--quantity does nothing without --kernel FILE.py:FUNCTION; give --kernel"),
-        ("crosscheck porter --seed 3 --theme dark", "--seed and --theme do nothing without --kernel"),
-        ("crosscheck porter --kernel a.py:b --seed 3", "--seed does nothing without --random; give --random too, or leave it out"),
-        ("crosscheck porter --list --junit a.xml", "--junit does nothing with --list; leave it out"),
-        ("equilibria porter --against lift", "no reading 'lift'"),
-        ("equilibria haug_governor --against sleeve_lift", "distance of a ball"),
-        ("equilibria slider_crank --against piston", "statics need"),
-        ("equilibria porter --linearise --resistance 40N", "--resistance does nothing with --linearise; leave it out"),
-        ("equilibria porter --limit a=0:1 --linearise --speed 3", "--speed and --linearise do nothing with --limit; leave them out"),
-        ("equilibria porter --no-figure --format pdf", "--format does nothing with --no-figure"),
-        ("effects porter --no-figure --theme dark", "--theme does nothing with --no-figure"),
-        ("run porter --no-film --labels --size 720", "--size and --labels do nothing with --no-film; leave them out"),
-        ("run porter --no-film --no-figure --theme dark", "--theme does nothing with --no-figure"),
-        ("run porter --json --verbose", "--verbose does nothing with --json"),
-        ("compare porter watt --no-film --film mp4", "--film does nothing with --no-film"),
-        ("run porter --slow-down 1e-9", "--slow-down 1e-09 makes a film of 1e-08 s; at least 0.1 s: take --slow-down 0.01 or more"),
-        ("design hartung --with wire=14mm --with wire=10mm", "--with wire is given twice; give it once"),
-    ],
-)
-def test_an_option_that_does_nothing_is_refused(words, sentence, tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    result = call(*words.split())
-    assert result.exit_code == 2, result.output
-    assert sentence in result.stderr
-
-
-@pytest.mark.parametrize(
-    ("words", "sentence"),
-    [
-        ("design pendulum --lowest-speed 60rpm --highest-speed 50rpm", "--lowest-speed (60 rpm), at the lowest position, must be below"),
-        ("design pendulum --lowest-speed 60rpm --highest-speed 50rpm", "below --highest-speed (50 rpm)"),
-        ("design pendulum --lowest-sped 60rpm", "--lowest-sped is not an input; inputs: --kind, "),
-        ("design pendulum --with lowest_sped=60rpm", "--with lowest_sped is not an input; inputs: kind, "),
-        ("design pendulum --lowest-speed 60kg", "--lowest-speed is an angular speed"),
-        ("run porter --seconds -5", "--seconds must be positive; found -5"),
-        ("accuracy porter --longest nan", "--longest must be a finite number"),
-        ("regulation map governed_engine --border-points -3", "--border-points must be a whole number of at least 0; found -3"),
-        ("regulation map governed_engine --workers 0", "--workers must be a whole number of at least 1; found 0"),
-        ("valve-gears gooch --count -1", "--count must be a whole number of at least 2; found -1"),
-    ],
-)
-def test_messages_name_options_as_typed(words, sentence, tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    result = call(*words.split())
-    assert result.exit_code == 2, result.output
-    assert sentence in result.stderr
+    assert '"--engine is given twice' in invoke("run", "porter", "--engine", "a", "--engine", "b", "--json").stdout
+    assert "SCENE is empty" in invoke("describe", "").stderr
 
 
 def test_a_change_may_be_for_one_of_the_compared_scenes():
@@ -120,13 +69,6 @@ def test_a_change_may_be_for_one_of_the_compared_scenes():
     for number in ("0", "3"):
         with pytest.raises(MechanismError, match="numbered from 1 to 2"):
             split_changes([f"{number}:a=1"], 2)
-
-
-def test_equal_scenes_after_their_changes_are_refused(tmp_path):
-    result = call("compare", "porter", "watt", "porter", "--set", "spindle.speed=124 rpm", "--out", str(tmp_path / "out"))
-    assert result.exit_code == 2
-    assert "scenes 1 and 3 are both porter" in result.stderr
-    assert '--set "3:dimensions.arm=320 mm"' in result.stderr
 
 
 @pytest.mark.parametrize(

@@ -96,15 +96,6 @@ def test_friction_takes_its_share_by_the_slope_of_the_pallet():
     assert impulse_energy(heavy, amplitude=amplitude) == pytest.approx(8e-5 - 0.5e-6 * speed**2, rel=1e-13)
 
 
-@pytest.mark.parametrize(
-    ("change", "words"),
-    [({"torque": 0.0}, "torque"), ({"friction": -0.1}, "friction"), ({"damping": math.nan}, "damping"), ({"lift": -0.1}, "lift")],
-)
-def test_what_is_no_escapement_is_refused(change, words):
-    with pytest.raises(gm.MechanismError, match=words):
-        replace(CLOCK, **change)
-
-
 def test_a_clock_that_stops_or_swings_without_bound_is_refused():
     with pytest.raises(gm.MechanismError, match="the clock stops"):
         steady_amplitude(replace(CLOCK, damping=1.0))

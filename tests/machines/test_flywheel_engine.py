@@ -213,41 +213,6 @@ def test_a_governor_is_driven_by_the_engine():
     assert "engine.gas_torque" in run.readings
 
 
-REFUSALS = {
-    "cut-off beyond the stroke": ({"cut_off": 1.2}, "cut_off must lie between 0 and 1"),
-    "no volume at all": ({"cut_off": 0.0, "clearance": 0.0}, "its pressure is infinite"),
-    "negative clearance": ({"clearance": -0.1}, "clearance must not be negative"),
-    "pump without clearance": ({"pump_clearance": 0.0}, "pump_clearance must be above 0"),
-    "negative pressure": ({"back_pressure": "-1 bar"}, r"back_pressure \(-100000 Pa\) is negative"),
-    "supply below the atmosphere": ({"supply_pressure": "0.5 bar"}, "is below the atmosphere"),
-    "valves that never open": ({"pump_clearance": 0.4}, "the valves of the pump never open"),
-    "half a pump": ({"pump_area": None}, "belong to a pump; give pump_area"),
-    "no wheel": ({"inertia": None}, "both are missing"),
-    "two wheels": ({"rim_mass": 100.0, "rim_radius": 1.0}, "both are given"),
-    "a rim without a radius": ({"inertia": None, "rim_mass": 100.0}, "rim_mass needs rim_radius"),
-    "two loads": ({"load_pressure": 4e4, "load_torque": 100.0}, "load_pressure and load_torque are both given"),
-    "a load that drives": ({"load_pressure": -4e4}, "the load resists"),
-    "a short rod": ({"connecting_rod": 0.3}, "or it cannot turn over"),
-    "no work": ({"back_pressure": "3.9 bar"}, "the engine can carry no load"),
-}
-
-
-@pytest.mark.parametrize(("changes", "sentence"), REFUSALS.values(), ids=REFUSALS)
-def test_an_impossible_engine_is_refused_in_a_sentence(changes, sentence):
-    with pytest.raises(MechanismError, match=sentence):
-        air_engine_scene(changes)
-
-
-@pytest.mark.parametrize(
-    ("masses", "sentence"),
-    [({"piston": 0.0}, "piston_masses need piston or pump_piston"), ({"pump_piston": 10.0, "connecting_rod": 5.0}, "its piston has none"),
-     ({"piston": 10.0, "connecting_rod": 5.0}, "has a mass but is endless")],
-)  # fmt: skip
-def test_impossible_masses_are_refused(masses, sentence):
-    with pytest.raises(MechanismError, match=sentence):
-        air_engine_scene({}, {"piston_masses": masses})
-
-
 def test_statics_and_linearisation_are_refused():
     with pytest.raises(MechanismError, match="turns over"):
         gm.equilibria(air_engine_scene(), spindle_speed=0.0)

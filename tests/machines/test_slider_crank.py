@@ -80,27 +80,6 @@ def test_the_slender_rod_is_what_is_left_out():
     assert slender.part.mechanism == told.part.mechanism
 
 
-@pytest.mark.parametrize(
-    ("effects", "sentence"),
-    [
-        ({"masses": {"rod": 3.0}}, "masses.crank is missing; it is the mass of the crank"),
-        ({"masses": True}, "write { crank"),
-        ({"masses": {"crank": 1.0, "crosshaed": 3.0}}, "Did you mean 'crosshead'"),
-        ({"masses": {"crank": 0.0}}, "masses.crank must be positive"),
-        ({"masses": {"crank": 1.0, "rod": -1.0}}, "masses.rod must not be negative"),
-        ({"masses": {"crank": 1.0, "rod_centre": 0.5}}, "give masses.rod as well"),
-        ({"masses": {"crank": 1.0, "rod": 1.0, "rod_centre": 1.6}}, r"rod_centre \(1600 mm\) lies beyond the crosshead"),
-        ({"masses": {"crank": 1.0, "rod": 1.0, "rod_inertia": 0.0}}, "rod_inertia must be positive"),
-        ({"masses": {"crank": 1e-3, "rod": 50.0}}, r"masses.crank \(0.001 kg\) is negligible compared to masses.rod \(50 kg\)"),
-        ({"masses": {"crank": 50.0, "rod": 1e-3}}, "give it 0.005 kg at least, or leave it out"),
-        ({"clearance": 1e-3}, "machine 'slider_crank' does not support it"),
-    ],
-)
-def test_masses_that_mean_nothing_are_refused_in_a_sentence(effects, sentence):
-    with pytest.raises(MechanismError, match=sentence):
-        crank_scene(effects=effects)
-
-
 def test_masses_are_those_of_a_slider_crank_alone():
     porter = {"machine": "pendulum_governor", "dimensions": {"arm": 0.3, "ball_mass": 5.0}}
     with pytest.raises(MechanismError, match="the effect masses is for a slider crank"):

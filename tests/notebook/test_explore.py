@@ -130,25 +130,6 @@ def test_a_part_of_a_scene_has_short_names_too():
     assert repr(view).endswith("lever 400 mm)")
 
 
-@pytest.mark.parametrize(
-    ("scene", "keys", "sentence"),
-    [
-        ("porter", ["amr"], "\"amr\" is no dimension of this scene; .*Did you mean 'arm'"),
-        ("porter", ["dimensions.amr"], "dimensions.amr is unknown; .*Did you mean 'arm'"),
-        ("porter", ["effects.dashpot.sleeve"], "effects.dashpot.sleeve has no number in this scene; give a range"),
-        ("watt", ["sleeve_mass"], "dimensions.sleeve_mass has no number in this scene; give a range"),
-        ("porter", ["arm=200 mm"], "is not a range; write first:last"),
-        ("porter", ["arm=200 kg:300 kg"], "is a length"),
-        ("slide_valve_30", ["setting"], "words"),
-        ("porter", [3], "names of dimensions"),
-        ("quick_return", ["levre"], "its dimensions are .*Did you mean 'lever'"),
-    ],
-)
-def test_wrong_keys_are_refused(scene, keys, sentence):
-    with pytest.raises(gm.MechanismError, match=sentence):
-        gm.explore(scene, *keys)
-
-
 def test_wrong_values_are_refused():
     view = gm.explore("porter", "arm")
     with pytest.raises(gm.MechanismError, match="Did you mean 'arm'"):

@@ -168,23 +168,6 @@ def test_a_spindle_that_follows_has_the_speed_of_its_leader() -> None:
     assert 2 * run.rates["engine.crank_angle"][-1] == pytest.approx(66 * math.tau / 60, abs=1e-5)
 
 
-@pytest.mark.parametrize(
-    ("name", "events", "message"),
-    [
-        ("governed_engine", {"reading": "engine.shaft_sped", "value": 13}, "Did you mean 'engine.shaft_speed'"),
-        ("governed_engine", {"reading": "shaft_speed", "value": 13}, "is not a reading; .*engine.shaft_speed"),
-        ("governed_engine", {"reading": "engine.shaft_speed", "value": "125 mm"}, 'value is an angular speed; "125 mm" is a length'),
-        ("governed_engine", {"reading": "engine.gas_torque", "value": 0}, "is not a reading"),
-        ("porter", {"reading": "spindle_speed", "value": "120 rpm"}, "events.passed.reading .*a speed that is given.*known before the run"),
-        ("porter", {"reading": "spindle_sped", "value": "120 rpm"}, "is not a reading"),
-        ("porter_free_spindle", {"reading": "spindle_sped", "value": "120 rpm"}, "Did you mean 'spindle_speed'"),
-    ],
-)
-def test_wrong_names_and_units_of_speeds(name: str, events: dict[str, Any], message: str) -> None:
-    with pytest.raises(gm.MechanismError, match=message):
-        with_events(name, {"passed": events})
-
-
 def test_speeds_in_python_are_checked() -> None:
     def crossing(reading: str) -> NamedCrossing:
         return NamedCrossing(name="passed", reading=reading, value=13.0)

@@ -2,30 +2,17 @@
 
 import math
 import tomllib
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import pytest
 
 from governor_mechanism.errors import MechanismError
+from governor_mechanism.model import force_elements as forces
+from governor_mechanism.model import joints
 from governor_mechanism.model.curves import PolynomialCurve, SplineCurve
-from governor_mechanism.model.force_elements import Damper, Force, ForceElement, Spring, Torque, TorsionDamper, TorsionSpring
-from governor_mechanism.model.joints import (
-    GROUND,
-    ArcSlot,
-    CurveSlot,
-    Distance,
-    Gear,
-    Joint,
-    Pin,
-    Point,
-    Prismatic,
-    RackAndPinion,
-    RotationalDriver,
-    Slider,
-    TranslationalDriver,
-    Weld,
-)
+from governor_mechanism.model.joints import GROUND, Point
 from governor_mechanism.model.mechanism import Body, Mechanism, SecondMoments
 from governor_mechanism.model.output_variables import BodyAngle, LineAngle, PointCoordinate, PointDistance, Reading
 from governor_mechanism.model.part import EQUILIBRIUM, FreeSpindle
@@ -72,7 +59,7 @@ def test_the_smallest_scene() -> None:
     # 2 kg * (0.1 m)^2 / 12
     assert (own.bodies[0].name, own.bodies[0].mass, own.bodies[0].can_rotate) == ("crank", 2.0, True)
     assert own.bodies[0].second_moments.in_plane == pytest.approx((1 / 600, 0.0, 0.0), rel=1e-14)
-    assert own.joints == (Pin(name="A", first=O, second=START),)
+    assert own.joints == (joints.Pin(name="A", first=O, second=START),)
     assert own.initial_guess == ((0.05, 0.0, 0.0),)
     assert own.length_scale == pytest.approx(0.1, rel=1e-14)
     assert own.readings == (BodyAngle(name="crank_angle", quantity="angle", body="crank"),)
@@ -150,88 +137,58 @@ TWO = BODY + body_with('rod = { length = "200 mm" }', 'at = ["100 mm", 0]', 'ang
 # Where things stand: the crank lies along x, its end and the start of the rod at x = 100 mm.
 ENDS = ("crank.end", "rod.start")
 FIRST, SECOND = Point(body="crank", x=0.05), Point(body="rod", x=-0.1)
+BETWEEN = {"name": "J", "first": FIRST, "second": SECOND}
+BODIES = ("crank", "rod")
+WOBBLE = Harmonic(amplitude=math.pi / 2, frequency=3 / (2 * math.pi), phase=0.5)
+OF_BODIES = {"name": "J", "first": Point(body="crank"), "second": Point(body="rod")}
+
+
+def steady(start: float, rate: float) -> PrescribedMotion:
+    return PrescribedMotion(times=(0.0, 1.0), values=(start, start + rate))
 
 
 @pytest.mark.parametrize(
-    ("text", "expected"),
+    ("kind", "ends", "lines", "expected"),
     [
-        (joint_table("pin", name="J", ends=ENDS), Pin(name="J", first=FIRST, second=SECOND)),
-        (joint_table("weld", name="J", ends=ENDS), Weld(name="J", first=FIRST, second=SECOND, relative_angle=0.5)),
-        (joint_table("weld", 'turn = "1 rad"', name="J", ends=ENDS), Weld(name="J", first=FIRST, second=SECOND, relative_angle=1.0)),
+        ("pin", ENDS, "", joints.Pin(**BETWEEN)),
+        ("weld", ENDS, "", joints.Weld(**BETWEEN, relative_angle=0.5)),
+        ("weld", ENDS, 'turn = "1 rad"', joints.Weld(**BETWEEN, relative_angle=1.0)),
+        ("prismatic", ENDS, 'angle = "2 rad"', joints.Prismatic(**BETWEEN, angle=2.0, relative_angle=0.5)),
+        ("slider", ENDS, 'angle = "2 rad"', joints.Slider(**BETWEEN, angle=2.0)),
+        ("arc", ENDS, 'radius = "70 mm"', joints.ArcSlot(**BETWEEN, radius=0.07)),
         (
-            joint_table("prismatic", 'angle = "2 rad"', name="J", ends=ENDS),
-            Prismatic(name="J", first=FIRST, second=SECOND, angle=2.0, relative_angle=0.5),
-        ),
-        (joint_table("slider", 'angle = "2 rad"', name="J", ends=ENDS), Slider(name="J", first=FIRST, second=SECOND, angle=2.0)),
-        (joint_table("arc", 'radius = "70 mm"', name="J", ends=ENDS), ArcSlot(name="J", first=FIRST, second=SECOND, radius=0.07)),
-        (
-            joint_table("curve", 'curve = { coefficients = ["10 mm", 0.5, 3, 0, 0, 7] }', "angle = 1", name="J", ends=ENDS),
-            CurveSlot(name="J", first=FIRST, second=SECOND, angle=1.0, curve=PolynomialCurve(coefficients=(0.01, 0.5, 3.0, 0.0, 0.0, 7.0))),
+            *("curve", ENDS, 'curve = { coefficients = ["10 mm", 0.5, 3, 0, 0, 7] }\nangle = 1'),
+            joints.CurveSlot(**BETWEEN, angle=1.0, curve=PolynomialCurve(coefficients=(0.01, 0.5, 3.0, 0.0, 0.0, 7.0))),
         ),
         (
-            joint_table("curve", 'curve = { points = [[0, 0], ["20 mm", 0.03]] }', name="J", ends=ENDS),
-            CurveSlot(name="J", first=FIRST, second=SECOND, curve=SplineCurve(x=(0.0, 0.02), y=(0.0, 0.03))),
+            *("curve", ENDS, 'curve = { points = [[0, 0], ["20 mm", 0.03]] }'),
+            joints.CurveSlot(**BETWEEN, curve=SplineCurve(x=(0.0, 0.02), y=(0.0, 0.03))),
+        ),
+        ("gear", BODIES, 'ratio = -2\noffset = "1 rad"', joints.Gear(**OF_BODIES, ratio=-2.0, offset=1.0)),
+        ("gear", BODIES, "ratio = 0.5", joints.Gear(**OF_BODIES, ratio=0.5, offset=0.5)),  # 0.5 rad - 0.5 * 0 rad
+        (
+            *("rack", ("crank", "rod.start"), 'radius = "20 mm"\noffset = "5 mm"\nangle = 1'),
+            joints.RackAndPinion(**OF_BODIES | {"second": SECOND}, radius=0.02, angle=1.0, offset=0.005),
+        ),
+        ("driven_turn", BODIES, 'rate = "2 rad/s"', joints.RotationalDriver(**OF_BODIES, motion=steady(0.5, 2.0))),
+        (
+            *("driven_turn", ("crank", "rod.centre"), 'rate = "60 rpm"\nstart = 1'),
+            joints.RotationalDriver(**OF_BODIES, motion=steady(1.0, 2 * math.pi)),
         ),
         (
-            joint_table("gear", "ratio = -2", 'offset = "1 rad"', name="J", ends=("crank", "rod")),
-            Gear(name="J", first=Point(body="crank"), second=Point(body="rod"), ratio=-2.0, offset=1.0),
+            *("driven_turn", BODIES),
+            'motion = { start = 1, rate = "60 rpm", harmonics = [{ amplitude = "90 deg", frequency = "3 rad/s", phase = 0.5 }] }',
+            joints.RotationalDriver(**OF_BODIES, motion=replace(steady(1.0, 2 * math.pi), harmonics=(WOBBLE,))),
         ),
         (
-            # 0.5 rad - 0.5 * 0 rad
-            joint_table("gear", "ratio = 0.5", name="J", ends=("crank", "rod")),
-            Gear(name="J", first=Point(body="crank"), second=Point(body="rod"), ratio=0.5, offset=0.5),
-        ),
-        (
-            joint_table("rack", 'radius = "20 mm"', 'offset = "5 mm"', "angle = 1", name="J", ends=("crank", "rod.start")),
-            RackAndPinion(name="J", first=Point(body="crank"), second=SECOND, radius=0.02, angle=1.0, offset=0.005),
-        ),
-        (
-            joint_table("driven_turn", 'rate = "2 rad/s"', name="J", ends=("crank", "rod")),
-            RotationalDriver(
-                name="J",
-                first=Point(body="crank"),
-                second=Point(body="rod"),
-                motion=PrescribedMotion(times=(0.0, 1.0), values=(0.5, 0.5 + 2.0)),
-            ),
-        ),
-        (
-            joint_table("driven_turn", 'rate = "60 rpm"', "start = 1", name="J", ends=("crank", "rod.centre")),
-            RotationalDriver(
-                name="J",
-                first=Point(body="crank"),
-                second=Point(body="rod"),
-                motion=PrescribedMotion(times=(0.0, 1.0), values=(1.0, 1.0 + 2 * math.pi)),
-            ),
-        ),
-        (
-            joint_table(
-                "driven_turn",
-                'motion = { start = 1, rate = "60 rpm", harmonics = [{ amplitude = "90 deg", frequency = "3 rad/s", phase = 0.5 }] }',
-                name="J",
-                ends=("crank", "rod"),
-            ),
-            RotationalDriver(
-                name="J",
-                first=Point(body="crank"),
-                second=Point(body="rod"),
-                motion=PrescribedMotion(
-                    times=(0.0, 1.0),
-                    values=(1.0, 1.0 + 2 * math.pi),
-                    harmonics=(Harmonic(amplitude=math.pi / 2, frequency=3 / (2 * math.pi), phase=0.5),),
-                ),
-            ),
-        ),
-        (
-            joint_table("driven_slide", "motion = [[0, 0], [2, '30 mm']]", "angle = 0", name="J", ends=ENDS),
-            TranslationalDriver(
-                name="J", first=FIRST, second=SECOND, angle=0.0, motion=PrescribedMotion(times=(0.0, 2.0), values=(0.0, 0.03))
-            ),
+            *("driven_slide", ENDS, "motion = [[0, 0], [2, '30 mm']]\nangle = 0"),
+            joints.TranslationalDriver(**BETWEEN, angle=0.0, motion=PrescribedMotion(times=(0.0, 2.0), values=(0.0, 0.03))),
         ),
     ],
 )
-def test_each_type_of_joint(text: str, expected: Joint) -> None:
-    own = mechanism(text, body=TWO)
-    assert own.joints[0] == Pin(name="A", first=O, second=START)
+def test_each_type_of_joint(kind: str, ends: tuple[str, str], lines: str, expected: joints.Joint) -> None:
+    own = mechanism(joint_table(kind, lines, name="J", ends=ends), body=TWO)
+    assert own.joints[0] == joints.Pin(name="A", first=O, second=START)
     assert own.joints[1] == expected
 
 
@@ -241,8 +198,8 @@ def test_what_a_rack_and_a_driven_slide_take_from_the_sketch() -> None:
     rack = joint_table("rack", 'radius = "20 mm"', name="R", ends=("crank.start", "rod.centre"))
     slide = joint_table("driven_slide", "rate = 1", "angle = 0", name="S", ends=("crank.start", "rod.centre"))
     _, found, slid = mechanism(rack, slide, body=turned).joints
-    assert isinstance(found, RackAndPinion)
-    assert isinstance(slid, TranslationalDriver)
+    assert isinstance(found, joints.RackAndPinion)
+    assert isinstance(slid, joints.TranslationalDriver)
     # 80 mm along x, less 20 mm for each radian of a quarter turn.
     assert found.offset == pytest.approx(0.08 - 0.02 * math.pi / 2, rel=1e-13)
     # Along the crank, which points up: 60 mm.
@@ -253,7 +210,7 @@ def test_a_link_is_as_long_as_in_the_sketch() -> None:
     link = '[[link]]\nfirst = ["ground", "130 mm", "40 mm"]\nsecond = "crank.end"\n'
     end, above = END, Point(body=GROUND, x=0.13, y=0.04)
     found = mechanism(link).joints[1]
-    assert isinstance(found, Distance)
+    assert isinstance(found, joints.Distance)
     assert (found.name, found.first, found.second) == ("link of ground and crank", above, end)
     assert found.length == pytest.approx(0.05, rel=1e-14)
     assert mechanism(link + 'length = "2 m"\n').joints[1].length == 2.0
@@ -261,40 +218,40 @@ def test_a_link_is_as_long_as_in_the_sketch() -> None:
     assert [joint.name for joint in mechanism(link, link).joints] == ["A", "link of ground and crank", "link of ground and crank 2"]
 
 
+AT_END = ('first = "ground.O"', 'second = "crank.end"')
+
+
 @pytest.mark.parametrize(
     ("text", "expected"),
     [
         (
-            force_table("spring", 'first = "ground.O"', 'second = "crank.end"', 'stiffness = "2 N/mm"', "free_length = 0.1"),
-            Spring(name="load", first=O, second=END, stiffness=2000.0, free_length=0.1),
+            force_table("spring", *AT_END, 'stiffness = "2 N/mm"', "free_length = 0.1"),
+            forces.Spring(name="load", first=O, second=END, stiffness=2000.0, free_length=0.1),
         ),
-        (
-            force_table("damper", 'first = "ground.O"', 'second = "crank.end"', 'damping = "120 N s/m"'),
-            Damper(name="load", first=O, second=END, damping=120.0),
-        ),
+        (force_table("damper", *AT_END, 'damping = "120 N s/m"'), forces.Damper(name="load", first=O, second=END, damping=120.0)),
         (
             force_table("torsion_spring", 'second = "crank"', 'stiffness = "3 N m/rad"', 'free_angle = "1 rad"'),
-            TorsionSpring(name="load", second="crank", stiffness=3.0, free_angle=1.0),
+            forces.TorsionSpring(name="load", second="crank", stiffness=3.0, free_angle=1.0),
         ),
         (
             force_table("torsion_damper", 'second = "crank"', 'damping = "0.5 N m s/rad"'),
-            TorsionDamper(name="load", second="crank", damping=0.5),
+            forces.TorsionDamper(name="load", second="crank", damping=0.5),
         ),
         (
             force_table("torque", 'body = "crank"', 'moment = "5 N m"'),
-            Torque(name="load", second="crank", moment=InputFunction(values=(5.0,))),
+            forces.Torque(name="load", second="crank", moment=InputFunction(values=(5.0,))),
         ),
         (
             force_table("torque", 'body = "crank"', 'moment = [[0, 0], ["2 s", "6 N m"]]'),
-            Torque(name="load", second="crank", moment=InputFunction(times=(0.0, 2.0), values=(0.0, 6.0))),
+            forces.Torque(name="load", second="crank", moment=InputFunction(times=(0.0, 2.0), values=(0.0, 6.0))),
         ),
         (
             force_table("force", 'point = "crank.end"', 'y = "-40 N"'),
-            Force(name="load", point=END, x=InputFunction(), y=InputFunction(values=(-40.0,))),
+            forces.Force(name="load", point=END, x=InputFunction(), y=InputFunction(values=(-40.0,))),
         ),
     ],
 )
-def test_each_type_of_force(text: str, expected: ForceElement) -> None:
+def test_each_type_of_force(text: str, expected: forces.ForceElement) -> None:
     assert mechanism(text).force_elements == (expected,)
 
 
@@ -434,7 +391,7 @@ def test_the_shipped_sketches_are_assembled(name: str) -> None:
     own = library.load_scene(name).part.mechanism
     for joint in own.joints:
         apart = math.dist(place(own, joint.first), place(own, joint.second))
-        wanted = joint.length if isinstance(joint, Distance) else 0.4 if isinstance(joint, Slider) else 0.0
+        wanted = joint.length if isinstance(joint, joints.Distance) else 0.4 if isinstance(joint, joints.Slider) else 0.0
         # The published start of the squeezing mechanism closes to rounding.
         assert apart == pytest.approx(wanted, abs=1e-15)
 
@@ -459,14 +416,14 @@ def test_the_squeezing_mechanism_is_the_published_one() -> None:
     assert read == pytest.approx(angles, rel=1e-15, abs=1e-15)
     assert list(read) == list(angles)
     spring, motor = own.force_elements
-    assert spring == Spring(
+    assert spring == forces.Spring(
         name="spring DC",
         first=Point(body="triangle BDE", x=0.02 - 0.01043, y=-0.018 + 0.01874),
         second=Point(body=GROUND, x=0.014, y=0.072),
         stiffness=4530.0,
         free_length=0.07785,
     )
-    assert motor == Torque(name="motor", second="crank OF", moment=InputFunction(values=(0.033,)))
+    assert motor == forces.Torque(name="motor", second="crank OF", moment=InputFunction(values=(0.033,)))
 
 
 def test_the_free_spindle_starts_as_in_its_reference() -> None:

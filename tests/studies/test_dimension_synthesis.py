@@ -78,23 +78,3 @@ def test_ctrl_c_keeps_the_best_values_so_far(wrong, monkeypatch):
     assert not found.ok
     assert "interrupted in start 1 of 1" in str(found)
     assert found.rows[0].distance > 0.0
-
-
-@pytest.mark.parametrize(
-    ("changes", "sentence"),
-    [
-        ({"point": "rod.ende"}, "Did you mean 'rod.end'?"),
-        ({"over": ["dimensions.rocker=3m:2m"]}, "are crossed"),
-        ({"path": [[0.0, 4.0]]}, "1 points do not determine"),
-        ({"path": [[0.0, 4.0], [0.0, 4.0], [0.0, 4.0]]}, "all points coincide"),
-        ({"path": [["0 kg", 4.0], [1.0, 4.0], [2.0, 4.0]]}, "x of point 1 is a length"),
-        ({"along": "crank_angel"}, "crank_angle"),
-        ({"between": ["90 deg"]}, "between must be two values"),
-        ({"between": ["90 mm", 1.0]}, "between is an angle"),
-    ],
-)
-def test_mistakes_are_sentences(changes, sentence):
-    arguments = {"over": ["dimensions.rocker=2m:3m"], "point": "rod.end", "path": LINE} | changes
-    with pytest.raises(gm.MechanismError) as caught:
-        gm.synthesise_dimensions("chebyshev_lambda", **arguments)
-    assert sentence in str(caught.value)

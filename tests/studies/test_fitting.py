@@ -214,47 +214,6 @@ def test_data_that_no_run_reaches_end_without_convergence():
     assert np.isfinite(fit.residuals["sleeve_lift"]).all()
 
 
-@pytest.mark.parametrize(
-    ("data", "sentence"),
-    [
-        ({"time": [0.0, 0.2, 0.1], "sleeve_lift": [1.0, 2.0, 3.0]}, "the times must ascend; 0.1 s, time 3, stands after 0.2 s"),
-        ({"time": [0.0, 0.1, 0.1], "sleeve_lift": [1.0, 2.0, 3.0]}, "0.1 s, time 3, stands twice"),
-        ({"time": [0.0, 0.1], "sleeve_lift": [1.0, float("nan")]}, "sleeve_lift, value 2: nan is not finite"),
-        ({"time": [0.0, 0.1], "sleeve_lift": [1.0, "wide"]}, 'value 2: "wide" is no number'),
-        ({"time": [0.0, 0.1], "lift": [1.0, 2.0]}, '"lift" is no reading; readings are'),
-        ({"time": [0.0, 0.1], "sleeve_lift [kg]": [1.0, 2.0]}, "one unit of sleeve_lift"),
-        ({"sleeve_lift": [1.0, 2.0]}, "no column 'time'"),
-        ({"time": [0.0, 0.1]}, "no column has the name of a reading"),
-        ({"time": [-0.1, 0.1], "sleeve_lift": [1.0, 2.0]}, "the first time is -0.1 s"),
-        ({"time": [0.0], "sleeve_lift": [1.0]}, "1 values do not determine 1 unknowns"),
-        (3, "give the path of a CSV file"),
-        ("missing.csv", "missing.csv: cannot be read"),
-    ],
-)
-def test_wrong_data_are_refused(data, sentence):
-    with pytest.raises(gm.MechanismError) as caught:
-        gm.fit("porter", data, {"spindle.speed": ("110 rpm", "130 rpm")})
-    assert sentence in str(caught.value)
-
-
-@pytest.mark.parametrize(
-    ("over", "sentence"),
-    [
-        ({"spindle.speed": ("130 rpm", "110 rpm")}, "the bounds of spindle.speed are crossed"),
-        ({"spindle.speed": ("125 rpm", "130 rpm")}, "the scene has spindle.speed = 120 rpm, outside its bounds"),
-        ({"spindle.speed": "120 rpm"}, "spindle.speed needs a lower and an upper bound"),
-        ({"spindle.sped": (1, 2)}, "spindle.sped is unknown"),
-        ({"effects.gravity": (False, True)}, "gravity"),
-        ({}, "over names no key"),
-        (["spindle.speed=110rpm"], "spindle.speed needs a lower and an upper bound"),
-    ],
-)
-def test_wrong_bounds_are_refused(over, sentence):
-    with pytest.raises(gm.MechanismError) as caught:
-        gm.fit("porter", {"time": [0.0, 0.1, 0.2], "sleeve_lift": [0.1, 0.1, 0.1]}, over)
-    assert sentence in str(caught.value)
-
-
 def test_all_mistakes_are_found_at_once():
     with pytest.raises(gm.MechanismError) as caught:
         gm.fit("porter", {"time": [0.0, 0.1], "lift": [1.0, 2.0]}, {"spindle.sped": (1, 2)})

@@ -99,28 +99,6 @@ def test_the_scene_runs_through_the_pairs():
     assert swept == pytest.approx(np.ptp(np.angle(row.positions[:, 1] - row.linkage.fixed[1])), abs=1e-6)
 
 
-@pytest.mark.parametrize(
-    ("arguments", "message"),
-    [
-        ({"pairs": [[0.1, 0.2], [0.3, 0.4]]}, "must be 3, 4 or 5; found 2"),
-        ({"pairs": [[0.1, 0.2], [0.3, 0.4], [0.1, 0.2]]}, "1 and 3 coincide"),
-        ({"pairs": [[0.1, float("nan")], [0.3, 0.4], [0.5, 0.6]]}, "output_angle of point 1 must be a finite number"),
-        ({"pairs": [["3 mm", 0.1], [0.3, "x"], [0.5, 0.6]]}, "input_angle of point 1.*\n.*output_angle of point 2"),
-        ({}, "give one of both"),
-        ({**TASK, "over": [-1, 1]}, "no finite value|same value"),
-        ({**TASK, "function": "1/y"}, "may have the name x alone; found y"),
-        ({**TASK, "function": "cos(x)", "over": [-1, 1]}, "at both ends of over"),
-        ({**TASK, "count": 6}, "must be 3, 4 or 5; found 6"),
-        ({**TASK, "ground": "-1 m"}, "must be positive"),
-        ({"function": "1/x"}, "also needs over, input_angles, output_angles"),
-        ({"pairs": "no_such_file.csv"}, "cannot be read"),
-    ],
-)
-def test_mistakes_get_a_sentence(arguments, message):
-    with pytest.raises(gm.MechanismError, match=message):
-        gm.synthesise_function(**arguments)
-
-
 def test_files_of_points_are_read_with_their_units(tmp_path):
     table = tmp_path / "angles.csv"
     table.write_text("output_angle [deg],input_angle\n91.21,0.6112143\n101.79,1.1780972\n117.19,1.7453293\n")

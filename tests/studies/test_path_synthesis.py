@@ -249,27 +249,6 @@ POINTS = [[0, 0], [1, 0.5], [2, 0.5]]
 
 
 @pytest.mark.parametrize(
-    ("points", "given", "message"),
-    [
-        (POINTS[:1], {}, "must be 2 to 1000; found 1"),
-        ([*POINTS, POINTS[2]], {}, "3 and 4 coincide"),
-        ([*POINTS, POINTS[0]], {}, "1 and 4 coincide"),
-        ([[0, 0], [1, float("nan")], [2, "1 kg"]], {}, "y of point 2.*\n.*y of point 3"),
-        ([[x, x * x, x] for x in range(6)], {}, "must be 2, 3, 4 or 5; found 6; leave out the input angles"),
-        ([[0, 0, 0], [1, 0, 2], [2, 1, 1]], {}, "must rise from point to point, or fall"),
-        (POINTS, {"fixed_pivots": [[0, 0], [0, 0]]}, "coincide"),
-        (POINTS, {"starts": 0}, "starts must be a whole number of at least 1"),
-        (POINTS, {"seed": -1}, "seed must be a whole number of at least 0"),
-        (POINTS, {"closed": "yes"}, "closed must be true or false"),
-        ([[1, 2, 3, 4]], {}, "rows of x, y"),
-    ],
-)
-def test_mistakes_get_a_sentence(points, given, message):
-    with pytest.raises(gm.MechanismError, match=message):
-        gm.synthesise_path(points, **given)
-
-
-@pytest.mark.parametrize(
     ("header", "message"), [("x [mm],z [mm]", "columns must be x, y .and input_angle., as .*; found x, z"), ("x [mm],y [kg]", "kg")]
 )
 def test_a_wrong_header_gets_a_sentence(tmp_path, header, message):

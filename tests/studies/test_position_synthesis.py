@@ -117,25 +117,6 @@ def test_five_positions_have_four_two_or_no_dyads():
 POSITIONS = [[0, 0, 0], [1, 0.5, "20 deg"], [2, 0.5, "50 deg"]]
 
 
-@pytest.mark.parametrize(
-    ("positions", "pivots", "message"),
-    [
-        (POSITIONS[:2], {}, "must be 3, 4 or 5; found 2"),
-        ([*POSITIONS, POSITIONS[1]], {}, "2 and 4 coincide"),
-        (POSITIONS, {}, "give fixed_pivots or moving_pivots"),
-        (POSITIONS, {"fixed_pivots": [[0, 0], [0, 0]]}, "coincide"),
-        (POSITIONS, {"fixed_pivots": [[0, 0]]}, "must be two points"),
-        ([*POSITIONS, [3, 0, 1]], {"fixed_pivots": [[0, 0], [1, 0]]}, "for three positions alone; 4 determine"),
-        ([[0, 0, 1], [1, 0, 1], [2, 1, 1], [3, 0, 1]], {}, "the angles of all positions are the same"),
-        ([[0, 0, 0], [1, 0, 1], [2, 0, 2]], {"moving_pivots": [[0, 0], [1, 1]]}, "places on a line"),
-        ([[0, 0, 0], [1, "3 kg", 1], [2, 0, float("inf")]], {}, "y of point 2.*\n.*angle of point 3"),
-    ],
-)
-def test_mistakes_get_a_sentence(positions, pivots, message):
-    with pytest.raises(gm.MechanismError, match=message):
-        gm.synthesise_positions(positions, **pivots)
-
-
 def test_a_map_holds_the_circles_and_their_linkages_run_as_it_says():
     found = gm.map_pivots(POSITIONS, moving_pivots=[[0, 0]], count=21)
     body = Displacements(np.array([[0, 0, 0], [1, 0.5, np.radians(20.0)], [2, 0.5, np.radians(50.0)]]))
@@ -153,20 +134,3 @@ def test_a_map_holds_the_circles_and_their_linkages_run_as_it_says():
             row = next(one for one in rows if abs(one.linkage.moving[0]) < 1e-12)  # the link of the first pivot drives
             assert row.defects.startswith(defects[region.name])
             assert row.check.turns_fully == (region.name == "input turns fully")
-
-
-@pytest.mark.parametrize(
-    ("positions", "given", "message"),
-    [
-        ([*POSITIONS, [3, 0, 1]], {}, "the number of positions of a map must be 3; found 4"),
-        (POSITIONS, {"fixed_pivots": [[0, 0]], "moving_pivots": [[0, 0]]}, "one of both"),
-        (POSITIONS, {"span": "-1 m"}, "span, the width of the map, must be positive"),
-        (POSITIONS, {"count": 1}, "count must be a whole number of at least 2"),
-        (POSITIONS, {"moving_pivots": []}, "must be one point"),
-        ([[0, 0, 0], [1, 0, 1], [2, 0, 2]], {}, "places on a line"),
-        ([[0, 0, 1], [1, 0, 1], [2, 1, 1]], {}, "the angles of all positions are the same"),
-    ],
-)
-def test_mistakes_about_a_map_get_a_sentence(positions, given, message):
-    with pytest.raises(gm.MechanismError, match=message):
-        gm.map_pivots(positions, **given)

@@ -129,20 +129,3 @@ def test_extremes_are_those_of_the_times_where_the_scene_has_them():
     low, high, span = (row.value for row in found.rows)
     assert high == pytest.approx(1.0, abs=1e-8)
     assert span == pytest.approx(high - low, abs=1e-8)
-
-
-@pytest.mark.parametrize(
-    ("arguments", "sentence"),
-    [
-        ((["lift"], ["dimensions.arm"]), 'quantity "lift" is unknown'),
-        ((["sleeve_lift"], ["dimensions.leg"]), "dimensions.leg is unknown"),
-        ((["sleeve_lift"], ["machine"]), "machine"),
-        ((["sleeve_lift"], []), "by names no key"),
-        ((["sleeve_lift"], ["dimensions.arm", "dimensions.arm"]), "dimensions.arm is given twice"),
-        ((["sleeve_lift"], ["dimensions.link"]), "this scene leaves it out"),
-    ],
-)
-def test_wrong_requests_are_refused(arguments, sentence):
-    with pytest.raises(gm.MechanismError) as caught:
-        gm.sensitivities("porter", *arguments)
-    assert sentence in str(caught.value)

@@ -135,21 +135,6 @@ def test_rows_that_do_not_settle_or_oscillate_say_so_and_keep_their_other_number
     assert [one["count"] for one in found.as_json()["endings"]] == [1, 1]
 
 
-@pytest.mark.parametrize(
-    ("quantity", "sentence"),
-    [
-        ("frequency of spindle_torque", "is that of a position, and this scene has the positions arm_angle, ball_radius, sleeve_lift"),
-        ("amplitude of rate of arm_angle", "amplitude is that of a position"),
-        ("mean speed of sleeve_lift", "mean speed is that of an angle, and this scene has the angles arm_angle"),
-        ("settle arm_angle", "Did you mean 'settled arm_angle'"),
-        ("speed fluctuation", "is unknown; known are final, min, max, span, mean, settled, amplitude, frequency"),
-    ],
-)
-def test_quantities_that_a_reading_does_not_have_are_refused(quantity, sentence):
-    with pytest.raises(gm.MechanismError, match=sentence):
-        gm.sweep("porter", {"dimensions.arm": [0.3]}, [quantity])
-
-
 def test_refusals_that_differ_in_numbers_alone_are_told_once():
     found = gm.sweep(
         "hartnell", {"dimensions.ball_mass": ["2.9 kg", "2.95 kg", "3 kg"], "effects.spring.sleeve.rate": ["15 N/mm"]}, ["final arm_angle"]

@@ -176,41 +176,6 @@ def test_a_load_above_the_power_of_the_engine_is_named_before_the_run_and_stalls
     assert gm.load_change_study(shorter, "100%:200%").verdict is Verdict.UNDECIDED  # it slows down all the time, and that is no hunting
 
 
-@pytest.mark.parametrize(
-    ("changes", "message"),
-    [
-        ({"load.fraction": -0.5}, "must not be negative: a load resists"),
-        ({"load.rated_torque": 0}, "must be positive"),
-        ({"load.angle": "engine.crank"}, "Did you mean 'engine.crank_angle'"),
-        ({"part.engine.dimensions.load_torque": 200}, "has a load of its own, 200 N m; write load_torque = 0"),
-        ({"coupling.throttle_rod.table": [[0.08, 0.8], [0.12, 1.0]]}, "positive feedback"),
-        ({"coupling.throttle_rod.table": [[0.08, 1.0], [0.1, 0.8], [0.12, 0.9]]}, "turns back at 'governor.sleeve_lift' = 0.1"),
-        ({"part.engine.dimensions.supply_pressure": "1.5 bar"}, "the throttle has no effect"),
-        ({"part.engine.dimensions.cut_off": [[0, 0.3], [1, 0.4]]}, 'gas_torque = "mean" takes a constant one'),
-    ],
-)
-def test_impossible_loops_are_refused(changes, message):
-    with pytest.raises(MechanismError, match=message.replace("(", r"\(")):
-        parse_scene_with(MODEL, changes.items())
-
-
-@pytest.mark.parametrize(
-    ("arguments", "message"),
-    [
-        ({"load_step": "100%"}, 'two fractions of the rated torque, as "100%:50%"'),
-        ({"load_step": (1.0, -0.5)}, "0 or more; got -0.5"),
-        ({"load_step": "0.5:50%"}, "the load does not change: it is 0.5 before and after"),
-        ({"load_step": (3.0, 0.5)}, "so that the engine stalls"),
-        ({"load_step": (1.0, 0.5), "at": "80 s"}, "outside of the run, 0 to 60 s"),
-        ({"load_step": (1.0, 0.5), "ramp": "60 s"}, "end within the run"),
-        ({"load_step": (1.0, 0.5), "at": "1 s"}, "2 turns before the change"),
-    ],
-)
-def test_impossible_changes_are_refused(arguments, message):
-    with pytest.raises(MechanismError, match=message.replace(":", ".")):
-        gm.load_change_study("governed_engine_mean_torque", **arguments)
-
-
 def test_a_scene_without_a_load_is_refused():
     with pytest.raises(MechanismError, match=r"no table \[load\]; write \[load\] with angle"):
         gm.load_change_study("porter")
