@@ -11,7 +11,7 @@ from governor_mechanism.effects.body_forces import Centrifugal, Gravity
 from governor_mechanism.engines.initial_state import initial_state
 from governor_mechanism.mechanics.dynamics.equations_of_motion import compute_inverse_dynamics
 from governor_mechanism.mechanics.kinematics.constraint_equations import make_constraint_table
-from governor_mechanism.mechanics.kinematics.points import rotate_vector
+from governor_mechanism.mechanics.kinematics.constraint_rows import rotate_vector
 from governor_mechanism.model.force_elements import Spring, Torque
 from governor_mechanism.model.joints import GROUND, Pin, Point, Weld
 from governor_mechanism.model.mechanism import Body

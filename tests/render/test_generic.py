@@ -10,7 +10,7 @@ import pytest
 import governor_mechanism as gm
 from decoding import decode_film
 from governor_mechanism.errors import MechanismError
-from governor_mechanism.mechanics.kinematics.points import point_path
+from governor_mechanism.mechanics.kinematics.constraint_rows import point_path
 from governor_mechanism.model.force_elements import Damper, Spring
 from governor_mechanism.model.joints import Distance, Pin, RotationalDriver, TranslationalDriver, Weld
 from governor_mechanism.render.film.frame_painter import FramePainter

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import governor_mechanism as gm
-from governor_mechanism.mechanics.kinematics.points import point_path
+from governor_mechanism.mechanics.kinematics.constraint_rows import point_path
 from governor_mechanism.render.geometry.primitives import Circle, Polygon, TextShape, bounding_box
 from governor_mechanism.render.machines.generic.drawing import make_letters
 from governor_mechanism.render.machines.registry import drawing_of

@@ -15,8 +15,8 @@ from governor_mechanism.mechanics.curves.outlines import is_inside, outline_poin
 from governor_mechanism.mechanics.dynamics.characteristic_scales import time_scale
 from governor_mechanism.mechanics.dynamics.contacts import contacts_of, outline_gaps_of
 from governor_mechanism.mechanics.kinematics.assembly import PositionSolver, mobility_of, position_solver_of
+from governor_mechanism.mechanics.kinematics.constraint_rows import point_path, rotate_vector
 from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output_value
-from governor_mechanism.mechanics.kinematics.points import point_path, rotate_vector
 from governor_mechanism.mechanics.kinematics.time_functions import SpindleSpeedFunction
 from governor_mechanism.mechanics.reduction.lagrangian import SingleDofReduction
 from governor_mechanism.model.coupling.coupled_system import SHAFT_NAME, SPINDLE_TORQUE, TurningPlane, rename

@@ -262,11 +262,7 @@ class FlywheelEngine(FlywheelEngineDimensions):
     }
     plane: ClassVar[str] = FIXED_PLANE
     supported_effects: ClassVar[tuple[type[Effect], ...]] = (PistonMasses,)
-
-    @property
-    def default_start(self) -> float:
-        """Crank angle at the start, rad."""
-        return 0.0
+    default_start: ClassVar[float] = 0.0  # crank angle, rad
 
     @property
     def wheel_inertia(self) -> float:

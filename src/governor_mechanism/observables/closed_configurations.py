@@ -10,7 +10,7 @@ import numpy as np
 
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.mechanics.kinematics.assembly import PositionSolver
-from governor_mechanism.mechanics.kinematics.points import rotate_vector
+from governor_mechanism.mechanics.kinematics.constraint_rows import rotate_vector
 from governor_mechanism.model.joints.base import RowKind
 from governor_mechanism.observables.block_equations import BlockEquations, UnsuitableBlockError
 from governor_mechanism.observables.constraint_blocks import Block, Decomposition, closing_bodies, decompose

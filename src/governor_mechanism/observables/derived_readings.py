@@ -13,6 +13,7 @@ from governor_mechanism.effects.gas_pressure import SWITCH_COEFFICIENT, gas_pres
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.mechanics.dynamics.inputs import NOT_HELD, evaluate_reading_function_along, lagged_functions_of
 from governor_mechanism.mechanics.dynamics.output_forces import element_law, pad_coefficients
+from governor_mechanism.mechanics.kinematics.constraint_rows import point_path
 from governor_mechanism.mechanics.kinematics.coordinate_assembly import CoordinateSolver
 from governor_mechanism.mechanics.kinematics.kinematic_analysis import TIME_VARIABLE, Kinematics, solve_kinematics
 from governor_mechanism.mechanics.kinematics.output_variables import (
@@ -21,7 +22,6 @@ from governor_mechanism.mechanics.kinematics.output_variables import (
     evaluate_output_value,
     rows_of_readings,
 )
-from governor_mechanism.mechanics.kinematics.points import point_path
 from governor_mechanism.mechanics.kinematics.time_functions import CubicTimeFunction
 from governor_mechanism.mechanics.reduction.lagrangian import SingleDofReduction
 from governor_mechanism.model.force_elements import CylinderGas, ForceElement, MeanGasTorque, Spring

@@ -7,7 +7,7 @@ import numpy as np
 
 from governor_mechanism.mechanics.dynamics.contact_modes import ContactMode
 from governor_mechanism.mechanics.dynamics.equations_of_motion import compute_inverse_dynamics
-from governor_mechanism.mechanics.kinematics.points import point_path
+from governor_mechanism.mechanics.kinematics.constraint_rows import point_path
 from governor_mechanism.model.joints import GROUND, Point
 from governor_mechanism.model.mechanism import Mechanism
 from governor_mechanism.model.motion_readings import (

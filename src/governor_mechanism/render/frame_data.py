@@ -10,7 +10,7 @@ import numpy as np
 from governor_mechanism.errors import MechanismError, did_you_mean
 from governor_mechanism.mechanics.dynamics.force_laws import centrifugal_force, weight
 from governor_mechanism.mechanics.dynamics.output_forces import element_law, pad_coefficients
-from governor_mechanism.mechanics.kinematics.points import point_path
+from governor_mechanism.mechanics.kinematics.constraint_rows import point_path
 from governor_mechanism.model.effect import OutputForce
 from governor_mechanism.model.force_elements import Damper, Spring
 from governor_mechanism.model.joints import GROUND, Point

@@ -8,7 +8,7 @@ from typing import Final
 
 import numpy as np
 
-from governor_mechanism.mechanics.kinematics.points import point_path
+from governor_mechanism.mechanics.kinematics.constraint_rows import point_path
 from governor_mechanism.model.joints import GROUND, Point
 from governor_mechanism.model.mechanism import GROUND_LINK, Link, LinkGraph, Mechanism
 from governor_mechanism.model.motion_readings import InstantaneousCentre

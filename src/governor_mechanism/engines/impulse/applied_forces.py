@@ -16,8 +16,8 @@ from governor_mechanism.mechanics.dynamics.contact_modes import forced_output_na
 from governor_mechanism.mechanics.dynamics.contacts import FRICTION_LAW_NAME, contacts_of, output_forces_of
 from governor_mechanism.mechanics.dynamics.lowering import make_system, multibody_input_layout
 from governor_mechanism.mechanics.dynamics.output_forces import SLIDING_FRICTION, add_output_forces, evaluate_force_law, lower_outputs
-from governor_mechanism.mechanics.kinematics.constraint_kernels import N_ROW_COLUMNS, ConstraintRows, RowColumn, evaluate_rows
-from governor_mechanism.mechanics.kinematics.points import Origins
+from governor_mechanism.mechanics.kinematics.constraint_kernels import evaluate_rows
+from governor_mechanism.mechanics.kinematics.constraint_rows import N_ROW_COLUMNS, ConstraintRows, Origins, RowColumn
 from governor_mechanism.mechanics.kinematics.time_functions import CubicTimeFunction
 from governor_mechanism.model.joints import GROUND, Pin, Point, Slider
 from governor_mechanism.model.mechanism import Body, Mechanism

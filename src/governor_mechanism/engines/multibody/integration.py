@@ -28,15 +28,13 @@ from governor_mechanism.mechanics.dynamics.event_functions import GAS_KINKS, Eve
 from governor_mechanism.mechanics.dynamics.inputs import HOLD_KINDS, NOT_HELD, output_rate
 from governor_mechanism.mechanics.dynamics.output_forces import IN_NO_PHASE, evaluate_gas_phase, evaluate_travel_in_stroke
 from governor_mechanism.mechanics.kinematics.constraint_kernels import (
-    N_ROW_COLUMNS,
-    ConstraintRows,
-    RowColumn,
     evaluate_rows,
     keep_feature,
     keep_features,
     release_feature,
     release_features,
 )
+from governor_mechanism.mechanics.kinematics.constraint_rows import N_ROW_COLUMNS, ConstraintRows, RowColumn
 from governor_mechanism.mechanics.kinematics.output_variables import make_output_rows
 from governor_mechanism.model.events import Event
 from governor_mechanism.model.mechanism import Mechanism

@@ -105,8 +105,7 @@ class ConstrainedIntegrator:
         """Evaluations of output forces by law, as in `count_output_forces`."""
         self.constraint_tolerance = settings.constraint_tolerance_ratio * evaluator.mechanism.length_scale
         self.max_distance = settings.max_distance_ratio * evaluator.mechanism.length_scale
-        mechanism = self.scene.mechanism
-        self.shafts = np.array([mechanism.body_index(limit.body) for limit in mechanism.stall_limits], dtype=np.int64)
+        self.shafts = np.array([evaluator.mechanism.body_index(limit.body) for limit in evaluator.mechanism.stall_limits], dtype=np.int64)
         self.scene_contacts = (
             SceneContacts(self.scene, evaluator.time_scale, self.constraint_tolerance) if has_contacts(self.scene) else None
         )
@@ -234,13 +233,14 @@ class ConstrainedIntegrator:
         """Return a step up to where a reading is farthest beyond a limit, or None if that is within the accuracy."""
         times = np.linspace(step.start, step.outside, EXCURSION_SAMPLES)
         # The present contact mode is that of the step.
-        run = self._start_from(step.start, step.state, None, tolerance, MAX_EXIT_STEPS, times)
+        limits = self._explicit_limits(tolerance, MAX_EXIT_STEPS)
+        run = self._start_from(step.start, step.state, None, limits, times)
         run.integrate_smoothly(step.outside)
         history = self.state_history(run.states[: run.n_filled], times[: run.n_filled])
         excursion = find_first_excursion(self.scene.mechanism, history, np.zeros(0), self.accuracy)
         if excursion is None:
             return None
-        peak = self._start_from(step.start, step.state, None, tolerance, MAX_EXIT_STEPS)
+        peak = self._start_from(step.start, step.state, None, limits)
         peak.integrate_smoothly(excursion.time)
         return replace(step, outside=excursion.time, outside_state=peak.state)
 
@@ -254,47 +254,40 @@ class ConstrainedIntegrator:
             start, state, mode = float(self.time_grid.monitor_times[k]), integration.states[k], modes[k] if modes else None
         if self.is_stiff:
             end_state = state.copy()
-            implicit, limits = (self.make_implicit_integrator(), RadauLimits(tolerance, time - start or 1.0, max_steps))
-            outputs = np.empty(0), end_state, limits, np.empty((0, state.size))
-            status, *_ = implicit.integrate(self.input_cubics(start), (start, time), *outputs)
+            outputs = NO_TIMES, end_state, RadauLimits(tolerance, time - start or 1.0, max_steps), np.empty((0, state.size))
+            status, *_ = self.make_implicit_integrator().integrate(self.input_cubics(start), (start, time), *outputs)
         else:
-            run = self._start_from(start, state, mode, tolerance, max_steps)
+            run = self._start_from(start, state, mode, self._explicit_limits(tolerance, max_steps))
             status, end_state = run.integrate(time), run.state
         if status not in (IntegrationStatus.DONE, IntegrationStatus.LEFT_LIMITS):
             return None
         return self.state_history(end_state[np.newaxis], np.array([time]))
 
     def _start_from(
-        self,
-        start: float,
-        state: FloatArray,
-        mode: ContactMode | None,
-        tolerance: float,
-        max_steps: int,
-        output_times: FloatArray = NO_TIMES,
+        self, start: float, state: FloatArray, mode: ContactMode | None, limits: StepLimits, output_times: FloatArray = NO_TIMES
     ) -> "ExplicitRun":
-        """Return a run from a state at a time (s) in a contact mode, which no limits end."""
+        """Return a run from a state at a time (s) in a contact mode, or the present one, which no limits of readings end."""
         contacts, state = self.scene_contacts, state.copy()
         if contacts is not None and mode is not None:
             contacts.continue_from(mode)
             if start in self.breakpoints[1:]:
                 contacts.change_mode(start, state, self.input_cubics(start))  # a state at a breakpoint has the mode before it
-        max_step = self.settings.max_step_ratio * self._max_step_scale
-        limits = StepLimits(tolerance, 0.01 * self.evaluator.time_scale, max_step, max_steps, np.inf)
         return ExplicitRun(self, limits, state, start, output_times, has_limits=False)
+
+    def _explicit_limits(self, tolerance: float, max_steps: int) -> StepLimits:
+        """Return the limits of explicit steps from within a run, however stiff the motion is."""
+        max_step = self.settings.max_step_ratio * self._max_step_scale
+        return StepLimits(tolerance, 0.01 * self.evaluator.time_scale, max_step, max_steps, np.inf)
 
     def integrate_between(self, integration: IntegrationResult, tolerance: float, k: int, time: float) -> Motion | None:
         """Return poses and velocities of the mass centres at a time (s) after monitor time k, or None if that fails."""
-        start, state, contacts = float(self.time_grid.monitor_times[k]), integration.states[k].copy(), self.scene_contacts
-        max_step, max_steps = np.inf, self.settings.max_interpolation_steps
-        if contacts is not None:
-            max_step, max_steps = self.settings.max_step_ratio * self._max_step_scale, self.max_steps
-            contacts.continue_from(integration.contact_modes[k])
-            if start in self.breakpoints[1:]:
-                contacts.change_mode(start, state, self.input_cubics(start))  # a state at a breakpoint has the mode before it
-        limits = StepLimits(tolerance, 0.01 * self.evaluator.time_scale, max_step, max_steps, self._min_stiff_steps)
-        run = ExplicitRun(self, limits, state, start, np.empty(0), has_limits=False)
-        return self._to_mass_centres(state) if run.integrate(time) == IntegrationStatus.DONE else None
+        start, mode, limits = float(self.time_grid.monitor_times[k]), None, self._explicit_limits(tolerance, self.max_steps)
+        if self.scene_contacts is not None:
+            mode = integration.contact_modes[k]
+        else:
+            limits = limits._replace(max_step=np.inf, max_steps=self.settings.max_interpolation_steps)
+        run = self._start_from(start, integration.states[k], mode, limits._replace(min_stiff_steps=self._min_stiff_steps))
+        return self._to_mass_centres(run.state) if run.integrate(time) == IntegrationStatus.DONE else None
 
     def _to_mass_centres(self, state: FloatArray) -> Motion:
         """Return poses and velocities of the mass centres of one state."""

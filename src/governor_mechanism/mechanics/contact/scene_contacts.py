@@ -29,7 +29,8 @@ from governor_mechanism.mechanics.dynamics.equations_of_motion import evaluate_s
 from governor_mechanism.mechanics.dynamics.inputs import output_rate, reading_tables_of
 from governor_mechanism.mechanics.dynamics.lowering import make_system, multibody_input_layout, with_held_values
 from governor_mechanism.mechanics.kinematics.assembly import PositionSolver
-from governor_mechanism.mechanics.kinematics.constraint_kernels import RowColumn, evaluate_rows
+from governor_mechanism.mechanics.kinematics.constraint_kernels import evaluate_rows
+from governor_mechanism.mechanics.kinematics.constraint_rows import RowColumn
 from governor_mechanism.model.events import Event
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.numerics.jit import jit

@@ -6,8 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from governor_mechanism.mechanics.dynamics import output_forces
-from governor_mechanism.mechanics.kinematics.constraint_kernels import N_ROW_COLUMNS, ConstraintRows
-from governor_mechanism.mechanics.kinematics.points import rotate_vector
+from governor_mechanism.mechanics.kinematics.constraint_rows import N_ROW_COLUMNS, ConstraintRows, rotate_vector
 from governor_mechanism.model.joints import GROUND, Pin
 from governor_mechanism.model.mechanism import Body, Mechanism
 from governor_mechanism.numerics.jit import record_dtype

@@ -12,7 +12,8 @@ import numpy as np
 from governor_mechanism.mechanics.dynamics.arrays import System, SystemWorkspace, from_mass_centres, make_system_workspace, to_mass_centres
 from governor_mechanism.mechanics.dynamics.body_forces import evaluate_plane_motion
 from governor_mechanism.mechanics.dynamics.lowering import make_system
-from governor_mechanism.mechanics.kinematics.constraint_kernels import RowColumn, evaluate_drives, evaluate_rows
+from governor_mechanism.mechanics.kinematics.constraint_kernels import evaluate_drives, evaluate_rows
+from governor_mechanism.mechanics.kinematics.constraint_rows import RowColumn
 from governor_mechanism.mechanics.kinematics.time_functions import stack_local_cubics
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.numerics.jit import jit_in_place

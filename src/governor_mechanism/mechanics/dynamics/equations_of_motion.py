@@ -19,15 +19,8 @@ from governor_mechanism.mechanics.dynamics.contacts import contacts_of
 from governor_mechanism.mechanics.dynamics.inputs import evaluate_inputs, output_rate
 from governor_mechanism.mechanics.dynamics.lowering import constraint_row_order, make_system
 from governor_mechanism.mechanics.dynamics.output_forces import add_output_forces
-from governor_mechanism.mechanics.kinematics.constraint_kernels import (
-    FOR_FORCES,
-    RowColumn,
-    evaluate_drives,
-    evaluate_rows,
-    evaluate_rows_for,
-    rotate_vector_jit,
-)
-from governor_mechanism.mechanics.kinematics.points import rotate_vector
+from governor_mechanism.mechanics.kinematics.constraint_kernels import evaluate_drives, evaluate_rows, evaluate_rows_for, rotate_vector_jit
+from governor_mechanism.mechanics.kinematics.constraint_rows import FOR_FORCES, RowColumn, rotate_vector
 from governor_mechanism.mechanics.kinematics.time_functions import stack_local_cubics
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.numerics.array_copy import copy_array

@@ -15,13 +15,8 @@ from governor_mechanism.mechanics.dynamics.contact_modes import ContactMode, for
 from governor_mechanism.mechanics.dynamics.contacts import contacts_of, one_sided_forces_of, outline_gaps_of
 from governor_mechanism.mechanics.dynamics.inputs import EVENT_ROUNDING_RATIO, output_rate, reading_tables_of
 from governor_mechanism.mechanics.dynamics.output_forces import evaluate_travel_in_stroke
-from governor_mechanism.mechanics.kinematics.constraint_kernels import (
-    FOR_EVENTS,
-    RowColumn,
-    evaluate_join,
-    evaluate_other_gap,
-    evaluate_rows_for,
-)
+from governor_mechanism.mechanics.kinematics.constraint_kernels import evaluate_join, evaluate_other_gap, evaluate_rows_for
+from governor_mechanism.mechanics.kinematics.constraint_rows import FOR_EVENTS, RowColumn
 from governor_mechanism.model.curves import CornerOutline
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.numerics.jit import jit_in_place, record_dtype

@@ -10,7 +10,7 @@ import numpy as np
 
 from governor_mechanism.effects.gas_pressure import travel_in_stroke
 from governor_mechanism.mechanics.dynamics.contacts import Contact, contacts_of
-from governor_mechanism.mechanics.kinematics.constraint_kernels import ConstraintRows, RowColumn
+from governor_mechanism.mechanics.kinematics.constraint_rows import ConstraintRows, RowColumn
 from governor_mechanism.mechanics.kinematics.output_variables import OutputDerivatives, evaluate_output, rows_of_readings
 from governor_mechanism.mechanics.kinematics.time_functions import CubicTimeFunction, evaluate_input
 from governor_mechanism.model.force_elements import CylinderGas

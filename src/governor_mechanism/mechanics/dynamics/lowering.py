@@ -32,9 +32,8 @@ from governor_mechanism.mechanics.kinematics.constraint_equations import (
     bodies_of_rows,
     make_constraint_table,
 )
-from governor_mechanism.mechanics.kinematics.constraint_kernels import FOR_EVENTS, FOR_FORCES, ConstraintRows
+from governor_mechanism.mechanics.kinematics.constraint_rows import FOR_EVENTS, FOR_FORCES, ConstraintRows, Origins
 from governor_mechanism.mechanics.kinematics.output_variables import make_output_rows
-from governor_mechanism.mechanics.kinematics.points import Origins
 from governor_mechanism.mechanics.kinematics.time_functions import N_CUBIC_COLUMNS, VALUE_COLUMN, CubicTimeFunction
 from governor_mechanism.model.mechanism import Body, Mechanism, Shaft
 from governor_mechanism.model.part import Spindle

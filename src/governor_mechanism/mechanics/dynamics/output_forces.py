@@ -11,9 +11,8 @@ from governor_mechanism.effects.gas_pressure import GasPressure, gas_phase, gas_
 from governor_mechanism.effects.registry import FORCE_LAWS
 from governor_mechanism.effects.spring import OutputSpring
 from governor_mechanism.mechanics.dynamics.inputs import output_rate
-from governor_mechanism.mechanics.kinematics.constraint_kernels import ConstraintRows, RowColumn
+from governor_mechanism.mechanics.kinematics.constraint_rows import ConstraintRows, Origins, RowColumn
 from governor_mechanism.mechanics.kinematics.output_variables import OutputDerivatives, rows_of_readings
-from governor_mechanism.mechanics.kinematics.points import Origins
 from governor_mechanism.model.effect import ForceLaw, OutputForce
 from governor_mechanism.model.force_elements import CylinderGas, Damper, ForceElement, Spring, TorsionDamper, TorsionSpring
 from governor_mechanism.model.joints.base import RowKind

@@ -11,16 +11,17 @@ from numpy.typing import NDArray
 
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.mechanics.curves.segments import concatenate_segments, make_curve_segments
-from governor_mechanism.mechanics.kinematics.constraint_kernels import (
+from governor_mechanism.mechanics.kinematics.constraint_kernels import evaluate_rows
+from governor_mechanism.mechanics.kinematics.constraint_rows import (
     CONSTRAINT_ROW_DTYPE,
     FOR_EVENTS,
     FOR_FORCES,
     N_ROW_COLUMNS,
     ConstraintRows,
+    Origins,
     RowColumn,
-    evaluate_rows,
+    attachment_fields,
 )
-from governor_mechanism.mechanics.kinematics.points import Origins, attachment_fields
 from governor_mechanism.mechanics.kinematics.time_functions import CubicTimeFunction
 from governor_mechanism.model.joints import Joint
 from governor_mechanism.model.joints.base import ConstraintRow, RowKind

@@ -7,7 +7,6 @@ all arrays by the bodies of a row have three sides instead of two.
 """
 
 import math
-from enum import IntEnum
 from typing import NamedTuple
 
 from governor_mechanism.mechanics.curves.outline_kernels import (
@@ -32,87 +31,16 @@ from governor_mechanism.mechanics.curves.profile_kernels import (
     touched_point,
 )
 from governor_mechanism.mechanics.curves.segments import evaluate_curve, evaluate_polar_curve
-from governor_mechanism.mechanics.kinematics.points import rotate_vector
+from governor_mechanism.mechanics.kinematics.constraint_rows import ANY_USE, NO_POINT, ConstraintRows, RowColumn, rotate_vector
 from governor_mechanism.mechanics.kinematics.time_functions import evaluate_motion
 from governor_mechanism.model.joints.base import RowKind
-from governor_mechanism.numerics.jit import jit_in_place, record_dtype
-from governor_mechanism.types import GROUND_INDEX, NO_INDEX, FloatArray, IntArray, RecordArray
-
-CONSTRAINT_ROW_DTYPE = record_dtype(
-    ("kind", "i8"),  # a RowKind
-    ("first", "i8"),  # first body, or GROUND_INDEX
-    ("second", "i8"),  # second body, or GROUND_INDEX
-    ("x1", "f8"),  # point on the first body, in its axes, m
-    ("y1", "f8"),
-    ("x2", "f8"),  # point on the second body, in its axes, m
-    ("y2", "f8"),
-    ("constant", "f8"),  # what is subtracted, m; rad for LINE_ANGLE
-    ("direction_x", "f8"),  # FIXED_DIRECTION: the direction
-    ("direction_y", "f8"),
-    ("first_angle_factor", "f8"),  # FIXED_DIRECTION: multiples of the angles of the bodies, m/rad
-    ("second_angle_factor", "f8"),
-    ("third", "i8"),  # FIXED_DIRECTION: a third body, whose angle counts too, or GROUND_INDEX
-    ("third_angle_factor", "f8"),
-    ("first_point_weight", "f8"),  # FIXED_DIRECTION: factor on the position of the first point
-    ("angle", "f8"),  # BODY_NORMAL: angle of the line; ARC_POSITION, POLAR_CURVE: direction of zero, rad
-    ("radius", "f8"),  # ARC_POSITION; CURVE_SLIP, PIECES_SLIP: of the roller, m; PROFILE_SLIP: inset of the profile, m
-    ("rod_x", "f8"),  # FOLLOWER_HEIGHT: weighted other end of the rod, x from the guide of the follower, m
-    ("rod_y", "f8"),
-    ("rod_weight", "f8"),  # FOLLOWER_HEIGHT: weight of the second point
-    ("link_length", "f8"),  # FOLLOWER_HEIGHT, m
-    ("follower_sign", "f8"),  # FOLLOWER_HEIGHT
-    ("drive_scale", "f8"),  # m per unit of the drive
-    ("drive", "i8"),  # input that drives the row, or NO_INDEX
-    ("first_segment", "i8"),  # BODY_NORMAL, POLAR_CURVE: first segment of the guide curve; of distances and slips: of the outline
-    ("n_segments", "i8"),  # number of its segments; BODY_NORMAL: 0 for a straight line
-    ("n_curve_segments", "i8"),  # PROFILE_DISTANCE, PROFILE_SLIP: number of the segments of the curve behind those of the outline
-    # PIECES_DISTANCE, PIECES_SLIP: number of the points behind the segments of which the nearest one is the second point, or 0
-    ("n_points", "i8"),
-    ("bound_x", "f8"),  # with such points: circle around the outline, m
-    ("bound_y", "f8"),
-    ("bound_radius", "f8"),
-    ("use", "i8"),  # of an output row, FOR_FORCES and FOR_EVENTS
-    ("kept_feature", "i8"),  # distances and slips along lines and arcs: feature of the outline that is kept in a step, or NO_FEATURE
-    ("kept_point", "i8"),  # with several points: row of the one that is kept in a step, or NO_POINT
-)
-"""One constraint row; fields of other kinds are zero, but for the weight of the first point, which is 1, and the use, which is any."""
-
-
-ANY_USE, FOR_FORCES, FOR_EVENTS = 0, 1, 2
-"""Uses of an output row: forces follow from it, which every evaluation needs, or event functions do; ANY_USE is for all rows."""
-
-NO_POINT = 0
-"""Row of a point where none is kept: points stand behind the segments of an outline."""
-
-
-class RowColumn(IntEnum):
-    """Column of the row values: prescribed value (m), rate (m/s) and acceleration (m/s2), residual (m), gamma (m/s2)."""
-
-    DRIVE_VALUE = 0
-    DRIVE_RATE = 1
-    DRIVE_ACCELERATION = 2
-    RESIDUAL = 3
-    GAMMA = 4
-
-
-N_ROW_COLUMNS = len(RowColumn)
-"""Number of columns of the row values."""
-
+from governor_mechanism.numerics.jit import jit_in_place
+from governor_mechanism.types import GROUND_INDEX, NO_INDEX, FloatArray, RecordArray
 
 MIN_DROP_SQUARED = 1e-300
 """Lower bound (m2) of the squared height of a follower's link, which avoids a division by zero for a horizontal link."""
 
 rotate_vector_jit = jit_in_place(rotate_vector)
-
-
-class ConstraintRows(NamedTuple):
-    """All constraint rows of a mechanism in few arrays, because each array costs time in every call."""
-
-    table: RecordArray  # records of `CONSTRAINT_ROW_DTYPE`; shape (rows,)
-    row_bodies: IntArray  # first, second and, if any row has one, third body of each row, as in `table`; shape (rows, sides)
-    # polynomial segments of all guide curves: start (m; rad for closed ones), then coefficients, highest
-    # power first; shape (segments, columns)
-    curve_segments: FloatArray
 
 
 @jit_in_place

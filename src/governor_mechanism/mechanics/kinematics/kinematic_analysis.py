@@ -9,9 +9,9 @@ import numpy as np
 
 from governor_mechanism.errors import MechanismError, require_finite
 from governor_mechanism.mechanics.kinematics.assembly import PositionSolver
+from governor_mechanism.mechanics.kinematics.constraint_rows import point_paths
 from governor_mechanism.mechanics.kinematics.coordinate_assembly import CoordinateSolver
 from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output, evaluate_reading_motions
-from governor_mechanism.mechanics.kinematics.points import point_paths
 from governor_mechanism.mechanics.kinematics.time_functions import CubicTimeFunction
 from governor_mechanism.model.joints import Gear, Joint, RotationalDriver, Slider, TranslationalDriver
 from governor_mechanism.model.mechanism import Mechanism

@@ -17,8 +17,7 @@ from governor_mechanism.mechanics.kinematics.constraint_equations import (
     make_row_table,
     set_fields,
 )
-from governor_mechanism.mechanics.kinematics.constraint_kernels import ConstraintRows
-from governor_mechanism.mechanics.kinematics.points import Origins, attachment_fields
+from governor_mechanism.mechanics.kinematics.constraint_rows import ConstraintRows, Origins, attachment_fields
 from governor_mechanism.model.curves import CornerOutline, CurveOutline
 from governor_mechanism.model.joints import GROUND, Point
 from governor_mechanism.model.joints.base import RowKind

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 from governor_mechanism.mechanics.dynamics.inputs import InputTermKind, add_input_term
 from governor_mechanism.mechanics.dynamics.output_forces import IN_NO_PHASE, evaluate_force_law, evaluate_gas_phase
-from governor_mechanism.mechanics.kinematics.constraint_kernels import RowColumn
+from governor_mechanism.mechanics.kinematics.constraint_rows import RowColumn
 from governor_mechanism.mechanics.kinematics.time_functions import evaluate_given_speed, evaluate_input
 from governor_mechanism.mechanics.reduction.lagrangian import TableColumn
 from governor_mechanism.mechanics.reduction.reduced_model import COORDINATE, ReducedModel, StateIndex, evaluate_shaft_outputs

@@ -30,7 +30,8 @@ from governor_mechanism.mechanics.dynamics.output_forces import (
     output_force_record,
 )
 from governor_mechanism.mechanics.kinematics.constraint_equations import bodies_of_rows
-from governor_mechanism.mechanics.kinematics.constraint_kernels import N_ROW_COLUMNS, ConstraintRows, RowColumn, evaluate_rows
+from governor_mechanism.mechanics.kinematics.constraint_kernels import evaluate_rows
+from governor_mechanism.mechanics.kinematics.constraint_rows import N_ROW_COLUMNS, ConstraintRows, RowColumn
 from governor_mechanism.mechanics.kinematics.coordinate_assembly import (
     AssemblyArrays,
     AssemblyWorkspace,

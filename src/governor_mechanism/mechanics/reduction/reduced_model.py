@@ -8,7 +8,8 @@ from typing import NamedTuple
 import numpy as np
 
 from governor_mechanism.mechanics.dynamics.inputs import output_rate
-from governor_mechanism.mechanics.kinematics.constraint_kernels import N_ROW_COLUMNS, ConstraintRows, evaluate_rows
+from governor_mechanism.mechanics.kinematics.constraint_kernels import evaluate_rows
+from governor_mechanism.mechanics.kinematics.constraint_rows import N_ROW_COLUMNS, ConstraintRows
 from governor_mechanism.mechanics.kinematics.output_variables import make_output_rows, rows_of_readings
 from governor_mechanism.mechanics.reduction.table import PiecewiseTable
 from governor_mechanism.model.joints import GROUND, Gear, Pin

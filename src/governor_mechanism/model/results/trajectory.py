@@ -159,7 +159,7 @@ class Trajectory(Result):
     @cached_property
     def paths(self) -> Mapping[str, FloatArray]:
         """Paths, m, shape (n, 2): of named points, of moving pins (by the joint), of mass centres (by the body), of "crank.end"."""
-        from governor_mechanism.mechanics.kinematics.points import point_paths
+        from governor_mechanism.mechanics.kinematics.constraint_rows import point_paths
 
         return name_values("point", point_paths(self.scene.mechanism, self.poses))
 

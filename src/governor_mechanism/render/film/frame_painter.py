@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from governor_mechanism.mechanics.kinematics.points import point_path
+from governor_mechanism.mechanics.kinematics.constraint_rows import point_path
 from governor_mechanism.model.part import TURNING_PLANE
 from governor_mechanism.model.results.pictures import DEFAULT_OPTIONS, FilmOptions, FilmView
 from governor_mechanism.model.results.trajectory import Trajectory

@@ -12,7 +12,7 @@ from itertools import chain, combinations
 
 import numpy as np
 
-from governor_mechanism.mechanics.kinematics.points import point_path
+from governor_mechanism.mechanics.kinematics.constraint_rows import point_path
 from governor_mechanism.model.output_variables import LineAngle
 from governor_mechanism.render.frame_data import FrameData
 from governor_mechanism.render.geometry.primitives import (

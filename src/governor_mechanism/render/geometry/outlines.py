@@ -1,8 +1,9 @@
-"""Outlines of parts: bars, boxes and plates, bands along a curve, arrows, section lining and hatched walls; and the space between parts."""
+"""Outlines of parts: bars, boxes, plates, springs, bands, arrows, section lining and hatched walls; and the space between parts."""
 
 import math
 from collections.abc import Iterable, Iterator, Sequence
-from itertools import pairwise
+from itertools import groupby, pairwise
+from operator import itemgetter
 
 import numpy as np
 
@@ -163,6 +164,27 @@ def make_burst(positions: Sequence[Vec2], radius: float) -> Lines:
 
 _N_EDGE_POINTS = 9
 """Number of points along a straight edge: between them a bar of the length of a machine leaves an eighth of it."""
+
+
+_N_COILS = 7
+"""Coils of a drawn helical spring."""
+
+
+def visible_pieces(points: Sequence[Vec2], is_visible: Sequence[bool]) -> tuple[tuple[Vec2, ...], ...]:
+    """Return the runs of consecutive visible points."""
+    runs = groupby(zip(points, is_visible, strict=True), key=itemgetter(1))
+    return tuple(tuple(point for point, _ in run) for is_shown, run in runs if is_shown)
+
+
+def helical_spring_lines(start: Vec2, end: Vec2, half_width: float, hidden_half_width: float) -> tuple[tuple[Vec2, ...], ...]:
+    """Return a helical spring of a half width (m) from the side; its back is hidden within `hidden_half_width` (m) of the axis."""
+    length, n_segments = math.dist(start, end), 16 * _N_COILS
+    c, s = ((end[0] - start[0]) / length, (end[1] - start[1]) / length) if length > 0 else (0.0, 1.0)
+    angles = [2 * math.pi * _N_COILS * k / n_segments for k in range(n_segments + 1)]
+    offsets = [(length * k / n_segments, half_width * math.cos(angle)) for k, angle in enumerate(angles)]
+    points = [(start[0] + along * c + across * s, start[1] + along * s - across * c) for along, across in offsets]
+    is_visible = [math.sin(a) >= -1e-9 or abs(across) >= hidden_half_width for a, (_, across) in zip(angles, offsets, strict=True)]
+    return tuple(piece for piece in visible_pieces(points, is_visible) if len(piece) > 1)
 
 
 def select_extreme_rows(values: FloatArray) -> list[int]:

@@ -9,7 +9,7 @@ import numpy as np
 
 from governor_mechanism.mechanics.curves.outlines import outline_points
 from governor_mechanism.mechanics.curves.segments import evaluate_polar_curve, make_curve_segments
-from governor_mechanism.mechanics.kinematics.points import point_path, rotate_vector
+from governor_mechanism.mechanics.kinematics.constraint_rows import point_path, rotate_vector
 from governor_mechanism.model.curves import PolarCurve
 from governor_mechanism.model.force_elements import Damper, Force, Spring
 from governor_mechanism.model.joints import CurveSlot, Gear, Pin, Point, RackAndPinion

@@ -5,8 +5,6 @@ from abc import abstractmethod
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
-from itertools import groupby
-from operator import itemgetter
 from typing import Any, ClassVar
 
 from governor_mechanism.effects.dashpot import Dashpot
@@ -33,7 +31,6 @@ from governor_mechanism.render.part_run import EffectT, PartRun
 from governor_mechanism.types import FloatArray
 
 LIFT_READING = "sleeve_lift"
-_N_COILS = 7
 
 LiftTicks = list[tuple[float, float]]
 """Lift (mm) and height (m) of each tick of a lift scale."""
@@ -213,23 +210,6 @@ def lift_scale_shapes(x: float, ticks: LiftTicks, sizes: tuple[float, float, flo
         TextShape("scale", x + text_distance, y, f"{lift:.6g}{unit}", text_width) for (lift, y), unit in zip(ends, ("", " mm"), strict=True)
     ]
     return [Lines("scale", (((x, ends[0][1]), (x, ends[1][1])), *lines)), *labels]
-
-
-def visible_pieces(points: Sequence[Vec2], is_visible: Sequence[bool]) -> tuple[tuple[Vec2, ...], ...]:
-    """Return the runs of consecutive visible points."""
-    runs = groupby(zip(points, is_visible, strict=True), key=itemgetter(1))
-    return tuple(tuple(point for point, _ in run) for is_shown, run in runs if is_shown)
-
-
-def helical_spring_lines(start: Vec2, end: Vec2, half_width: float, hidden_half_width: float) -> tuple[tuple[Vec2, ...], ...]:
-    """Return a helical spring of a half width (m) from the side; its back is hidden within `hidden_half_width` (m) of the axis."""
-    length, n_segments = math.dist(start, end), 16 * _N_COILS
-    c, s = ((end[0] - start[0]) / length, (end[1] - start[1]) / length) if length > 0 else (0.0, 1.0)
-    angles = [2 * math.pi * _N_COILS * k / n_segments for k in range(n_segments + 1)]
-    offsets = [(length * k / n_segments, half_width * math.cos(angle)) for k, angle in enumerate(angles)]
-    points = [(start[0] + along * c + across * s, start[1] + along * s - across * c) for along, across in offsets]
-    is_visible = [math.sin(a) >= -1e-9 or abs(across) >= hidden_half_width for a, (_, across) in zip(angles, offsets, strict=True)]
-    return tuple(piece for piece in visible_pieces(points, is_visible) if len(piece) > 1)
 
 
 def friction_shoe_parts(run: PartRun, reading: str, shoes: Attached) -> Iterator[Attached]:

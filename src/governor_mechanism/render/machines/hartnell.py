@@ -11,7 +11,7 @@ from governor_mechanism.effects.holding import DryFriction, Stops
 from governor_mechanism.effects.spring import OutputSpring
 from governor_mechanism.machines.hartnell import LEFT_BALL, RIGHT_BALL
 from governor_mechanism.render.geometry.attached import Attached, DrawnPart, Flexible, Moment, fixed
-from governor_mechanism.render.geometry.outlines import make_bar, make_burst, make_rectangle
+from governor_mechanism.render.geometry.outlines import helical_spring_lines, make_bar, make_burst, make_rectangle
 from governor_mechanism.render.geometry.primitives import Circle, DrawnShape, Lines, Polygon, Vec2, drawn_ball_radius
 from governor_mechanism.render.machines import governor_parts as parts
 from governor_mechanism.render.machines.governor_parts import LIFT_READING, CylinderSizes, GovernorDrawing, PistonSizes, ThrottleGear
@@ -202,7 +202,7 @@ class HartnellDrawing(HartnellProportions):
     def _spring_shapes(self, moment: Moment) -> list[DrawnShape]:
         """Return the spring between the flange of the sleeve and the cap."""
         u, top = self.arm, self.sleeve_axes(moment)[1] + (ROLLER_RADIUS + FLANGE_HEIGHT) * self.arm
-        return [Lines("spring", parts.helical_spring_lines((0.0, top), (0.0, self.cap_height), 0.22 * u, self.spindle_ratio * u))]
+        return [Lines("spring", helical_spring_lines((0.0, top), (0.0, self.cap_height), 0.22 * u, self.spindle_ratio * u))]
 
     @cached_property
     def throttle_gear(self) -> ThrottleGear:

@@ -16,7 +16,15 @@ from governor_mechanism.effects.masses import BellCrankMasses
 from governor_mechanism.effects.spring import OutputSpring
 from governor_mechanism.machines.hartung import LEFT_WEIGHT, RIGHT_WEIGHT, SLEEVE
 from governor_mechanism.render.geometry.attached import Attached, DrawnPart, Flexible, Frame, Moment, fixed, once_per_moment
-from governor_mechanism.render.geometry.outlines import make_bar, make_box, make_burst, make_hatched_block, make_hatching, make_rectangle
+from governor_mechanism.render.geometry.outlines import (
+    helical_spring_lines,
+    make_bar,
+    make_box,
+    make_burst,
+    make_hatched_block,
+    make_hatching,
+    make_rectangle,
+)
 from governor_mechanism.render.geometry.primitives import (
     CAST_IRON_DENSITY,
     Circle,
@@ -367,7 +375,7 @@ def _spring_shapes(governor: HartungProportions, moment: Moment) -> list[DrawnSh
     """Return the spring between its seat and the foot of the sleeve."""
     u, base = governor.arm, governor.sleeve_axes(moment)[1] - governor.sleeve_size[1]
     ends = (0.0, _spindle_collar_height(governor)), (0.0, base)
-    return [Lines("spring", parts.helical_spring_lines(*ends, 0.36 * u, governor.spindle_ratio * u))]
+    return [Lines("spring", helical_spring_lines(*ends, 0.36 * u, governor.spindle_ratio * u))]
 
 
 def _impact_shapes(governor: HartungProportions, sides: list[HartungSide], time: float) -> Iterator[DrawnShape]:

@@ -24,7 +24,7 @@ from governor_mechanism.render.geometry.attached import (
     fixed,
     once_per_moment,
 )
-from governor_mechanism.render.geometry.outlines import make_band, make_bar, make_burst, make_rectangle
+from governor_mechanism.render.geometry.outlines import helical_spring_lines, make_band, make_bar, make_burst, make_rectangle
 from governor_mechanism.render.geometry.primitives import CAST_IRON_DENSITY, Circle, DrawnShape, Lines, Polygon, Vec2, drawn_ball_radius
 from governor_mechanism.render.machines import governor_parts as parts
 from governor_mechanism.render.machines.generic.force_elements import output_effect_parts
@@ -348,7 +348,7 @@ def _moving_effect_parts(governor: ParabolicProportions) -> Iterator[DrawnPart]:
 def _spring_shapes(governor: ParabolicProportions, moment: Moment) -> list[DrawnShape]:
     """Return the spring between its seat and the foot of the sleeve."""
     u, seat, base = governor.arm, _spindle_foot(governor), governor.sleeve_axes(moment)[1] - governor.sleeve_size[1]
-    return [Lines("spring", parts.helical_spring_lines((0.0, seat), (0.0, base), 0.14 * u, governor.spindle_ratio * u))]
+    return [Lines("spring", helical_spring_lines((0.0, seat), (0.0, base), 0.14 * u, governor.spindle_ratio * u))]
 
 
 def _impact_shapes(governor: ParabolicProportions, height: float, time: float) -> Iterator[DrawnShape]:

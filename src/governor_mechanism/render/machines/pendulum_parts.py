@@ -18,7 +18,14 @@ from governor_mechanism.machines.pendulum import LEFT_BALL, RIGHT_BALL, SLEEVE
 from governor_mechanism.model.joints import Point
 from governor_mechanism.model.output_variables import LineAngle
 from governor_mechanism.render.geometry.attached import Attached, DrawnPart, Flexible, Frame, Moment, fixed
-from governor_mechanism.render.geometry.outlines import make_band, make_bar, make_burst, make_hatched_block, make_rectangle
+from governor_mechanism.render.geometry.outlines import (
+    helical_spring_lines,
+    make_band,
+    make_bar,
+    make_burst,
+    make_hatched_block,
+    make_rectangle,
+)
 from governor_mechanism.render.geometry.primitives import (
     CAST_IRON_DENSITY,
     BoundingBox,
@@ -223,7 +230,7 @@ def _sleeve_spring_shapes(governor: PendulumProportions, moment: Moment) -> list
     seat, half_width = _spring_seat(governor)
     contact = _sleeve_contact_above_lugs(governor)[0] if governor.spring_side > 0 else -governor.sleeve_size[1]
     low, high = sorted((seat, height + contact))
-    coils = parts.helical_spring_lines((0.0, low), (0.0, high), half_width, governor.spindle_ratio * governor.arm)
+    coils = helical_spring_lines((0.0, low), (0.0, high), half_width, governor.spindle_ratio * governor.arm)
     return [Lines("spring", coils)]
 
 
@@ -279,7 +286,7 @@ def _ball_spring(governor: PendulumProportions, sides: list[PendulumSide]) -> Li
     """Return a spring from ball to ball."""
     (left, y), (right, _) = (side.ball for side in sides)
     ends = (left + governor.ball_radius, y), (right - governor.ball_radius, y)
-    return Lines("spring", parts.helical_spring_lines(*ends, 0.06 * governor.arm, 0.0))
+    return Lines("spring", helical_spring_lines(*ends, 0.06 * governor.arm, 0.0))
 
 
 def _sleeve_depth(governor: PendulumProportions) -> float:

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from governor_mechanism.effects.masses import CrankMasses
-from governor_mechanism.mechanics.kinematics.points import point_path
+from governor_mechanism.mechanics.kinematics.constraint_rows import point_path
 from governor_mechanism.model.joints import Pin, Point, Slider
 from governor_mechanism.render.geometry.attached import Attached, DrawnPart, Flexible, Moment, fixed
 from governor_mechanism.render.geometry.outlines import make_arrow

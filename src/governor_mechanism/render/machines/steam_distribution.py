@@ -9,9 +9,8 @@ from typing import Any, Protocol
 import numpy as np
 
 from governor_mechanism.render.geometry.attached import Attached, DrawnPart, Flexible, Moment, axes_turned, fixed_axes
-from governor_mechanism.render.geometry.outlines import make_bar, make_rectangle
+from governor_mechanism.render.geometry.outlines import make_bar, make_rectangle, visible_pieces
 from governor_mechanism.render.geometry.primitives import Circle, DrawnShape, Lines, Polygon, TextShape, Vec2, arc_points
-from governor_mechanism.render.machines.governor_parts import visible_pieces
 from governor_mechanism.types import FloatArray, IntArray
 
 STEAM_PHASES = ("live steam", "expanding steam", "spent steam", "pressed steam")

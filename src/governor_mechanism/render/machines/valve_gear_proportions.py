@@ -7,8 +7,8 @@ from functools import cached_property
 import numpy as np
 
 from governor_mechanism.errors import MechanismError
+from governor_mechanism.mechanics.kinematics.constraint_rows import point_path
 from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output_value
-from governor_mechanism.mechanics.kinematics.points import point_path
 from governor_mechanism.model.joints import GROUND, Point, RotationalDriver, Slider
 from governor_mechanism.model.mechanism import Mechanism
 from governor_mechanism.model.output_variables import PointCoordinate, PointDistance

@@ -9,7 +9,7 @@ from collections.abc import Collection, Iterator, Mapping, Sequence
 import numpy as np
 
 from governor_mechanism.mechanics.curves.outlines import outline_points
-from governor_mechanism.mechanics.kinematics.points import point_path, rotate_vector
+from governor_mechanism.mechanics.kinematics.constraint_rows import point_path, rotate_vector
 from governor_mechanism.model import joints
 from governor_mechanism.model.curves import Curve, PolarCurve, PolynomialCurve, SplineCurve
 from governor_mechanism.model.force_elements import Damper, ForceElement, Spring

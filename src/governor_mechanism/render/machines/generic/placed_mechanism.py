@@ -9,7 +9,7 @@ from functools import cached_property
 
 import numpy as np
 
-from governor_mechanism.mechanics.kinematics.points import point_path, rotate_vector
+from governor_mechanism.mechanics.kinematics.constraint_rows import point_path, rotate_vector
 from governor_mechanism.mechanics.kinematics.time_functions import CubicTimeFunction
 from governor_mechanism.model.force_elements import Damper, Force, Spring, Torque
 from governor_mechanism.model.joints import GROUND, ArcSlot, Glyph, Joint, Pin, Point, RackAndPinion
