@@ -7,10 +7,12 @@ import pytest
 
 import governor_mechanism as gm
 from joint_mechanisms import GRAVITY, integrate_one_coordinate, integrate_state
+from scene_documents import between, custom_document, pin
 
 SUN, PLANET = 0.12, 0.08
 """Pitch radii, m."""
 ARM = SUN + PLANET
+CENTRE, RUN = {"O": [0, 0]}, {"duration": 1.0, "output_interval": 0.1}
 WEIGHTS = {"sun": (3.0, 0.02), "arm": (1.5, 0.01), "planet": (2.0, 0.008)}
 """Mass (kg) and moment of inertia about the mass centre (kg m2)."""
 
@@ -21,25 +23,18 @@ def epicyclic(*, sun_is_fixed: bool = False, offset: float = 0.0, **tables) -> g
         {"name": "arm", "mass": 1.5, "inertia": 0.01, "centre": [ARM / 2, 0], "points": {"end": [ARM, 0]}},
         {"name": "planet", "mass": 2.0, "inertia": 0.008, "centre": [offset, 0], "at": [ARM, 0]},
     ]
+    sun = "ground.O" if sun_is_fixed else "sun"
     joints = [
-        {"type": "pin", "name": "shaft", "first": "ground.O", "second": "arm.origin"},
-        {"type": "pin", "name": "axle", "first": "arm.end", "second": "planet.origin"},
-        {
-            "type": "gear",
-            "name": "mesh",
-            "first": "ground.O" if sun_is_fixed else "sun",
-            "second": "planet.origin",
-            "ratio": -SUN / PLANET,
-            "carrier": "arm",
-        },
+        pin("ground.O", "arm.origin", name="shaft"),
+        pin("arm.end", "planet.origin", name="axle"),
+        between("gear", sun, "planet.origin", name="mesh", ratio=-SUN / PLANET, carrier="arm"),
     ]
     readings = {"arm": {"angle": "arm"}, "planet": {"angle": "planet"}}
     if not sun_is_fixed:
         bodies.append({"name": "sun", "mass": 3.0, "inertia": 0.02})
-        joints.append({"type": "pin", "name": "sun shaft", "first": "ground.O", "second": "sun.origin"})
+        joints.append(pin("ground.O", "sun.origin", name="sun shaft"))
         readings["sun"] = {"angle": "sun"}
-    document = {"machine": "custom", "ground": {"O": [0, 0]}, "body": bodies, "joint": joints, "readings": readings}
-    document |= {"effects": {"gravity": GRAVITY}, "run": {"duration": 1.0, "output_interval": 0.1}}
+    document = custom_document(ground=CENTRE, body=bodies, joint=joints, readings=readings, effects={"gravity": GRAVITY}, run=RUN)
     return gm.Scene.from_dict(document | tables)
 
 

@@ -7,23 +7,16 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import governor_mechanism as gm
-from contact_scenes import BOWL, GRAVITY, ROLLER, ball_document, events_of, run_ball
+from contact_scenes import BOWL, FLOOR, GRAVITY, ROLLER, ball_document, contact_document, disc_document, events_of, run_ball
 from governor_mechanism.model.events import EventKind
-
-FLOOR = [[-2, -0.2], [2, -0.2], [2, 0], [-2, 0]]
-"""A block whose upper side is y = 0."""
 
 DISC_MASS, DISC_INERTIA = 1.5, 4e-4
 
 
-def run_disc(outline, place, rates, spin, **contact):
+def run_disc(outline, place, rates, spin, **options):
     """Run a disc that turns, as a roller of the radius of the ball, under gravity."""
-    run = contact.pop("run", {})
-    document = ball_document(outline, place, rates, friction=0.3, **contact)
-    document["body"][1] = {"name": "ball", "mass": DISC_MASS, "inertia": DISC_INERTIA, "at": list(place)}
-    document["readings"]["turn"] = {"angle": "ball"}
-    document["start"]["turn_rate"] = spin
-    document["run"] |= {"readings": ["contact.ball"], **run}
+    document = disc_document(outline, place, (*rates, spin), DISC_MASS, DISC_INERTIA, friction=0.3, **options)
+    document["run"]["readings"] = ["contact.ball"]
     return gm.run(gm.Scene.from_dict(document))
 
 
@@ -78,7 +71,7 @@ def test_a_disc_rolls_down_a_slope_unless_it_is_too_steep(rolls):
     angle = math.atan(0.3 * (1 + ratio)) + (-0.01 if rolls else 0.01)
     along, normal = np.array([math.cos(angle), -math.sin(angle)]), np.array([math.sin(angle), math.cos(angle)])
     corners = [(-2 * along).tolist(), (-2 * along - normal).tolist(), (4 * along - normal).tolist(), (4 * along).tolist()]
-    run = run_disc(corners, (ROLLER * normal).tolist(), (0.0, 0.0), 0.0, run={"duration": 0.4})
+    run = run_disc(corners, (ROLLER * normal).tolist(), (0.0, 0.0), 0.0, run=(0.4, 0.05))
     way = np.hypot(run.readings["x"] - run.readings["x"][0], run.readings["y"] - run.readings["y"][0])
     acceleration = GRAVITY * (math.sin(angle) * ratio / (1 + ratio) if rolls else math.sin(angle) - 0.3 * math.cos(angle))
     np.testing.assert_allclose(way, acceleration / 2 * run.times**2, atol=1e-13)
@@ -128,14 +121,8 @@ def test_a_ball_in_a_bowl_swings_with_friction_until_it_sticks_as_scipy_integrat
 @pytest.mark.parametrize("spin", [-200.0, -30.0, 0.0, 150.0])
 def test_an_impact_with_friction_stops_the_sliding_or_is_limited_by_coulombs_law(spin):
     restitution, speed, fall = 0.5, 0.4, 0.3
-    run = run_disc(
-        FLOOR,
-        (0.0, ROLLER + fall**2 / (2 * GRAVITY)),
-        (speed, 0.0),
-        spin,
-        restitution=restitution,
-        run={"duration": 0.05, "output_interval": 0.01},
-    )
+    place = (0.0, ROLLER + fall**2 / (2 * GRAVITY))
+    run = run_disc(FLOOR, place, (speed, 0.0), spin, restitution=restitution, run=(0.05, 0.01))
     (impact,) = events_of(run, EventKind.IMPACT)
     assert impact == pytest.approx(fall / GRAVITY, abs=1e-12)
     ratio = DISC_MASS * ROLLER**2 / DISC_INERTIA
@@ -166,16 +153,15 @@ def test_a_ladder_on_a_rough_floor_and_a_smooth_wall_slips_where_statics_says_so
     angle = limit + (-1e-6 if holds else 1e-6)
     foot, top = np.array([0.5 * math.sin(angle), ROLLER]), np.array([0.0, 0.5 * math.cos(angle) + ROLLER])
     room = [[-0.1, -0.2], [2.1, -0.2], [2.1, 2], [2, 2], [2, 0], [-ROLLER, 0], [-ROLLER, 2], [-0.1, 2]]
-    document = ball_document(room, (0.0, 0.0))
-    document["body"][1] = {
-        "name": "ladder", "mass": 2.0, "rod": {"length": 0.5}, "at": foot.tolist(), "angle": math.atan2(*(top - foot)[::-1])
-    }  # fmt: skip
-    document["contact"] = [
+    turn = math.atan2(*(top - foot)[::-1])
+    ladder = {"name": "ladder", "mass": 2.0, "rod": {"length": 0.5}, "at": foot.tolist(), "angle": turn}
+    contacts = [
         {"name": "foot", "first": "ladder.start", "radius": ROLLER, "second": "block", "friction": friction},
         {"name": "top", "first": "ladder.end", "radius": ROLLER, "second": "block"},
     ]
-    document |= {"readings": {"x": {"x": "ladder.start"}, "y": {"y": "ladder.end"}}, "start": {"foot_gap_1": 0.0, "top_gap_2": 0.0}}
-    document["run"] |= {"duration": 0.2, "readings": ["contact.top.force"]}
+    readings = {"x": {"x": "ladder.start"}, "y": {"y": "ladder.end"}}
+    document = contact_document(room, [ladder], contacts, readings, {"foot_gap_1": 0.0, "top_gap_2": 0.0}, run=(0.2, 0.05))
+    document["run"]["readings"] = ["contact.top.force"]
     run = gm.run(gm.Scene.from_dict(document))
     assert run.outcome is gm.Outcome.DONE
     assert (abs(run.readings["x"][-1] - run.readings["x"][0]) < 1e-12) == holds
@@ -186,12 +172,11 @@ def test_a_ladder_on_a_rough_floor_and_a_smooth_wall_slips_where_statics_says_so
 
 def rod_on_floor(friction, angle, turn_rate):
     """A rod that slides along a floor on its lower end, its mass centre behind, and turns."""
-    document = ball_document(FLOOR, (0.0, 0.0))
-    document["body"][1] = {"name": "rod", "mass": 1.0, "rod": {"length": 0.4}, "at": [0.0, 1e-3], "angle": angle}
-    document["contact"] = [{"name": "tip", "first": "rod.start", "radius": 1e-3, "second": "block", "friction": friction}]
-    document["readings"] = {"x": {"x": "rod.start"}, "turn": {"angle": "rod"}}
-    document["start"] = {"tip_gap": 0.0, "tip_rate": 0.0, "x": 0.0, "x_rate": -1.0, "turn": angle, "turn_rate": turn_rate}
-    document["run"] |= {"duration": 0.02, "output_interval": 0.01}
+    rod = {"name": "rod", "mass": 1.0, "rod": {"length": 0.4}, "at": [0.0, 1e-3], "angle": angle}
+    contact = {"name": "tip", "first": "rod.start", "radius": 1e-3, "second": "block", "friction": friction}
+    start = {"tip_gap": 0.0, "tip_rate": 0.0, "x": 0.0, "x_rate": -1.0, "turn": angle, "turn_rate": turn_rate}
+    readings = {"x": {"x": "rod.start"}, "turn": {"angle": "rod"}}
+    document = contact_document(FLOOR, [rod], [contact], readings, start, run=(0.02, 0.01))
     return gm.Scene.from_dict(document)
 
 

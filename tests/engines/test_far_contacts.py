@@ -6,40 +6,24 @@ import numpy as np
 import pytest
 
 import governor_mechanism as gm
-from contact_scenes import GRAVITY, ball_document
+from contact_scenes import FLOOR, GRAVITY, ball_document, contact_document, readings_of, start_of
 from governor_mechanism.mechanics.dynamics.contacts import outline_gaps_of
 from governor_mechanism.model.events import EventKind
+from scene_documents import between, pin
 
 FAR = {"name": "c", "first": "rod_3.end", "radius": 0.02, "second": "block"}
 
 
 def chain_document(contacts):
     """A chain of three rods that swings above a block, which it never reaches."""
-    rods = [
-        {
-            "name": f"rod_{k + 1}",
-            "mass": 1.0,
-            "inertia": 0.01,
-            "at": [0.3 * k + 0.15, 0.0],
-            "points": {"start": [-0.15, 0], "end": [0.15, 0]},
-        }
-        for k in range(3)
-    ]
-    block = {"name": "block", "mass": 1.0, "inertia": 0.1, "outline": [[-3, -3], [-2, -3], [-2, -2.5], [-2.5, -2.2], [-3, -2.5]]}
-    points = ["ground.O", "rod_1.start", "rod_1.end", "rod_2.start", "rod_2.end", "rod_3.start"]
-    pins = [{"type": "pin", "first": first, "second": second} for first, second in zip(points[::2], points[1::2], strict=True)]
-    return {
-        "machine": "custom",
-        "size": 1.0,
-        "ground": {"O": [0, 0]},
-        "body": [*rods, block],
-        "joint": [*pins, {"type": "weld", "first": "ground.O", "second": "block.origin"}],
-        "contact": contacts,
-        "readings": {f"angle_{k}": {"angle": f"rod_{k}"} for k in (1, 2, 3)},
-        "effects": {"gravity": GRAVITY},
-        "start": {"angle_1": 0.0, "angle_2": 0.3, "angle_3": 0.5},
-        "run": {"duration": 1.0, "output_interval": 0.1, "accuracy": 1e-7},
-    }
+    ends = {"start": [-0.15, 0], "end": [0.15, 0]}
+    rods = [{"name": f"rod_{k}", "mass": 1.0, "inertia": 0.01, "at": [0.3 * k - 0.15, 0.0], "points": ends} for k in (1, 2, 3)]
+    pins = [pin("ground.O", "rod_1.start"), pin("rod_1.end", "rod_2.start"), pin("rod_2.end", "rod_3.start")]
+    far = [[-3, -3], [-2, -3], [-2, -2.5], [-2.5, -2.2], [-3, -2.5]]
+    readings, start = {f"angle_{k}": {"angle": f"rod_{k}"} for k in (1, 2, 3)}, {"angle_1": 0.0, "angle_2": 0.3, "angle_3": 0.5}
+    document = contact_document(far, rods, contacts, readings, start, pins, (1.0, 0.1), size=1.0)
+    document["run"]["accuracy"] = 1e-7
+    return document
 
 
 def test_a_contact_that_stays_far_changes_no_bit_and_costs_no_evaluation():
@@ -53,8 +37,8 @@ def test_a_contact_that_stays_far_changes_no_bit_and_costs_no_evaluation():
 
 def test_steps_are_long_while_a_contact_is_far_and_find_it_again():
     """A ball that is thrown up is far from the floor halfway, where steps are long, and falls back on it."""
-    floor, height, speed = [[-2, -0.2], [2, -0.2], [2, 0], [-2, 0]], 0.02 + 1e-3, 30.0
-    run = gm.run(gm.Scene.from_dict(ball_document(floor, (0.0, height), (0.0, speed))), times=[0.0, 6.5])
+    height, speed = 0.02 + 1e-3, 30.0
+    run = gm.run(gm.Scene.from_dict(ball_document(FLOOR, (0.0, height), (0.0, speed))), times=[0.0, 6.5])
     strike = (speed + math.sqrt(speed**2 + 2 * GRAVITY * 1e-3)) / GRAVITY
     assert [event.time for event in run.events if event.kind is EventKind.IMPACT] == pytest.approx([strike], rel=1e-12)
 
@@ -63,26 +47,13 @@ HILL = [[-1, -0.3], [1, -0.3], [0.02, -0.11], [-0.02, -0.11]]
 """A hill with a flat top, whose corners are at x = 0.02 and -0.02 m."""
 
 
-def wheel_document(**contact):
+def wheel_document(turn="-110 deg", start=(("c_gap", 0.0), ("turn_rate", 5.0)), outline=HILL, **contact):
     """A wheel with rollers, on an axle that slides up and down above a hill; one roller goes up the hill and down again."""
-    return {
-        "machine": "custom",
-        "size": 0.1,
-        "ground": {"O": [0, 0]},
-        "body": [
-            {"name": "wheel", "mass": 2.0, "inertia": 0.1, "angle": "-110 deg", "points": {"tip": [0.1, 0]}},
-            {"name": "hill", "mass": 1.0, "inertia": 1.0, "outline": HILL},
-        ],
-        "joint": [
-            {"type": "weld", "first": "ground.O", "second": "hill.origin"},
-            {"type": "slider", "first": "ground.O", "second": "wheel.centre", "angle": "90 deg"},
-        ],
-        "contact": [{"name": "c", "first": "wheel.tip", "radius": 0.05, "second": "hill", **contact}],
-        "readings": {"height": {"y": "wheel.centre"}, "turn": {"angle": "wheel"}},
-        "effects": {"gravity": GRAVITY},
-        "start": {"c_gap": 0.0, "turn": "-110 deg", "turn_rate": 5.0},
-        "run": {"duration": 0.2, "output_interval": 0.01, "accuracy": 1e-9},
-    }
+    wheel = {"name": "wheel", "mass": 2.0, "inertia": 0.1, "angle": turn, "points": {"tip": [0.1, 0]}}
+    slide = between("slider", "ground.O", "wheel.centre", angle="90 deg")
+    contacts = [{"name": "c", "first": "wheel.tip", "radius": 0.05, "second": "block", **contact}]
+    readings = {"height": {"y": "wheel.centre"}, "turn": {"angle": "wheel"}}
+    return contact_document(outline, [wheel], contacts, readings, {"turn": turn, **dict(start)}, [slide], (0.2, 0.01))
 
 
 @pytest.mark.parametrize("friction", [0.0, 0.1])
@@ -98,11 +69,8 @@ def test_rollers_on_one_body_move_it_as_the_one_that_touches(friction):
 
 
 def test_two_rollers_of_a_body_that_touch_at_once_end_the_run_by_name():
-    document = wheel_document(repeat=2)
-    document["body"][0]["angle"] = 0.0
-    document["body"][1]["outline"] = [[-1, -0.3], [1, -0.3], [1, -0.11], [-1, -0.11]]
-    document["start"] = {"height": -0.01, "turn": 0.0, "turn_rate": 0.0}
-    run = gm.run(gm.Scene.from_dict(document))
+    flat, start = [[-1, -0.3], [1, -0.3], [1, -0.11], [-1, -0.11]], {"height": -0.01, "turn_rate": 0.0}
+    run = gm.run(gm.Scene.from_dict(wheel_document(0.0, start, flat, repeat=2)))
     assert run.outcome is gm.Outcome.STALLED
     assert "more rollers" in run.detail
     assert "at_once" in run.detail
@@ -112,34 +80,28 @@ def test_two_rollers_of_a_body_that_touch_at_once_end_the_run_by_name():
 TABLE = [[-1, -0.3], [1, -0.3], [1, -0.2], [-1, -0.2]]
 
 
-def drum_document(contacts, turn, **run):
-    """A drum with six pins that falls on a table in the plane; contacts are those of its pins."""
+def drum_document(turn, repeat, at_once, **keys):
+    """A drum with pins, six of them named, that falls on a table in the plane, and one contact of them all."""
+    return drum_with([drum_contact("pins", 0, repeat=repeat, at_once=at_once, **keys)], turn)
+
+
+def drum_with(contacts, turn):
+    """The drum with these contacts of its pins."""
     points = {f"pin_{k}": [0.1 * math.cos(math.pi / 3 * k), 0.1 * math.sin(math.pi / 3 * k)] for k in range(6)}
-    return {
-        "machine": "custom",
-        "size": 0.1,
-        "ground": {"O": [0, 0]},
-        "body": [
-            {"name": "drum", "mass": 2.0, "inertia": 0.01, "at": [0.0, 0.0], "angle": turn, "points": points},
-            {"name": "table", "mass": 1.0, "inertia": 1.0, "outline": TABLE},
-        ],
-        "joint": [{"type": "weld", "first": "ground.O", "second": "table.origin"}],
-        "contact": contacts,
-        "readings": {"x": {"x": "drum.centre"}, "y": {"y": "drum.centre"}, "turn": {"angle": "drum"}},
-        "effects": {"gravity": GRAVITY},
-        "start": {"x": 0.0, "y": 0.0, "turn": turn, "x_rate": 0.0, "y_rate": 0.0, "turn_rate": 0.0},
-        "run": {"duration": 0.6, "output_interval": 0.05, "accuracy": 1e-9, **run},
-    }
+    drum = {"name": "drum", "mass": 2.0, "inertia": 0.01, "at": [0.0, 0.0], "angle": turn, "points": points}
+    start = start_of((0.0, 0.0, turn), (0.0, 0.0, 0.0))
+    document = contact_document(TABLE, [drum], contacts, readings_of("drum"), start, run=(0.6, 0.05))
+    document["run"]["readings"] = [f"contact.{one['name']}" for one in contacts]
+    return document
 
 
-def pin(name, point, **more):
+def drum_contact(name, number, **more):
     """The contact of a pin."""
-    return {"name": name, "first": f"drum.{point}", "radius": 0.01, "second": "table", **more}
+    return {"name": name, "first": f"drum.pin_{number}", "radius": 0.01, "second": "block", **more}
 
 
 def test_a_drum_rests_on_two_of_its_pins_at_once():
-    contacts = [pin("pins", "pin_0", repeat=6, at_once=2)]
-    run = gm.run(gm.Scene.from_dict(drum_document(contacts, 0.0, readings=["contact.pins"])))
+    run = gm.run(gm.Scene.from_dict(drum_document(0.0, 6, 2)))
     assert run.outcome is gm.Outcome.DONE
     assert {event.time for event in run.events} == {run.events[0].time}
     fall = 0.2 - 0.01 - 0.1 * math.cos(math.pi / 6)
@@ -152,9 +114,9 @@ def test_a_drum_rests_on_two_of_its_pins_at_once():
 @pytest.mark.parametrize("friction", [0.0, 0.4])
 def test_a_drum_that_tips_from_pin_to_pin_moves_as_with_a_contact_for_each_pin(friction):
     """It strikes with one pin, tips over, and strikes with the next one while that one rests."""
-    dealt = [pin("pins", "pin_0", repeat=6, at_once=2, friction=friction)]
-    single = [pin(f"pin_{k}", f"pin_{k}", friction=friction) for k in range(6)]
-    dealt_run, single_run = (gm.run(gm.Scene.from_dict(drum_document(one, 0.2)), certify=False) for one in (dealt, single))
+    single = drum_with([drum_contact(f"pin_{k}", k, friction=friction) for k in range(6)], 0.2)
+    dealt = drum_document(0.2, 6, 2, friction=friction)
+    dealt_run, single_run = (gm.run(gm.Scene.from_dict(one), certify=False) for one in (dealt, single))
     assert [event.kind for event in dealt_run.events].count(EventKind.IMPACT) >= 2
     events, expected = (run.events for run in (dealt_run, single_run))
     assert [one.kind for one in events] == [one.kind for one in expected]
@@ -165,17 +127,17 @@ def test_a_drum_that_tips_from_pin_to_pin_moves_as_with_a_contact_for_each_pin(f
 
 def test_more_rollers_at_once_than_there_are_are_refused():
     with pytest.raises(gm.MechanismError, match="at_once is at most the number of the rollers, 6; found 7"):
-        gm.Scene.from_dict(drum_document([pin("pins", "pin_0", repeat=6, at_once=7)], 0.0))
+        gm.Scene.from_dict(drum_document(0.0, 6, 7))
 
 
 def test_one_roller_and_one_at_once_are_the_defaults():
-    written, plain = (gm.Scene.from_dict(drum_document([pin("pins", "pin_0", **more)], 0.1)) for more in ({"repeat": 1, "at_once": 1}, {}))
+    written, plain = (gm.Scene.from_dict(drum_with([drum_contact("pins", 0, **more)], 0.1)) for more in ({"repeat": 1, "at_once": 1}, {}))
     assert written.mechanism.readings == plain.mechanism.readings
 
 
 @pytest.mark.parametrize(("n_pins", "at_once", "n_groups"), [(6, 2, 2), (5, 2, 3), (7, 3, 4), (9, 3, 3), (5, 5, 5), (3, 2, 3)])
 def test_no_group_of_rollers_has_two_that_follow_one_another(n_pins, at_once, n_groups):
-    scene = gm.Scene.from_dict(drum_document([pin("pins", "pin_0", repeat=n_pins, at_once=at_once)], 0.1))
+    scene = gm.Scene.from_dict(drum_document(0.1, n_pins, at_once))
     groups = [
         {round(math.atan2(one.y, one.x) / math.tau * n_pins) % n_pins for one in (gap.roller, *gap.others)}
         for gap in outline_gaps_of(scene)
@@ -188,8 +150,7 @@ def test_no_group_of_rollers_has_two_that_follow_one_another(n_pins, at_once, n_
 
 def test_a_drum_with_an_odd_number_of_pins_rests_on_the_last_and_the_first_one():
     """Its pins 4 and 0 are below; they strike at once, and bear half of the weight each."""
-    document = drum_document([pin("pins", "pin_0", repeat=5, at_once=2)], -math.pi / 2 + math.pi / 5, readings=["contact.pins"])
-    run = gm.run(gm.Scene.from_dict(document))
+    run = gm.run(gm.Scene.from_dict(drum_document(-math.pi / 2 + math.pi / 5, 5, 2)))
     assert run.outcome is gm.Outcome.DONE
     fall = 0.2 - 0.01 - 0.1 * math.cos(math.pi / 5)
     assert run.events[0].time == pytest.approx(math.sqrt(2 * fall / GRAVITY), rel=1e-10)

@@ -1,4 +1,4 @@
-"""Rollers on outlines: motions in closed form and by scipy, impacts, releases at edges, the disc cam, hard cases."""
+"""Rollers on outlines: motions in closed form and by scipy, impacts, releases at edges, hard cases."""
 
 import math
 
@@ -7,14 +7,22 @@ import pytest
 from scipy.integrate import quad, solve_ivp
 
 import governor_mechanism as gm
-from contact_scenes import BOWL, CUP, DISC, GRAVITY, ROLLER, ball_document, bounce_on_disc, events_of, run_ball
-from governor_mechanism.closed_form.disc_cam import CamRise, lift_at, lift_off_share, lift_off_speed
+from contact_scenes import (
+    BOWL,
+    CUP,
+    DISC,
+    GRAVITY,
+    READINGS,
+    ROLLER,
+    ball_document,
+    bounce_on_disc,
+    events_of,
+    readings_of,
+    run_ball,
+    start_of,
+)
 from governor_mechanism.model.events import EventKind
 from governor_mechanism.studies.hard_cases.study import HARD_CASES
-
-WEIGHT = 0.4 * 9.81
-RISE = CamRise(law="cycloidal", lift=0.015, angle=math.radians(120), mass=0.4, stiffness=2000.0, preload=20.0 + WEIGHT)
-"""The rise of the shipped cam; its return is the same backwards."""
 
 
 @pytest.mark.parametrize("outline", [DISC, {"curve": {"radius": 0.1}}], ids=["arc", "curve"])
@@ -107,9 +115,8 @@ def test_bounces_in_a_pit_end_when_the_geometric_series_of_their_times_does():
     fall = math.sqrt(2 * height / GRAVITY)
     assert events_of(run, EventKind.REST) == pytest.approx([fall * (1 + restitution) / (1 - restitution)], abs=1e-9)
     impacts = events_of(run, EventKind.IMPACT)
-    assert impacts[:4] == pytest.approx(
-        [fall * (1 + 2 * (1 - restitution**k) / (1 - restitution) * restitution) for k in range(4)], abs=1e-12
-    )
+    series = [fall * (1 + 2 * (1 - restitution**k) / (1 - restitution) * restitution) for k in range(4)]
+    assert impacts[:4] == pytest.approx(series, abs=1e-12)
     assert run.readings["y"][-1] == pytest.approx(ROLLER, abs=1e-14)
 
 
@@ -141,6 +148,7 @@ def test_a_gap_of_a_nanometre_closes_by_one_impact():
 def test_momentum_and_energy_of_an_oblique_impact_of_two_free_bodies():
     restitution, mass, inertia, box_mass, box_inertia = 0.6, 0.5, 2e-4, 2.0, 3e-3
     side = [[-0.1, -0.05], [0.1, -0.05], [0.1, 0.05], [-0.1, 0.05]]
+    starts = {"box": (0.0, 0.1, 1.0), "ball": (0.3, -2.0, 5.0)}
     document = {
         "machine": "custom",
         "size": 0.1,
@@ -150,16 +158,8 @@ def test_momentum_and_energy_of_an_oblique_impact_of_two_free_bodies():
         ],
         "force": [{"type": "spring", "first": "ground.origin", "second": "box.origin", "stiffness": 1e-9}],
         "contact": [{"name": "hit", "first": "ball.tip", "radius": 0.01, "second": "box", "restitution": restitution}],
-        "readings": {f"{name}_{axis}": {axis: f"{name}.origin"} for name in ("box", "ball") for axis in "xy"}
-        | {f"{name}_turn": {"angle": name} for name in ("box", "ball")},
-        "start": {
-            "ball_x_rate": 0.3,
-            "ball_y_rate": -2.0,
-            "ball_turn_rate": 5.0,
-            "box_x_rate": 0.0,
-            "box_y_rate": 0.1,
-            "box_turn_rate": 1.0,
-        },
+        "readings": {f"{name}_{key}": table for name in starts for key, table in readings_of(name).items()},
+        "start": {f"{name}_{key}_rate": rate for name, rates in starts.items() for key, rate in zip(READINGS, rates, strict=True)},
         "run": {"duration": 0.2, "output_interval": 0.01, "accuracy": 1e-9},
     }
     run = gm.run(gm.Scene.from_dict(document))
@@ -177,91 +177,11 @@ def test_momentum_and_energy_of_an_oblique_impact_of_two_free_bodies():
     assert run.energy.drift < 1e-8
 
 
-def lift_of_cam(speed, times):
-    """The lift of the follower of the shipped cam while it stays on the cam."""
-    angles = (math.radians(330) + speed * times) % (2 * math.pi)
-    rise, fall = angles / RISE.angle, (angles - math.pi) / RISE.angle
-    lifts = [lift_at(RISE, share=np.clip(share, 0, 1)) for share in (rise, fall)]
-    return lifts[0] - lifts[1]
-
-
-def cam_at(speed, **values):
-    return gm.load("disc_cam").replace({"joint.motor.rate": f"{-speed!r} rad/s", **values})
-
-
-def test_the_follower_of_the_shipped_cam_rises_by_its_law_and_stays_on_it():
-    scene = gm.load("disc_cam")
-    run = gm.run(scene)
-    assert run.outcome is gm.Outcome.DONE
-    assert not run.events
-    np.testing.assert_allclose(run.readings["lift"], lift_of_cam(20 * math.pi, run.times), atol=1e-14)
-    assert np.abs(run.readings["roller_gap"]).max() < 1e-14
-    assert run.energy.drift < 1e-6
-
-
-@pytest.mark.parametrize("ratio", [0.999, 1.001])
-def test_the_follower_leaves_the_cam_above_the_speed_at_which_its_spring_no_longer_holds_it(ratio):
-    speed = ratio * lift_off_speed(RISE)
-    run = gm.run(cam_at(speed), times=np.linspace(0, 2 * math.pi / speed, 21))
-    separations = events_of(run, EventKind.SEPARATION)
-    assert len(separations) == (2 if ratio > 1 else 0)  # in the rise and in the return
-    if separations:
-        share = lift_off_share(RISE, speed=speed)
-        assert separations[0] == pytest.approx((math.radians(30) + share * RISE.angle) / speed, abs=1e-7)
-
-
-def test_a_follower_in_flight_swings_on_its_spring_until_it_strikes_the_cam():
-    speed = 30 * math.pi
-    run = gm.run(cam_at(speed), accuracy=1e-9, times=np.linspace(0, 0.06, 61))
-    separation, impact = events_of(run, EventKind.SEPARATION)[0], events_of(run, EventKind.IMPACT)[0]
-    share = lift_off_share(RISE, speed=speed)
-    assert separation == pytest.approx((math.radians(30) + share * RISE.angle) / speed, abs=1e-10)
-    pull, omega = RISE.preload / RISE.stiffness, math.sqrt(RISE.stiffness / RISE.mass)
-    lift, rate = lift_at(RISE, share=share), speed * lift_at(RISE, share=share, derivative=1)
-
-    def flight(time):
-        turn = omega * (time - separation)
-        return (lift + pull) * np.cos(turn) + rate / omega * np.sin(turn) - pull
-
-    flies = (run.times > separation) & (run.times < impact)
-    assert flies.sum() > 10
-    np.testing.assert_allclose(run.readings["lift"][flies], flight(run.times[flies]), atol=1e-11)
-    assert flight(impact) == pytest.approx(lift_of_cam(speed, np.array([impact]))[0], abs=1e-10)
-    assert np.all(run.readings["roller_gap"][flies] > 0)
-
-
-def test_a_cam_that_runs_out_gives_its_energy_to_spring_and_follower():
-    """Without a motor the energy of cam, follower and spring stays as it is while the roller stays on the cam."""
-    document = dict(gm.load("disc_cam").document)
-    document["joint"] = [joint for joint in document["joint"] if joint.get("name") != "motor"]
-    document["start"] = {"cam_angle": "120 deg", "cam_rate": -60.0, "roller_gap": 0.0, "roller_rate": 0.0}
-    run = gm.run(gm.Scene.from_dict(document), accuracy=1e-8, times=np.linspace(0, 0.2, 41))
-    assert run.outcome is gm.Outcome.DONE
-    assert not run.events
-    angles = run.readings["cam_angle"]
-    lift = lift_of_cam(1.0, math.radians(120) - angles)
-    np.testing.assert_allclose(run.readings["lift"], lift, atol=1e-13)
-    inertia = 1.5 * 0.04**2 / 2
-    energy = inertia * run.rates["cam_angle"] ** 2 / 2 + 0.2 * run.rates["lift"] ** 2 + RISE.preload * lift + 1000 * lift**2
-    np.testing.assert_allclose(energy, energy[0], rtol=1e-7)
-
-
 def test_what_overlaps_at_the_start_is_refused_with_depth_and_place():
     with pytest.raises(gm.MechanismError, match=r"contact 'ball', with its centre at \(0 mm, 15 mm\), overlaps .*'block' by 5 mm"):
         run_ball(CUP, (0.0, 0.015))
     with pytest.raises(gm.MechanismError, match=r"centre at \(0 mm, -5 mm\), overlaps the outline of 'block' by 25 mm"):
         run_ball(CUP, (0.0, -0.005))
-    with pytest.raises(gm.MechanismError, match=r"contact 'roller', .* overlaps the outline of 'cam' by 4 mm"):
-        gm.run(gm.load("disc_cam").replace({"body.follower.at": [0, "86 mm"]}))
-
-
-def test_a_run_is_the_same_bit_for_bit_twice_and_from_a_state_on():
-    scene, times = cam_at(30 * math.pi), np.linspace(0, 0.04, 21)
-    first, second = (gm.run(scene, times=times) for _ in range(2))
-    assert first.events == second.events
-    np.testing.assert_array_equal(first.readings["lift"], second.readings["lift"])
-    later = gm.run(scene, start=first.state(0.02), times=[0.0, 0.02], accuracy=1e-9)
-    assert later.readings["lift"][-1] == pytest.approx(first.readings["lift"][-1], abs=1e-7)
 
 
 @pytest.mark.parametrize(("place", "rates"), [((0.05, 0.01), (0.0, -20.0)), ((0.09, 0.01), (10.0, -10.0))], ids=["bottom", "hollow corner"])
@@ -285,26 +205,15 @@ def test_a_square_that_falls_corner_on_corner_bounces_by_its_restitution(shift, 
         {"name": name, "mass": 1.0, "inertia": 0.01, "at": at, "angle": math.pi / 4, "outline": square}
         for name, at in (("below", [0.0, 0.0]), ("above", [shift, centre + drop]))
     ]
-    contacts = [
-        {
-            "name": one,
-            "first": [one, place, place],
-            "radius": tip,
-            "repeat": 4,
-            "second": other,
-            "restitution": restitution,
-            "friction": friction,
-        }
-        for one, other in (("below", "above"), ("above", "below"))
-    ]
+    corner = {"radius": tip, "repeat": 4, "restitution": restitution, "friction": friction}
+    pairs = (("below", "above"), ("above", "below"))
+    contacts = [{"name": one, "first": [one, place, place], "second": other, **corner} for one, other in pairs]
     document = ball_document(square, (0.0, 0.0)) | {"body": bodies, "contact": contacts}
     document["joint"] = [{"type": "weld", "first": "ground.O", "second": "below.origin"}]
-    document["readings"] = {"x": {"x": "above.origin"}, "y": {"y": "above.origin"}, "turn": {"angle": "above"}}
-    document["start"] = {"x": shift, "y": centre + drop, "turn": math.pi / 4} | dict.fromkeys(("x_rate", "y_rate", "turn_rate"), 0.0)
+    document["readings"], document["start"] = readings_of("above"), start_of((shift, centre + drop, math.pi / 4), (0.0, 0.0, 0.0))
     scene = gm.Scene.from_dict(document)
-    fall = math.sqrt(
-        2 * (drop + (math.sqrt(2) - 1) * tip) / GRAVITY
-    )  # a rounded corner, which ends below the sharp one, strikes a sharp one
+    # A rounded corner, which ends below the sharp one, strikes a sharp one.
+    fall = math.sqrt(2 * (drop + (math.sqrt(2) - 1) * tip) / GRAVITY)
     run = gm.run(scene, times=np.linspace(0.0, 2.2 * fall, 23), accuracy=1e-8)
     assert run.outcome is gm.Outcome.DONE
     impacts = sorted({round(time, 8) for time in events_of(run, EventKind.IMPACT)})

@@ -4,15 +4,13 @@ import math
 
 import numpy as np
 import pytest
-from scipy.integrate import quad, solve_ivp
+from scipy.integrate import solve_ivp
 from scipy.special import ellipk
 
 import governor_mechanism as gm
-from contact_scenes import GRAVITY, events_of
-from governor_mechanism.closed_form.disc_cam import CamRise, lift_at
+from contact_scenes import FLOOR, GRAVITY, contact_document, events_of, readings_of, start_of
 from governor_mechanism.model.events import EventKind
 
-FLOOR = [[-2, -0.2], [2, -0.2], [2, 0], [-2, 0]]
 BOWL = [[-0.4, -0.4], [0.4, -0.4], [0.4, 0], [0.3, 0, -0.3], [-0.3, 0], [-0.4, 0]]
 HILL = [[0.3, 0, 0.3], [-0.3, 0, 0.3]]
 TABLE = [[-1, -1], [0.02, -1], [0.02, 0], [-1, 0]]
@@ -23,20 +21,10 @@ RADIUS, OFFSET, MASS, INERTIA = 0.045, 0.005, 1.5, 8e-4
 
 def disc_scene(outline, place, rates, first, body, duration, **contact):
     """A disc on a block that rests; `first` says what of it touches, and `body` has its outline."""
-    document = {
-        "machine": "custom",
-        "size": 0.1,
-        "body": [
-            {"name": "block", "mass": 1.0, "inertia": 1.0, "outline": outline},
-            {"name": "disc", "mass": MASS, "inertia": INERTIA, "at": list(place[:2]), "angle": place[2], **body},
-        ],
-        "joint": [{"type": "weld", "first": "ground.origin", "second": "block.origin"}],
-        "contact": [{"name": "touch", **first, "second": "block", **contact}],
-        "readings": {"x": {"x": "disc.origin"}, "y": {"y": "disc.origin"}, "turn": {"angle": "disc"}},
-        "effects": {"gravity": GRAVITY},
-        "start": dict(zip(("x", "y", "turn", "x_rate", "y_rate", "turn_rate"), (*place, *rates), strict=True)),
-        "run": {"duration": duration, "output_interval": duration / 40, "accuracy": 1e-9, "readings": ["contact.touch"]},
-    }
+    disc = {"name": "disc", "mass": MASS, "inertia": INERTIA, "at": list(place[:2]), "angle": place[2], **body}
+    contacts, run = [{"name": "touch", **first, "second": "block", **contact}], (duration, duration / 40)
+    document = contact_document(outline, [disc], contacts, readings_of("disc"), start_of(place, rates), run=run)
+    document["run"]["readings"] = ["contact.touch"]
     return gm.Scene.from_dict(document)
 
 
@@ -133,22 +121,3 @@ def test_an_oval_cam_rolls_on_a_floor_as_scipy_integrates():
     np.testing.assert_allclose(run.readings["y"], heights, atol=1e-9)
     np.testing.assert_allclose(run.readings["contact.touch.force"], force, rtol=1e-6)
     np.testing.assert_allclose(np.abs(run.readings["contact.touch.friction"]), np.abs(friction), atol=1e-6)
-
-
-def test_friction_under_a_flat_follower_takes_the_power_of_its_force_at_the_speed_of_the_cam():
-    """The cam slides along the flat at its angular velocity times the height; normal force: spring, weight and inertia of the follower."""
-    friction, speed, base, dwell = 0.15, 20 * math.pi, 0.04, math.radians(15)
-    over = math.radians(150)
-    rise = CamRise(law="cycloidal", lift=0.01, angle=over, mass=0.3, stiffness=2000.0, preload=30.0 + 0.3 * 9.81)
-
-    def power(time):
-        share = (speed * time - 2 * dwell) / over
-        lift, bend = lift_at(rise, share=share), lift_at(rise, share=share, derivative=2)
-        force = rise.preload + rise.stiffness * lift + rise.mass * bend * speed**2
-        return friction * force * speed * (base + lift)
-
-    start, end = (2 * dwell + 0.1 * over) / speed, (2 * dwell + 0.9 * over) / speed
-    scene = gm.load("disc_cam_flat_follower").replace({"contact.flat.friction": friction})
-    run = gm.run(scene, times=[0.0, start, end], accuracy=1e-9)
-    lost = run.energy.dissipated_energy[2] - run.energy.dissipated_energy[1]
-    assert lost == pytest.approx(quad(power, start, end, epsabs=1e-13)[0], rel=1e-8)

@@ -9,95 +9,69 @@ import governor_mechanism as gm
 from contact_scenes import GRAVITY
 from governor_mechanism.model.events import EventKind
 from governor_mechanism.observables.error_scales import EVENT_TIMES
+from scene_documents import between, custom_document, pin
 
 WALL = [[0.1, -2], [0.5, -2], [0.5, 2], [0.1, 2]]
 BLOCK = [[0.1, -0.7], [0.3, -0.7], [0.3, -0.49], [0.1, -0.49]]
 """A block with a corner at x = 0.1 m, y = -0.49 m, round which a bob comes before its face is the nearest."""
 LENGTH, BOB = 0.5, 0.02
+RIGHT, LEFT = [0.25, -0.06], [-0.25, -0.06]
 
 
-def document(bodies, joints, contacts, start, **readings):
-    """A scene with its obstacles welded to the ground."""
-    return {
-        "machine": "custom",
-        "size": LENGTH,
-        "ground": {"O": [0, 0], "right": [0.25, -0.06], "left": [-0.25, -0.06]},
-        "body": bodies,
-        "joint": joints,
-        "contact": contacts,
-        "readings": readings,
-        "effects": {"gravity": GRAVITY},
-        "start": start,
-        "run": {"duration": 2.0, "output_interval": 0.02, "accuracy": 1e-9},
-    }
-
-
-def obstacle(name, outline):
-    """A body and the weld that holds it."""
-    body = {"name": name, "mass": 1.0, "inertia": 1.0, "outline": outline}
-    return body, {"type": "weld", "first": "ground.O", "second": f"{name}.origin"}
+def document(bodies, joints, contacts, angle, turn_rate=0.0, obstacles=()):
+    """A scene whose coordinate is the angle of its first body, with obstacles welded to the ground."""
+    fixed = [{"name": name, "mass": 1.0, "inertia": 1.0, "at": place, **shape} for name, place, shape in obstacles]
+    welds = [between("weld", ["ground", *place], f"{name}.origin") for name, place, _ in obstacles]
+    return custom_document(
+        size=LENGTH,
+        ground={"O": [0, 0]},
+        body=[*bodies, *fixed],
+        joint=[pin("ground.O", f"{bodies[0]['name']}.origin"), *joints, *welds],
+        contact=contacts,
+        readings={"angle": {"angle": bodies[0]["name"]}},
+        effects={"gravity": GRAVITY},
+        start={"angle": angle, "angle_rate": turn_rate},
+        run={"duration": 2.0, "output_interval": 0.02, "accuracy": 1e-9},
+    )
 
 
 def pendulum(outline, restitution, start=-0.8):
     """A pendulum with a round bob that strikes an obstacle."""
-    body, weld = obstacle("wall", outline)
-    swinging = {"name": "arm", "mass": 1.0, "inertia": 0.01, "at": [0, 0], "centre": [0, -LENGTH], "points": {"bob": [0, -LENGTH]}}
-    pin = {"type": "pin", "first": "ground.O", "second": "arm.origin"}
+    arm = {"name": "arm", "mass": 1.0, "inertia": 0.01, "at": [0, 0], "centre": [0, -LENGTH], "points": {"bob": [0, -LENGTH]}}
     contact = {"name": "c", "first": "arm.bob", "radius": BOB, "second": "wall", "restitution": restitution}
-    return document([swinging, body], [pin, weld], [contact], {"angle": start, "angle_rate": 0.0}, angle={"angle": "arm"})
+    return document([arm], [], [contact], start, obstacles=[("wall", [0, 0], {"outline": outline})])
 
 
 def slider_crank(restitution):
     """A crank that falls from above, and whose slider strikes a block before the dead centre."""
-    block, weld = obstacle("block", [[0.41, -0.1], [0.6, -0.1], [0.6, 0.1], [0.41, 0.1]])
-    angle, crank, rod = 1.2, 0.1, 0.3
-    slope = -math.asin(crank * math.sin(angle) / rod)
-    end = crank * math.cos(angle) + rod * math.cos(slope)
-    bodies = [
-        {"name": "crank", "mass": 2.0, "inertia": 0.02, "at": [0, 0], "angle": angle, "centre": [0.05, 0], "points": {"pin": [crank, 0]}},
-        {
-            "name": "rod",
-            "mass": 0.5,
-            "inertia": 0.01,
-            "at": [crank * math.cos(angle), crank * math.sin(angle)],
-            "angle": slope,
-            "centre": [0.15, 0],
-            "points": {"small": [rod, 0]},
-        },
-        {"name": "slider", "mass": 1.0, "inertia": 0.01, "at": [end, 0], "points": {"nose": [0.01, 0]}},
-    ]
-    joints = [
-        {"type": "pin", "first": "ground.O", "second": "crank.origin"},
-        {"type": "pin", "first": "crank.pin", "second": "rod.origin"},
-        {"type": "pin", "first": "rod.small", "second": "slider.origin"},
-        {"type": "prismatic", "first": "ground.O", "second": "slider.origin", "angle": 0},
-    ]
+    angle, radius, length = 1.2, 0.1, 0.3
+    slope, knee = -math.asin(radius * math.sin(angle) / length), [radius * math.cos(angle), radius * math.sin(angle)]
+    crank = {
+        "name": "crank",
+        "mass": 2.0,
+        "inertia": 0.02,
+        "at": [0, 0],
+        "angle": angle,
+        "centre": [0.05, 0],
+        "points": {"pin": [radius, 0]},
+    }
+    rod = {"name": "rod", "mass": 0.5, "inertia": 0.01, "at": knee, "angle": slope, "centre": [0.15, 0], "points": {"small": [length, 0]}}
+    end = [knee[0] + length * math.cos(slope), 0]
+    slider = {"name": "slider", "mass": 1.0, "inertia": 0.01, "at": end, "points": {"nose": [0.01, 0]}}
+    guide = between("prismatic", "ground.O", "slider.origin", angle=0)
+    joints = [pin("crank.pin", "rod.origin"), pin("rod.small", "slider.origin"), guide]
     contact = {"name": "c", "first": "slider.nose", "radius": 0.01, "second": "block", "restitution": restitution}
-    start = {"angle": angle, "angle_rate": 0.0}
-    return document([*bodies, block], [*joints, weld], [contact], start, angle={"angle": "crank"})
+    block = {"outline": [[0.41, -0.1], [0.6, -0.1], [0.6, 0.1], [0.41, 0.1]]}
+    return document([crank, rod, slider], joints, [contact], angle, obstacles=[("block", [0, 0], block)])
 
 
 def lever(restitution):
     """A lever with a heavy end that falls from one pin onto another, and bounces until it rests."""
-    arm = {
-        "name": "arm",
-        "mass": 1.0,
-        "inertia": 0.02,
-        "at": [0, 0],
-        "centre": [0.1, 0],
-        "outline": [[-0.3, -0.01], [0.3, -0.01], [0.3, 0.01], [-0.3, 0.01]],
-    }
-    pins = [
-        {"name": name, "mass": 1.0, "inertia": 1.0, "at": place} for name, place in (("right", [0.25, -0.06]), ("left", [-0.25, -0.06]))
-    ]
-    joints = [
-        {"type": "pin", "first": "ground.O", "second": "arm.origin"},
-        *({"type": "weld", "first": f"ground.{name}", "second": f"{name}.origin"} for name in ("right", "left")),
-    ]
-    contacts = [
-        {"name": name, "first": f"{name}.origin", "radius": 0.01, "second": "arm", "restitution": restitution} for name in ("right", "left")
-    ]
-    return document([arm, *pins], joints, contacts, {"angle": 0.1, "angle_rate": 2.0}, angle={"angle": "arm"})
+    bar = [[-0.3, -0.01], [0.3, -0.01], [0.3, 0.01], [-0.3, 0.01]]
+    arm = {"name": "arm", "mass": 1.0, "inertia": 0.02, "at": [0, 0], "centre": [0.1, 0], "outline": bar}
+    pins, common = [("right", RIGHT, {}), ("left", LEFT, {})], {"radius": 0.01, "second": "arm", "restitution": restitution}
+    contacts = [{"name": name, "first": f"{name}.origin", **common} for name, *_ in pins]
+    return document([arm], [], contacts, 0.1, 2.0, obstacles=pins)
 
 
 def with_friction(scene, friction):

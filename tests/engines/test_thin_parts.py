@@ -7,8 +7,9 @@ import numpy as np
 import pytest
 
 import governor_mechanism as gm
-from contact_scenes import GRAVITY, ball_document, events_of
+from contact_scenes import GRAVITY, ball_document, contact_document, events_of, readings_of, start_of
 from governor_mechanism.model.events import EventKind
+from scene_documents import pin
 
 FALLS = list(itertools.product((1e-3, 1e-5), (1e-3, 1e-4), (1.0, 100.0), (0.3, 0.377, 2.0)))
 """Thickness of a plate, radius of a ball, its speed and its height above the plate, m and m/s."""
@@ -38,15 +39,11 @@ def test_a_ball_strikes_a_thin_plate_at_the_time_of_its_fall(engine, falls):
 def test_a_pendulum_strikes_a_thin_wall(engine, thickness):
     """Its bob touches the wall where the rod is upright but for the radius; it swings back with the share of its speed."""
     length, bob, start = 0.5, 0.002, -2.5
-    document = ball_document([[0.0, -2.0], [thickness, -2.0], [thickness, 0.0], [0.0, 0.0]], (0.0, 0.0))
+    wall = [[0.0, -2.0], [thickness, -2.0], [thickness, 0.0], [0.0, 0.0]]
     arm = {"name": "arm", "mass": 1.0, "inertia": 0.01, "at": [0, 0], "centre": [0, -length], "points": {"bob": [0, -length]}}
-    document |= {
-        "body": [document["body"][0], arm],
-        "joint": [*document["joint"], {"type": "pin", "first": "ground.O", "second": "arm.origin"}],
-        "contact": [{"name": "bob", "first": "arm.bob", "radius": bob, "second": "block", "restitution": 0.5}],
-        "readings": {"angle": {"angle": "arm"}},
-        "start": {"angle": start, "angle_rate": 0.0},
-    }
+    contact = {"name": "bob", "first": "arm.bob", "radius": bob, "second": "block", "restitution": 0.5}
+    readings, at_start = {"angle": {"angle": "arm"}}, {"angle": start, "angle_rate": 0.0}
+    document = contact_document(wall, [arm], [contact], readings, at_start, [pin("ground.O", "arm.origin")])
     run = gm.run(gm.Scene.from_dict(document), engine, times=np.linspace(0.0, 1.2, 241), certify=False)
     touch = -math.asin(bob / length)
     lowest = math.acos(math.cos(touch) - 0.25 * (math.cos(touch) - math.cos(start)))
@@ -59,11 +56,10 @@ def test_a_pendulum_strikes_a_thin_wall(engine, thickness):
 def test_a_wheel_with_several_rollers_strikes_a_thin_plate_with_the_one_that_comes_down():
     """It turns a quarter while it falls, so that another one of its four rollers is below."""
     height, spin, reach, radius = 0.5, 100.0, 0.1, 1e-3
-    document = ball_document([[-1, -1e-4], [1, -1e-4], [1, 0], [-1, 0]], (0.0, height))
-    document["body"][1] = {"name": "ball", "mass": 1.0, "inertia": 0.01, "at": [0.0, height]}
-    document["contact"] = [{"name": "tip", "first": ["ball", reach, 0.0], "radius": radius, "repeat": 4, "second": "block"}]
-    document["readings"] |= {"turn": {"angle": "ball"}}
-    document["start"] |= {"turn": 0.0, "turn_rate": spin}
+    wheel = {"name": "ball", "mass": 1.0, "inertia": 0.01, "at": [0.0, height]}
+    contact = {"name": "tip", "first": ["ball", reach, 0.0], "radius": radius, "repeat": 4, "second": "block"}
+    start = start_of((0.0, height, 0.0), (0.0, 0.0, spin))
+    document = contact_document([[-1, -1e-4], [1, -1e-4], [1, 0], [-1, 0]], [wheel], [contact], readings_of("ball"), start)
     run = gm.run(gm.Scene.from_dict(document), times=np.linspace(0.0, 0.32, 9), certify=False)
 
     def lowest(time):

@@ -19,24 +19,44 @@ CUP = [[-0.2, -0.1], [0.2, -0.1], [0.2, 0.2], [0.1, 0.2], [0.1, 0], [-0.1, 0], [
 """A block with a rectangular pit, whose bottom is at y = 0 and whose walls stand at x = 0.1 and -0.1 m."""
 
 
+FLOOR = [[-2, -0.2], [2, -0.2], [2, 0], [-2, 0]]
+"""A block whose upper side is y = 0."""
+
+READINGS = ("x", "y", "turn")
+
+
+def readings_of(body):
+    """The readings x, y and turn of a body."""
+    return {"x": {"x": f"{body}.origin"}, "y": {"y": f"{body}.origin"}, "turn": {"angle": body}}
+
+
+def start_of(place, rates):
+    """The start of the readings x, y and turn, of as many as there are."""
+    return {**dict(zip(READINGS, place, strict=False)), **{f"{name}_rate": rate for name, rate in zip(READINGS, rates, strict=False)}}
+
+
+def contact_document(outline, bodies, contacts, readings, start, joints=(), run=(1.0, 0.05), **tables):
+    """Bodies under gravity and a block that rests; `run` gives duration and output interval."""
+    block = {"name": "block", "mass": 1.0, "inertia": 1.0, "outline": outline}
+    joints = [{"type": "weld", "first": "ground.O", "second": "block.origin"}, *joints]
+    document = {"machine": "custom", "size": 0.1, "ground": {"O": [0, 0]}, "body": [block, *bodies], "joint": joints, "contact": contacts}
+    document |= {"readings": readings, "effects": {"gravity": GRAVITY}, "start": start}
+    return document | {"run": {"duration": run[0], "output_interval": run[1], "accuracy": 1e-9}} | tables
+
+
 def ball_document(outline, place, rates=(0.0, 0.0), **contact):
     """A ball of 1 kg under gravity, and a block that rests; the ball is a roller of radius 0.02 m."""
+    ball = {"name": "ball", "mass": 1.0, "point": True, "at": list(place)}
     contact = {"name": "ball", "first": "ball.origin", "radius": ROLLER, "second": "block", **contact}
-    return {
-        "machine": "custom",
-        "size": 0.1,
-        "ground": {"O": [0, 0]},
-        "body": [
-            {"name": "block", "mass": 1.0, "inertia": 1.0, "outline": outline},
-            {"name": "ball", "mass": 1.0, "point": True, "at": list(place)},
-        ],
-        "joint": [{"type": "weld", "first": "ground.O", "second": "block.origin"}],
-        "contact": [contact],
-        "readings": {"x": {"x": "ball.origin"}, "y": {"y": "ball.origin"}},
-        "effects": {"gravity": GRAVITY},
-        "start": {"x": place[0], "y": place[1], "x_rate": rates[0], "y_rate": rates[1]},
-        "run": {"duration": 1.0, "output_interval": 0.05, "accuracy": 1e-9},
-    }
+    readings = {"x": {"x": "ball.origin"}, "y": {"y": "ball.origin"}}
+    return contact_document(outline, [ball], [contact], readings, start_of(place, rates))
+
+
+def disc_document(outline, place, rates, mass=1.5, inertia=4e-4, run=(1.0, 0.05), **contact):
+    """A disc that turns, of the radius of the ball; its place and rates are those of x, y and turn."""
+    disc = {"name": "ball", "mass": mass, "inertia": inertia, "at": list(place)}
+    contacts = ball_document(outline, place, rates, **contact)["contact"]
+    return contact_document(outline, [disc], contacts, readings_of("ball"), start_of(place, rates), run=run)
 
 
 def run_ball(outline, place, rates=(0.0, 0.0), times=None, **contact):
