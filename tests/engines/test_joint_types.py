@@ -7,45 +7,29 @@ import numpy as np
 import pytest
 from scipy.special import ellipk
 
+import joint_mechanisms as cases
 from governor_mechanism.engines import ImpulseEngine, MultibodyEngine, ReducedEngine
 from governor_mechanism.mechanics.kinematics.assembly import PositionSolver
 from governor_mechanism.model.results.records import Outcome
 from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.observables.evaluation import time_scale
-from joint_mechanisms import (
-    CASES,
-    CRANK_INERTIA,
-    ENGINE_KINEMATICS,
-    GRAVITY,
-    NO_ERROR,
-    ExactCase,
-    ExactReadings,
-    bead_in_a_round_slot,
-    bead_on_a_parabola,
-    bead_on_a_table_of_the_parabola,
-    crank_motion,
-    driven_slider_crank,
-    slider_crank_driven_by_a_formula,
-    slider_crank_driven_by_a_table,
-    wobbling_crank_motion,
-)
 
 ROUNDING = 1e-13
 """Accumulated rounding of a thousand steps, relative to the scale of a reading, in the run and in scipy's integration."""
 
 
 @cache
-def case(name: str) -> ExactCase:
-    return CASES[name]()
+def case(name: str) -> cases.ExactCase:
+    return cases.CASES[name]()
 
 
 @cache
-def exact_readings(name: str, times: tuple[float, ...]) -> ExactReadings:
+def exact_readings(name: str, times: tuple[float, ...]) -> cases.ExactReadings:
     """Return the exact readings of a case, once for all engines and tests."""
     return case(name).exact(np.array(times))
 
 
-def exact_at_times_of(run: Trajectory, name: str) -> ExactReadings:
+def exact_at_times_of(run: Trajectory, name: str) -> cases.ExactReadings:
     return exact_readings(name, tuple(run.times.tolist()))
 
 
@@ -54,7 +38,7 @@ def impulse_run(name: str) -> Trajectory:
     return ImpulseEngine().run(case(name).scene, accuracy=1e-5)
 
 
-def max_errors(run: Trajectory, exact: ExactReadings) -> tuple[float, float]:
+def max_errors(run: Trajectory, exact: cases.ExactReadings) -> tuple[float, float]:
     """Return the largest error of any reading and of any rate, relative to its scale."""
     value_errors = [np.max(np.abs(run.readings[name] - exact[name][0])) / run.scales[name] for name in exact]
     rate_errors = [np.max(np.abs(run.rates[name] - exact[name][1])) / run.scales[name] for name in exact]
@@ -67,10 +51,10 @@ def has_one_degree_of_freedom(name: str) -> bool:
     return position_solver.mobility == 1 and not position_solver.equations.is_driven.any()
 
 
-IMPULSE = [name for name in CASES if case(name).impulse]
-FINE = [(MultibodyEngine(), name) for name in CASES]
+IMPULSE = [name for name in cases.CASES if case(name).impulse]
+FINE = [(MultibodyEngine(), name) for name in cases.CASES]
 # The bead in the arc slot passes the largest x of the slot, a turning point of the coordinate x.
-FINE += [(ReducedEngine(), name) for name in CASES if has_one_degree_of_freedom(name) and name != "arc slot in the ground"]
+FINE += [(ReducedEngine(), name) for name in cases.CASES if has_one_degree_of_freedom(name) and name != "arc slot in the ground"]
 BOTH = pytest.mark.parametrize("engine", [MultibodyEngine(), ReducedEngine()], ids=["multibody", "reduced"])
 
 
@@ -113,7 +97,7 @@ def test_single_impulse_runs_are_of_second_order(name):
         engine = ImpulseEngine(step=one.step / 2**halvings, runs=1, iterations=160)
         run = engine.run(one.scene, certify=False)
         step_errors.append(max_errors(run, exact_at_times_of(run, name)))
-    if one.order == NO_ERROR:
+    if one.order == cases.NO_ERROR:
         # Steps of constant acceleration reproduce a parabola in time, so that only rounding remains.
         assert np.max(step_errors) < ROUNDING
         return
@@ -126,17 +110,17 @@ def test_single_impulse_runs_are_of_second_order(name):
 
 def test_the_period_of_a_bead_in_an_arc_slot_is_the_elliptic_integral():
     radius, start = 0.4, 2.2
-    period = 4 * math.sqrt(radius / GRAVITY) * float(ellipk(math.sin(start / 2) ** 2))
-    run = MultibodyEngine().run(bead_in_a_round_slot().scene, times=np.array([0.0, period / 2, period]), accuracy=1e-10)
+    period = 4 * math.sqrt(radius / cases.GRAVITY) * float(ellipk(math.sin(start / 2) ** 2))
+    run = MultibodyEngine().run(cases.bead_in_a_round_slot().scene, times=np.array([0.0, period / 2, period]), accuracy=1e-10)
     # After half a period the bead is on the other side, after a period at its start.
     x = radius * math.sin(start)
     np.testing.assert_allclose(run.readings["x"] - 0.2, [x, -x, x], atol=1e-10 * radius)
-    np.testing.assert_allclose(run.rates["x"], 0.0, atol=1e-10 * math.sqrt(GRAVITY * radius))
+    np.testing.assert_allclose(run.rates["x"], 0.0, atol=1e-10 * math.sqrt(cases.GRAVITY * radius))
 
 
 @BOTH
 def test_a_table_of_a_parabola_gives_the_same_motion_as_the_parabola(engine):
-    runs = [engine.run(one().scene, accuracy=1e-10) for one in (bead_on_a_parabola, bead_on_a_table_of_the_parabola)]
+    runs = [engine.run(one().scene, accuracy=1e-10) for one in (cases.bead_on_a_parabola, cases.bead_on_a_table_of_the_parabola)]
     # The curves are equal except for rounding in the coefficients of the spline, divided by (0.05 m)^2 in its second derivative.
     np.testing.assert_allclose(runs[0].readings["x"], runs[1].readings["x"], atol=1e-12)
 
@@ -144,9 +128,9 @@ def test_a_table_of_a_parabola_gives_the_same_motion_as_the_parabola(engine):
 @pytest.mark.parametrize(
     ("one", "motion"),
     [
-        (driven_slider_crank(), lambda times: (0.3 + 12.0 * times, np.full_like(times, 12.0), np.zeros_like(times))),
-        (slider_crank_driven_by_a_table(), crank_motion),
-        (slider_crank_driven_by_a_formula(), wobbling_crank_motion),
+        (cases.driven_slider_crank(), lambda times: (0.3 + 12.0 * times, np.full_like(times, 12.0), np.zeros_like(times))),
+        (cases.slider_crank_driven_by_a_table(), cases.crank_motion),
+        (cases.slider_crank_driven_by_a_formula(), cases.wobbling_crank_motion),
     ],
     ids=["steady", "table", "formula"],
 )
@@ -154,7 +138,7 @@ def test_a_table_of_a_parabola_gives_the_same_motion_as_the_parabola(engine):
 def test_the_torque_of_a_drive_matches_virtual_work(engine, accuracy, one, motion):
     run = engine.run(one.scene, accuracy=accuracy)
     angle, rate, acceleration = motion(run.times)
-    torque = ENGINE_KINEMATICS.torque(angle, rate, acceleration, CRANK_INERTIA)
+    torque = cases.ENGINE_KINEMATICS.torque(angle, rate, acceleration, cases.CRANK_INERTIA)
     drive = run.reactions["drive"]
     # Forces follow from poses and velocities: they are as accurate relative to the largest torque, except for a factor
     # of about ten by which the connecting rod amplifies errors.
@@ -167,5 +151,5 @@ def test_the_torque_of_a_drive_matches_virtual_work(engine, accuracy, one, motio
 
 
 def test_a_driven_mechanism_has_no_degree_of_freedom():
-    run = MultibodyEngine().run(driven_slider_crank().scene)
+    run = MultibodyEngine().run(cases.driven_slider_crank().scene)
     assert run.mobility == 0

@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+import joint_mechanisms as cases
 from governor_mechanism.engines import ImpulseEngine, MultibodyEngine, ReducedEngine
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.model.force_elements import Force
@@ -14,17 +15,6 @@ from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.model.time_functions import InputFunction
 from governor_mechanism.scenes import library
-from joint_mechanisms import (
-    GRAVITY,
-    ExactCase,
-    bent_pendulum,
-    collar_on_a_turning_rod,
-    falling_rack,
-    geared_wheels,
-    make_scene,
-    pendulum_on_a_pin,
-    released_pendulum,
-)
 from scene_parts import body_angle, body_point, ground_point, point_mass, rod_body, rotating_body, x_reading, y_reading
 
 EVERY = [(MultibodyEngine(), 1e-10), (ImpulseEngine(), 1e-6), (ReducedEngine(), 1e-10)]
@@ -57,15 +47,15 @@ def link_pendulum(*, by_pin: bool, swapped: bool = False, start: float = 1.9) ->
         body, reading = point_mass("bob", mass), x_reading("bob")
     if swapped:
         joint = replace(joint, first=joint.second, second=joint.first)
-    return make_scene(bodies=[body], joints=[joint], readings=[reading], sketch=[(*place, start if by_pin else 0.0)], size=length)
+    return cases.make_scene(bodies=[body], joints=[joint], readings=[reading], sketch=[(*place, start if by_pin else 0.0)], size=length)
 
 
 @ENGINES
 @pytest.mark.parametrize("by_pin", [False, True], ids=["link", "pin"])
 def test_rod_force_of_a_pendulum(engine, accuracy, by_pin):
     run = engine.run(link_pendulum(by_pin=by_pin), accuracy=accuracy)
-    angle, rate = released_pendulum(run.times, GRAVITY / 0.7, 1.9)
-    pull = 1.3 * (GRAVITY * np.cos(angle) + 0.7 * rate**2)
+    angle, rate = cases.released_pendulum(run.times, cases.GRAVITY / 0.7, 1.9)
+    pull = 1.3 * (cases.GRAVITY * np.cos(angle) + 0.7 * rate**2)
     inward = 1j * np.exp(1j * angle)
     allowed = FOLLOWS * accuracy * np.max(np.abs(pull))
     # A massless rod or a frictionless pin has no transverse force.
@@ -88,16 +78,16 @@ def test_reaction_changes_sign_with_the_order_of_the_bodies(engine, accuracy, by
 
 @ENGINES
 def test_pin_carries_the_weight_at_rest(engine, accuracy):
-    scene = pendulum_on_a_pin().scene
+    scene = cases.pendulum_on_a_pin().scene
     run = engine.run(scene.with_changes(start=replace(scene.start, values={"rod": -math.pi / 2})), accuracy=accuracy)
     # At rest only the rounding of -pi/2 matters.
-    np.testing.assert_allclose(run.reactions["hinge"].force, np.tile([0.0, 2.0 * GRAVITY], (len(run.times), 1)), atol=1e-12)
+    np.testing.assert_allclose(run.reactions["hinge"].force, np.tile([0.0, 2.0 * cases.GRAVITY], (len(run.times), 1)), atol=1e-12)
     np.testing.assert_allclose(run.reactions["hinge"].moment, 0.0, atol=1e-12)
 
 
 @ENGINES
 def test_weld_carries_force_and_moment(engine, accuracy):
-    one = bent_pendulum()
+    one = cases.bent_pendulum()
     run = engine.run(one.scene, accuracy=accuracy)
     told = one.exact(run.times)
     (first, rate), (second, _) = told["first"], told["second"]
@@ -105,9 +95,9 @@ def test_weld_carries_force_and_moment(engine, accuracy):
     tip = 0.5 + np.exp(0.7j) * 0.2
     moment = 2.0 * 0.25 + 1.5 * tip
     inertia = 2.0 * 0.5**2 / 3 + 1.5 * (0.4**2 / 12 + abs(tip) ** 2)
-    bend = -GRAVITY * (moment * np.exp(1j * first)).real / inertia
+    bend = -cases.GRAVITY * (moment * np.exp(1j * first)).real / inertia
     acceleration = (1j * bend - rate**2) * tip * np.exp(1j * first)
-    force = 1.5 * (acceleration + 1j * GRAVITY)
+    force = 1.5 * (acceleration + 1j * cases.GRAVITY)
     arm = 0.2 * np.exp(1j * second)  # from the weld to the mass centre of the second rod
     twist = 1.5 * 0.4**2 / 12 * bend + (arm.conj() * force).imag
     allowed = FOLLOWS * accuracy * np.max(np.abs(force))
@@ -118,7 +108,7 @@ def test_weld_carries_force_and_moment(engine, accuracy):
 
 @NOT_REDUCED
 def test_prismatic_joint_has_a_normal_force_and_a_moment(engine, accuracy):
-    one = collar_on_a_turning_rod()
+    one = cases.collar_on_a_turning_rod()
     run = engine.run(one.scene, accuracy=accuracy)
     told = one.exact(run.times)
     (turn, rate), (way, speed) = told["turn"], told["way"]
@@ -145,7 +135,7 @@ def test_prismatic_joint_has_a_normal_force_and_a_moment(engine, accuracy):
 
 @ENGINES
 def test_gear_moments_have_the_gear_ratio(engine, accuracy):
-    run = engine.run(geared_wheels().scene, accuracy=accuracy)
+    run = engine.run(cases.geared_wheels().scene, accuracy=accuracy)
     # 0.6 N m on the first wheel; 0.04 kg m2 and 0.3 kg m2, ratio -0.5.
     bend = 0.6 / (0.04 + 0.25 * 0.3)
     teeth = run.reactions["teeth"]
@@ -158,9 +148,9 @@ def test_gear_moments_have_the_gear_ratio(engine, accuracy):
 
 @pytest.mark.parametrize("engine", [MultibodyEngine(), ReducedEngine()], ids=["multibody", "reduced"])
 def test_rack_force_is_along_its_direction_and_the_guide_force_across(engine):
-    run = engine.run(falling_rack().scene, accuracy=1e-10)
+    run = engine.run(cases.falling_rack().scene, accuracy=1e-10)
     # 2 kg at 1.2 rad, a pinion of 0.03 kg m2 and 0.1 m.
-    along, weight = np.exp(1.2j), 2.0 * GRAVITY
+    along, weight = np.exp(1.2j), 2.0 * cases.GRAVITY
     pull = weight * math.sin(1.2) * (1 - 1 / (1 + 0.03 / (2.0 * 0.1**2)))
     # A constant force: only rounding remains.
     np.testing.assert_allclose(complex_force(run, "teeth"), pull * along, rtol=1e-11)
@@ -176,7 +166,7 @@ def beam(*, speed: float = 0.0, load: float = 0.0) -> Scene:
     A load (N) presses down at +0.9 m.
     """
     press = Force(name="load", point=body_point("beam", 0.9), x=InputFunction(), y=InputFunction(values=(-load,)))
-    return make_scene(
+    return cases.make_scene(
         bodies=[rod_body("beam", 10.0, 2.0), point_mass("bead", 3.0)],
         joints=[
             Slider(name="left", first=ground_point(), second=body_point("beam", -0.8), angle=0.0),
@@ -197,9 +187,9 @@ def test_beam_on_two_supports(engine, accuracy, speed, load):
     run = engine.run(beam(speed=speed, load=load), accuracy=accuracy)
     bead_at = -0.4 + speed * run.times
     # Moments about the left support: beam, bead, load.
-    right = (10.0 * GRAVITY * 0.8 + 3.0 * GRAVITY * (bead_at + 0.8) + load * 1.7) / 1.4
-    left = 13.0 * GRAVITY + load - right
-    for name, expected in (("left", left), ("right", right), ("top", np.full_like(left, 3.0 * GRAVITY))):
+    right = (10.0 * cases.GRAVITY * 0.8 + 3.0 * cases.GRAVITY * (bead_at + 0.8) + load * 1.7) / 1.4
+    left = 13.0 * cases.GRAVITY + load - right
+    for name, expected in (("left", left), ("right", right), ("top", np.full_like(left, 3.0 * cases.GRAVITY))):
         # All speeds are constant, so only rounding remains; the guide has no moment.
         np.testing.assert_allclose(run.reactions[name].force[:, 1], expected, rtol=1e-12)
         np.testing.assert_allclose(run.reactions[name].force[:, 0], 0.0, atol=1e-12)
@@ -213,7 +203,7 @@ def test_beam_on_two_supports(engine, accuracy, speed, load):
 LINK, SPREAD = 0.5, (-0.3, 0.1, 0.4)
 
 
-def table_on_links(count: int) -> ExactCase:
+def table_on_links(count: int) -> cases.ExactCase:
     """Return a table of 4 kg hung on parallel links of 0.5 m, and a mass of 1 kg on a link below it."""
     start = 0.6
     down = LINK * math.sin(start), -LINK * math.cos(start)
@@ -223,14 +213,14 @@ def table_on_links(count: int) -> ExactCase:
         if k < count
     ]
     hanger = Distance(name="hanger", first=body_point("table", 0.2), second=body_point("bob"), length=0.4)
-    scene = make_scene(
+    scene = cases.make_scene(
         bodies=[rotating_body("table", 4.0, 0.3), point_mass("bob", 1.0)],
         joints=[*links, hanger],
         readings=[x_reading("table"), y_reading("table"), x_reading("bob", "bob_x")],
         sketch=[(*down, 0.0), (down[0] + 0.2, down[1] - 0.4, 0.0)],
         size=LINK,
     )
-    return ExactCase(scene=scene, exact=lambda times: {})
+    return cases.ExactCase(scene=scene, exact=lambda times: {})
 
 
 @NOT_REDUCED
@@ -264,7 +254,7 @@ def test_third_parallel_link_keeps_the_motion_and_makes_three_forces_indetermina
 def door(hinges: int) -> Scene:
     """Return a rod on one hinge or two on the same axis, with another rod hung from its end."""
     pins = [Pin(name=f"hinge {k}", first=ground_point(), second=body_point("door", -0.4)) for k in range(hinges)]
-    return make_scene(
+    return cases.make_scene(
         bodies=[rod_body("door", 2.0, 0.8), rod_body("tail", 1.0, 0.5)],
         joints=[*pins, Pin(name="knee", first=body_point("door", 0.4), second=body_point("tail", -0.25))],
         readings=[body_angle("door"), body_angle("tail")],
@@ -338,7 +328,7 @@ def test_forces_on_every_bar_of_the_chain_equal_mass_times_acceleration(engine, 
 
 @NOT_REDUCED
 def test_reaction_on_the_ground_as_second_body(engine, accuracy):
-    scene = make_scene(
+    scene = cases.make_scene(
         bodies=[point_mass("lamp", 2.0)],
         joints=[Distance(name="cord", first=body_point("lamp"), second=ground_point(0.0, 1.0), length=0.6)],
         readings=[y_reading("lamp"), x_reading("lamp")],
@@ -346,7 +336,7 @@ def test_reaction_on_the_ground_as_second_body(engine, accuracy):
     )
     run = engine.run(scene, accuracy=accuracy)
     # At rest the lamp pulls the ground, the second body, down by its weight.
-    np.testing.assert_allclose(run.reactions["cord"].force, np.tile([0.0, -2.0 * GRAVITY], (len(run.times), 1)), atol=1e-12)
+    np.testing.assert_allclose(run.reactions["cord"].force, np.tile([0.0, -2.0 * cases.GRAVITY], (len(run.times), 1)), atol=1e-12)
 
 
 # --- forces as readings -----------------------------------------------------------------------------------------------
@@ -360,8 +350,8 @@ def with_reactions(scene: Scene, *joints: str) -> Scene:
 @ENGINES
 def test_the_error_of_a_joint_force_lies_within_its_estimate(engine, accuracy):
     run = engine.run(with_reactions(link_pendulum(by_pin=True), "rod"), accuracy=accuracy)
-    angle, rate = released_pendulum(run.times, GRAVITY / 0.7, 1.9)
-    exact = 1.3 * (GRAVITY * np.cos(angle) + 0.7 * rate**2) * 1j * np.exp(1j * angle)
+    angle, rate = cases.released_pendulum(run.times, cases.GRAVITY / 0.7, 1.9)
+    exact = 1.3 * (cases.GRAVITY * np.cos(angle) + 0.7 * rate**2) * 1j * np.exp(1j * angle)
     readings = {"x": exact.real, "y": exact.imag, "magnitude": np.abs(exact)}
     for component, values in readings.items():
         name = f"reaction.rod.{component}"
@@ -372,7 +362,7 @@ def test_the_error_of_a_joint_force_lies_within_its_estimate(engine, accuracy):
 
 @ENGINES
 def test_a_weld_reports_its_moment_and_a_pin_none(engine, accuracy):
-    run = engine.run(with_reactions(bent_pendulum().scene, "weld", "hinge"), accuracy=accuracy)
+    run = engine.run(with_reactions(cases.bent_pendulum().scene, "weld", "hinge"), accuracy=accuracy)
     weld = [name.removeprefix("reaction.weld.") for name in run.readings if name.startswith("reaction.weld.")]
     pin = [name.removeprefix("reaction.hinge.") for name in run.readings if name.startswith("reaction.hinge.")]
     assert (weld, pin) == (["x", "y", "magnitude", "moment"], ["x", "y", "magnitude"])
@@ -389,8 +379,8 @@ def test_joint_forces_that_are_not_determined_or_not_there_are_refused():
 
 def test_the_polar_plot_in_the_axes_of_a_pendulum_is_a_line_along_its_rod():
     run = MultibodyEngine().run(link_pendulum(by_pin=True), accuracy=1e-10)
-    angle, rate = released_pendulum(run.times, GRAVITY / 0.7, 1.9)
-    pull = 1.3 * (GRAVITY * np.cos(angle) + 0.7 * rate**2)
+    angle, rate = cases.released_pendulum(run.times, cases.GRAVITY / 0.7, 1.9)
+    pull = 1.3 * (cases.GRAVITY * np.cos(angle) + 0.7 * rate**2)
     (panel,) = run.plot_reactions("rod", axes="body").axes
     across, along = next(line.get_xydata().T for line in panel.lines if len(line.get_xydata()) == len(run.times))
     np.testing.assert_allclose(across, 0.0, atol=1e-7)

@@ -6,24 +6,10 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 
+from governor_mechanism.integrators import step_record
 from governor_mechanism.integrators.dop853 import StepLimits, make_dop853
 from governor_mechanism.integrators.equation import EquationFunctions, EventStep, StepBuffers, make_step_buffers
 from governor_mechanism.integrators.stages import END_STAGE, Stages, StepCounter, make_take_step
-from governor_mechanism.integrators.step_record import (
-    ABOVE_DOMAIN,
-    BELOW_DOMAIN,
-    FAR_OUTSIDE_DOMAIN,
-    LEFT_LIMITS,
-    MIN_STAGE_QUALITY,
-    OUT_OF_RANGE,
-    STAGE_GAP_FRACTION,
-    TURNED_BACK,
-    IntegrationStatus,
-    domain_status,
-    make_step_record,
-    record_step,
-    steer_step_over_singularity,
-)
 from governor_mechanism.integrators.tableau import NODES
 from governor_mechanism.numerics.interpolation import quintic_hermite_jit
 from governor_mechanism.numerics.jit import jit_in_place
@@ -115,7 +101,7 @@ def integrate_oscillator(
     limits: StepLimits,
     times: FloatArray,
     states: FloatArray,
-) -> tuple[IntegrationStatus, float, int, float]:
+) -> tuple[step_record.IntegrationStatus, float, int, float]:
     return _integrate(problem, buffers, span, 0.0, state, limits, times, states)
 
 
@@ -125,7 +111,7 @@ def integrate(
     stiffness=1.0,
     damping=0.0,
     undefined=(math.inf, math.inf),
-    quality=BELOW_DOMAIN,
+    quality=step_record.BELOW_DOMAIN,
     last_time=math.inf,
     level=None,
     max_steps=10_000,
@@ -144,16 +130,16 @@ def integrate(
 
 def record_of(length, n):
     """Return the record of another run with n equal steps."""
-    record = make_step_record(n)
+    record = step_record.make_step_record(n)
     for k in range(n):
-        record_step(record, (k + 1) * length, length, 1.0)
+        step_record.record_step(record, (k + 1) * length, length, 1.0)
     return record
 
 
 def test_states_at_all_times_are_those_of_the_solution():
     times = np.linspace(0.0, 10.0, 41)[1:]
     status, states, time = integrate(times)
-    assert status == IntegrationStatus.DONE
+    assert status == step_record.IntegrationStatus.DONE
     assert time == 10.0
     np.testing.assert_allclose(states, np.stack([np.cos(times), -np.sin(times)], axis=-1), atol=1e-8)  # a hundred errors of one step
 
@@ -162,7 +148,7 @@ def test_states_at_all_times_are_those_of_the_solution():
 def test_an_integration_ends_where_a_function_rises_through_zero(level):
     status, states, time = integrate([1.0, 10.0], level=level)
     assert time > 1.0
-    assert status == IntegrationStatus.EVENT
+    assert status == step_record.IntegrationStatus.EVENT
     assert time == pytest.approx(math.acos(level), abs=1e-9)
     assert states[0, 0] == pytest.approx(math.cos(1.0), abs=1e-9)
     assert np.isnan(states[1, 0])
@@ -171,12 +157,12 @@ def test_an_integration_ends_where_a_function_rises_through_zero(level):
 @pytest.mark.parametrize(
     ("options", "status", "last_time"),
     [
-        ({"undefined": (-1.0, 1.0)}, IntegrationStatus.BELOW_TABLE, 0.0),
-        ({"undefined": (0.5, 9.0)}, IntegrationStatus.BELOW_TABLE, 0.5),
-        ({"max_steps": 5}, IntegrationStatus.STEP_LIMIT, 5.0),
-        ({"last_time": 2.0}, IntegrationStatus.STALLED, 2.0),
-        ({"coarser_steps": record_of(1e-9, 3000)}, IntegrationStatus.STALLED, 1e-5),
-        ({"stiffness": 1e4, "damping": 1e4, "min_stiff_steps": 0.0, "tolerance": 1e-4}, IntegrationStatus.STIFF, 0.1),
+        ({"undefined": (-1.0, 1.0)}, step_record.IntegrationStatus.BELOW_TABLE, 0.0),
+        ({"undefined": (0.5, 9.0)}, step_record.IntegrationStatus.BELOW_TABLE, 0.5),
+        ({"max_steps": 5}, step_record.IntegrationStatus.STEP_LIMIT, 5.0),
+        ({"last_time": 2.0}, step_record.IntegrationStatus.STALLED, 2.0),
+        ({"coarser_steps": record_of(1e-9, 3000)}, step_record.IntegrationStatus.STALLED, 1e-5),
+        ({"stiffness": 1e4, "damping": 1e4, "min_stiff_steps": 0.0, "tolerance": 1e-4}, step_record.IntegrationStatus.STIFF, 0.1),
     ],
 )
 def test_an_integration_that_cannot_go_on_says_why(options, status, last_time):
@@ -188,7 +174,7 @@ def test_an_integration_that_cannot_go_on_says_why(options, status, last_time):
 
 def test_a_motion_that_needs_very_many_steps_does_not_stall():
     status, states, _ = integrate([2.5], max_step=1e-3)
-    assert status == IntegrationStatus.DONE
+    assert status == step_record.IntegrationStatus.DONE
     assert states[0, 0] == pytest.approx(math.cos(2.5), abs=1e-12)
 
 
@@ -197,42 +183,51 @@ def test_a_stage_of_the_dense_output_outside_the_domain_ends_the_integration():
     node = NODES[END_STAGE + 2] * h  # a stage that only times within a step need
     hole = (node - 1e-6, node + 1e-6)
     assert min(abs(NODES[:END_STAGE] * h - node)) > 1e-4
-    assert integrate([0.05, 0.1], step=h, undefined=hole)[0] == IntegrationStatus.BELOW_TABLE
-    assert integrate([0.1], step=h, undefined=hole, max_step=h)[0] == IntegrationStatus.BELOW_TABLE
+    assert integrate([0.05, 0.1], step=h, undefined=hole)[0] == step_record.IntegrationStatus.BELOW_TABLE
+    assert integrate([0.1], step=h, undefined=hole, max_step=h)[0] == step_record.IntegrationStatus.BELOW_TABLE
 
 
-@pytest.mark.parametrize(("quality", "factor"), [(FAR_OUTSIDE_DOMAIN, 0.25), (1e-3 * MIN_STAGE_QUALITY, 0.83), (MIN_STAGE_QUALITY, 1.0)])
+@pytest.mark.parametrize(
+    ("quality", "factor"),
+    [(step_record.FAR_OUTSIDE_DOMAIN, 0.25), (1e-3 * step_record.MIN_STAGE_QUALITY, 0.83), (step_record.MIN_STAGE_QUALITY, 1.0)],
+)
 def test_a_stage_far_outside_or_at_a_singularity_makes_a_step_shorter(quality, factor):
-    h, steps = 0.1, make_step_record(100)
+    h, steps = 0.1, step_record.make_step_record(100)
     node = NODES[END_STAGE - 2] * h  # the two behind it are at the end
     status, states, _ = integrate([h], step=h, undefined=(node - 1e-6, node + 1e-6), quality=quality, steps=steps)
-    assert status == IntegrationStatus.DONE
+    assert status == step_record.IntegrationStatus.DONE
     assert steps.ends[0] == pytest.approx(factor * h, rel=1e-14)
     assert states[0, 0] == pytest.approx(math.cos(h), abs=1e-10)
 
 
 def test_each_end_of_a_motion_has_its_own_name():
-    qualities = (BELOW_DOMAIN, ABOVE_DOMAIN, OUT_OF_RANGE, TURNED_BACK, LEFT_LIMITS)
+    qualities = (
+        step_record.BELOW_DOMAIN,
+        step_record.ABOVE_DOMAIN,
+        step_record.OUT_OF_RANGE,
+        step_record.TURNED_BACK,
+        step_record.LEFT_LIMITS,
+    )
     names = ["BELOW_TABLE", "ABOVE_TABLE", "OUT_OF_RANGE", "TURNED_BACK", "LEFT_LIMITS"]
-    assert [IntegrationStatus(domain_status(quality)).name for quality in qualities] == names
+    assert [step_record.IntegrationStatus(step_record.domain_status(quality)).name for quality in qualities] == names
 
 
 def test_the_next_step_but_one_has_a_singularity_in_its_gap():
     previous_angle, h, step = 0.3, 0.1, 0.2
     for angle in (0.27, 0.22, 0.2, 0.12, 0.02):
         distance = angle * h / (previous_angle - angle)  # the angle falls in proportion to the time
-        length = steer_step_over_singularity(angle, previous_angle, h, step)
-        assert 0.0 < length <= max(step, distance / STAGE_GAP_FRACTION)
-        if distance > (1 + STAGE_GAP_FRACTION) * step or distance <= 0.1 * step:
+        length = step_record.steer_step_over_singularity(angle, previous_angle, h, step)
+        assert 0.0 < length <= max(step, distance / step_record.STAGE_GAP_FRACTION)
+        if distance > (1 + step_record.STAGE_GAP_FRACTION) * step or distance <= 0.1 * step:
             assert length == step
-        elif distance > STAGE_GAP_FRACTION * step + 0.02 * step:  # the step behind this one has it in its gap
-            assert distance - length == pytest.approx(STAGE_GAP_FRACTION * step, rel=1e-12)
+        elif distance > step_record.STAGE_GAP_FRACTION * step + 0.02 * step:  # the step behind this one has it in its gap
+            assert distance - length == pytest.approx(step_record.STAGE_GAP_FRACTION * step, rel=1e-12)
         else:  # this one has it
-            assert distance == pytest.approx(STAGE_GAP_FRACTION * length, rel=1e-12)
+            assert distance == pytest.approx(step_record.STAGE_GAP_FRACTION * length, rel=1e-12)
 
 
 def test_steps_near_a_singular_configuration_add_to_its_amplification():
-    record = make_step_record(4)
+    record = step_record.make_step_record(4)
     for end, quality in ((1.0, 0.8), (1.5, 0.02), (2.0, 0.0), (3.0, 0.5)):
-        record_step(record, end, 0.5, quality)
+        step_record.record_step(record, end, 0.5, quality)
     assert record.singular_amplification[0] == pytest.approx(0.5 / (0.02 / 0.8) ** 1.5, rel=1e-12)

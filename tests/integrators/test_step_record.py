@@ -10,15 +10,8 @@ from hypothesis import strategies as st
 import governor_mechanism as gm
 from governor_mechanism.engines import MultibodyEngine, ReducedEngine
 from governor_mechanism.engines.certificate import CertifiedRunner, RecordedRun
+from governor_mechanism.integrators import step_record
 from governor_mechanism.integrators.equation import make_step_buffers, may_miss_events
-from governor_mechanism.integrators.step_record import (
-    INSIDE_STEP_TOLERANCE,
-    NO_STEPS,
-    find_step,
-    limit_to_half_steps,
-    make_step_record,
-    record_step,
-)
 
 REGULAR_QUALITY = 1.0
 """Quality of a step far from singular configurations."""
@@ -27,9 +20,9 @@ lengths = st.lists(st.floats(1e-6, 10.0), min_size=1, max_size=20)
 
 
 def record_of(step_lengths):
-    record = make_step_record(len(step_lengths))
+    record = step_record.make_step_record(len(step_lengths))
     for end, length in zip(np.cumsum(step_lengths), step_lengths, strict=True):
-        record_step(record, end, length, REGULAR_QUALITY)
+        step_record.record_step(record, end, length, REGULAR_QUALITY)
     return record
 
 
@@ -37,7 +30,7 @@ def largest_ratio(coarse_ends, fine_ends):
     """Return the largest ratio of a fine step to a coarse step that it overlaps by more than rounding."""
     worst, starts = 0.0, np.concatenate([[0.0], coarse_ends[:-1]])
     for start, end in itertools.pairwise([0.0, *fine_ends]):
-        margin = 2 * INSIDE_STEP_TOLERANCE * (coarse_ends - starts) + 1e-12 * (end - start)
+        margin = 2 * step_record.INSIDE_STEP_TOLERANCE * (coarse_ends - starts) + 1e-12 * (end - start)
         overlapped = (starts < end - margin) & (coarse_ends > start + margin)
         worst = max([worst, *((end - start) / (coarse_ends - starts)[overlapped])])
     return worst
@@ -48,7 +41,7 @@ def test_steps_within_the_limit_are_half_as_long_as_those_that_they_overlap(step
     record, t, k, ends = record_of(step_lengths), 0.0, 0, []
     duration = float(record.ends[-1])
     while t < duration * (1 - 1e-9):
-        h, k = limit_to_half_steps(record, k, t, wanted)
+        h, k = step_record.limit_to_half_steps(record, k, t, wanted)
         assert 0 < h <= wanted
         t += h
         ends.append(t)
@@ -60,14 +53,14 @@ def test_steps_within_the_limit_are_half_as_long_as_those_that_they_overlap(step
 @given(lengths, st.floats(0.0, 200.0))
 def test_the_step_at_a_time_is_the_first_that_ends_after_it(step_lengths, t):
     record = record_of(step_lengths)
-    assert find_step(record, t) == int(np.searchsorted(record.ends, t, side="right"))
+    assert step_record.find_step(record, t) == int(np.searchsorted(record.ends, t, side="right"))
 
 
 def test_without_a_record_no_step_is_limited_and_a_full_record_keeps_what_it_has():
-    assert limit_to_half_steps(NO_STEPS, 0, 1.0, 7.0) == (7.0, 0)
-    record = make_step_record(1)
-    record_step(record, 1.0, 1.0, REGULAR_QUALITY)
-    record_step(record, 2.0, 1.0, REGULAR_QUALITY)
+    assert step_record.limit_to_half_steps(step_record.NO_STEPS, 0, 1.0, 7.0) == (7.0, 0)
+    record = step_record.make_step_record(1)
+    step_record.record_step(record, 1.0, 1.0, REGULAR_QUALITY)
+    step_record.record_step(record, 2.0, 1.0, REGULAR_QUALITY)
     assert record.n_steps[0] == 1
 
 

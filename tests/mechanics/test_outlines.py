@@ -8,15 +8,7 @@ import pytest
 import governor_mechanism as gm
 from contact_scenes import BOWL, CUP
 from governor_mechanism.engines.initial_state import initial_state
-from governor_mechanism.mechanics.curves.outline_kernels import (
-    N_PIECE_VALUES,
-    NO_FEATURE,
-    EdgePoint,
-    distance_from_feature,
-    extent_of_feature,
-    find_feature,
-    next_feature,
-)
+from governor_mechanism.mechanics.curves import outline_kernels
 from governor_mechanism.mechanics.curves.outlines import bounding_circle, chains_of, edges_of, is_inside, make_pieces, outline_points
 from governor_mechanism.mechanics.dynamics.arrays import from_mass_centres
 from governor_mechanism.mechanics.dynamics.lowering import make_system
@@ -199,7 +191,7 @@ def walk(pieces, feature, is_at_end):
     seen = []
     while feature not in seen:
         seen.append(feature)
-        feature = next_feature(pieces, 0, len(pieces), feature, is_at_end)
+        feature = outline_kernels.next_feature(pieces, 0, len(pieces), feature, is_at_end)
     return [*seen, feature]
 
 
@@ -210,7 +202,7 @@ def test_a_roller_that_keeps_no_edge_is_beyond_the_end_of_none():
     i = int(np.flatnonzero(rows.table["kind"] == RowKind.PIECES_DISTANCE)[0])
     assert evaluate_join(rows, i, *motion) == -1.0
     keep_features(rows, *motion)
-    assert rows.table["kept_feature"][i] != NO_FEATURE
+    assert rows.table["kept_feature"][i] != outline_kernels.NO_FEATURE
     assert -1.0 < evaluate_join(rows, i, *motion) <= 0.0
     release_features(rows)
     assert evaluate_join(rows, i, *motion) == -1.0
@@ -245,7 +237,9 @@ def test_round_a_corner_the_extents_are_the_sines_of_the_angles_to_its_edges(out
     """The edge before the corner, straight or bent, ends in a direction, and the next one goes to the left."""
     turn = math.pi - before
     normal = before + share * turn - math.pi / 2
-    found = extent_of_feature(pieces_of(outline), 4, EdgePoint(0.1, 0.1, math.cos(normal), math.sin(normal), 1.0))
+    found = outline_kernels.extent_of_feature(
+        pieces_of(outline), 4, outline_kernels.EdgePoint(0.1, 0.1, math.cos(normal), math.sin(normal), 1.0)
+    )
     assert found == pytest.approx((-math.sin(share * turn), -math.sin((1 - share) * turn)), abs=1e-14)
 
 
@@ -255,7 +249,7 @@ def test_round_a_corner_the_extents_are_the_sines_of_the_angles_to_its_edges(out
 )
 def test_where_edges_join_a_corner_is_touched_if_there_is_one_and_else_the_edge_ahead(outline, normal, rate, feature):
     pieces = pieces_of(outline)
-    assert find_feature(pieces, 0, len(pieces), EdgePoint(0.1, 0.0, *normal, rate)) == feature
+    assert outline_kernels.find_feature(pieces, 0, len(pieces), outline_kernels.EdgePoint(0.1, 0.0, *normal, rate)) == feature
 
 
 @pytest.mark.parametrize("corners", [[0, 2, 1, 3], [0, 1, 3, 2]])
@@ -273,10 +267,10 @@ def test_the_circle_round_a_square_has_its_middle_and_is_not_much_wider():
 @pytest.mark.parametrize("outline", [SQUARE, BULGE], ids=["straight", "bent"])
 def test_the_distance_from_a_corner_is_that_of_two_points(outline):
     pieces = pieces_of(outline)
-    c = pieces.shape[1] - N_PIECE_VALUES
+    c = pieces.shape[1] - outline_kernels.N_PIECE_VALUES
     corners = {2 * k + 2: pieces[(k + 1) % len(pieces), c : c + 2] for k in range(len(pieces))}
     for feature, (x, y) in corners.items():
-        found = distance_from_feature(pieces, feature, x + 3e-3, y - 4e-3)
+        found = outline_kernels.distance_from_feature(pieces, feature, x + 3e-3, y - 4e-3)
         assert (found.value, found.normal_x, found.normal_y) == pytest.approx((5e-3, 0.6, -0.8), rel=1e-12)
         assert found.curvature == pytest.approx(200.0, rel=1e-12)
     assert {tuple(np.round(one, 9)) for one in corners.values()} == {tuple(map(float, one[:2])) for one in outline}

@@ -7,29 +7,17 @@ from typing import TypeVar
 
 from governor_mechanism.effects.holding import Stops
 from governor_mechanism.effects.spring import OutputSpring
+from governor_mechanism.model import joints
 from governor_mechanism.model.curves import Curve, PolynomialCurve, SplineCurve
 from governor_mechanism.model.effect import Effect
 from governor_mechanism.model.force_elements import Force, ForceElement, Torque, TorsionSpring
-from governor_mechanism.model.joints import (
-    CurveSlot,
-    Gear,
-    Joint,
-    Point,
-    Prismatic,
-    ProportionalDisplacement,
-    RackAndPinion,
-    RotationalDriver,
-    Slider,
-    TranslationalDriver,
-    Weld,
-)
 from governor_mechanism.model.mechanism import Body, Mechanism
 from governor_mechanism.model.output_variables import FollowerHeight, Limit, LineAngle, PointCoordinate, Reading
 from governor_mechanism.model.part import Start
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.model.time_functions import InputFunction, PrescribedMotion
 
-Element = TypeVar("Element", bound=Joint | ForceElement | Reading)
+Element = TypeVar("Element", bound=joints.Joint | ForceElement | Reading)
 
 
 def reading_sign(scene: Scene, name: str) -> float:
@@ -69,22 +57,24 @@ def _mirror_body(body: Body) -> Body:
 
 def _mirror_points(item: Element) -> Element:
     """Return a copy with its points mirrored in the axes of their bodies."""
-    return replace(item, **{name: replace(value, x=-value.x) for name, value in vars(item).items() if isinstance(value, Point)})
+    return replace(item, **{name: replace(value, x=-value.x) for name, value in vars(item).items() if isinstance(value, joints.Point)})
 
 
-def _mirror_joint(joint: Joint) -> Joint:
+def _mirror_joint(joint: joints.Joint) -> joints.Joint:
     found = _mirror_points(joint)
-    if isinstance(found, Slider | TranslationalDriver | ProportionalDisplacement | RackAndPinion | CurveSlot):
+    if isinstance(
+        found, joints.Slider | joints.TranslationalDriver | joints.ProportionalDisplacement | joints.RackAndPinion | joints.CurveSlot
+    ):
         found = replace(found, angle=math.pi - found.angle)  # displacements along the mirrored line stay
-    if isinstance(found, Weld | Prismatic):
+    if isinstance(found, joints.Weld | joints.Prismatic):
         found = replace(found, relative_angle=-found.relative_angle)
-    if isinstance(found, Gear):
+    if isinstance(found, joints.Gear):
         found = replace(found, offset=-found.offset)
-    if isinstance(found, RackAndPinion):
+    if isinstance(found, joints.RackAndPinion):
         found = replace(found, radius=-found.radius)
-    if isinstance(found, CurveSlot):
+    if isinstance(found, joints.CurveSlot):
         found = replace(found, curve=_negate_curve(found.curve))
-    if isinstance(found, RotationalDriver):
+    if isinstance(found, joints.RotationalDriver):
         found = replace(found, motion=_negate_motion(found.motion))
     return found
 
