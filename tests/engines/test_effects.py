@@ -25,7 +25,7 @@ from governor_mechanism.model.part import FreeSpindle, Spindle
 from governor_mechanism.model.time_functions import InputFunction, LinearFunction
 from governor_scenes import PORTER, governor_scene
 from reference import zehnder
-from scene_parts import body_point, ground_point, make_mechanism, point_mass, scene_of
+from scene_parts import body_point, constant, ground_point, make_mechanism, point_mass, scene_of
 
 
 def engine_name(value):
@@ -36,10 +36,6 @@ def engine_name(value):
 ENGINES = pytest.mark.parametrize("engine", [MultibodyEngine(), ReducedEngine()], ids=engine_name)
 G = 9.81
 LIFT = "sleeve_lift"
-
-
-def constant(value):
-    return InputFunction(values=(value,))
 
 
 def with_effects(scene, *effects):

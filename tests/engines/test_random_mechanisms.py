@@ -10,7 +10,7 @@ import pytest
 
 from governor_mechanism.engines import ImpulseEngine, MultibodyEngine, ReducedEngine
 from governor_mechanism.model.force_elements import Damper, Force, ForceElement, Spring, Torque, TorsionDamper, TorsionSpring
-from governor_mechanism.model.joints import GROUND, Pin, Point, Slider
+from governor_mechanism.model.joints import GROUND, Point
 from governor_mechanism.model.mechanism import Body, SecondMoments
 from governor_mechanism.model.output_variables import PointCoordinate
 from governor_mechanism.model.results.records import Outcome
@@ -18,7 +18,7 @@ from governor_mechanism.model.scene import Scene
 from governor_mechanism.model.time_functions import InputFunction
 from governor_mechanism.observables.evaluation import time_scale
 from joint_mechanisms import GRAVITY, integrate_state, make_scene
-from scene_parts import body_angle, body_point, ground_point
+from scene_parts import body_angle, body_point, constant, damper, ground_point, pin, slider, spring
 
 COUNT, SEED = 18, 20261121
 KINDS = ("four-bar", "slider-crank", "inverted")
@@ -231,21 +231,18 @@ def scene_of(linkage: Linkage, unit: float = 1.0) -> Scene:
         moments = SecondMoments(xx=0.7 * part.inertia, yy=0.3 * part.inertia)
         bodies.append(Body(name=part.name, mass=part.mass, second_moments=moments, can_rotate=part.inertia > 0))
         sketch.append((z.real, z.imag, a))
-    joints = [Pin(name="shaft", first=ground_point(), second=_end(crank, crank.start))]
+    joints = [pin("shaft", ground_point(), _end(crank, crank.start))]
     if scaled.kind == "inverted":
-        line = Slider(name="line", first=_end(last, last.start), second=body_point(other.name), angle=last.axis_angle)
-        joints += [Pin(name="knee", first=_end(crank, crank.end), second=body_point(other.name)), line]
+        line = slider("line", _end(last, last.start), body_point(other.name), last.axis_angle)
+        joints += [pin("knee", _end(crank, crank.end), body_point(other.name)), line]
     else:
-        joints += [
-            Pin(name="knee", first=_end(crank, crank.end), second=_end(other, other.start)),
-            Pin(name="end", first=_end(other, other.end), second=_end(last, last.end)),
-        ]
+        joints += [pin("knee", _end(crank, crank.end), _end(other, other.start)), pin("end", _end(other, other.end), _end(last, last.end))]
     if scaled.kind == "slider-crank":
         foot = scaled.line_offset * 1j * cmath.exp(1j * scaled.line_angle)
-        joints.append(Slider(name="guide", first=ground_point(foot.real, foot.imag), second=body_point(last.name), angle=scaled.line_angle))
+        joints.append(slider("guide", ground_point(foot.real, foot.imag), body_point(last.name), scaled.line_angle))
     else:
         pivot = ground_point(scaled.pivot.real, scaled.pivot.imag)
-        joints.append(Pin(name="pivot", first=_end(last, last.start), second=pivot))
+        joints.append(pin("pivot", _end(last, last.start), pivot))
     readings = [body_angle(part.name) for part in scaled.parts if part.inertia]
     readings += [
         PointCoordinate(name="x", quantity="length", point=body_point(part.name), direction_x=1.0, direction_y=0.0)
@@ -371,15 +368,9 @@ def _load(random: np.random.Generator, kind: int, names: list[str]) -> ForceElem
     turning = GROUND if random.integers(2) else other
     name = f"load {kind}"
     if kind == 0:
-        return Spring(
-            name=name,
-            first=first,
-            second=somewhere(body, 0.1),
-            stiffness=10 ** random.uniform(1, 2.5),
-            free_length=random.uniform(0.05, 0.4),
-        )
+        return spring(name, first, somewhere(body, 0.1), 10 ** random.uniform(1, 2.5), random.uniform(0.05, 0.4))
     if kind == 1:
-        return Damper(name=name, first=first, second=somewhere(body, 0.1), damping=10 ** random.uniform(-1, 1))
+        return damper(name, first, somewhere(body, 0.1), 10 ** random.uniform(-1, 1))
     if kind == 2:
         return TorsionSpring(
             name=name, first=turning, second=body, stiffness=10 ** random.uniform(-1, 1), free_angle=random.uniform(-2.0, 2.0)
@@ -387,8 +378,8 @@ def _load(random: np.random.Generator, kind: int, names: list[str]) -> ForceElem
     if kind == 3:
         return TorsionDamper(name=name, first=turning, second=body, damping=10 ** random.uniform(-3, -1))
     if kind == 4:
-        return Torque(name=name, first=turning, second=body, moment=InputFunction(values=(random.uniform(-2.0, 2.0),)))
-    force = [InputFunction(values=(value,)) for value in random.uniform(-8.0, 8.0, 2).tolist()]
+        return Torque(name=name, first=turning, second=body, moment=constant(random.uniform(-2.0, 2.0)))
+    force = [constant(value) for value in random.uniform(-8.0, 8.0, 2).tolist()]
     return Force(name=name, point=somewhere(body, 0.2), x=force[0], y=force[1])
 
 

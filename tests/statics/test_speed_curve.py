@@ -13,8 +13,7 @@ from governor_mechanism.closed_form import pendulum as closed
 from governor_mechanism.engines.initial_state import stable_equilibrium_poses
 from governor_mechanism.mechanics.reduction.lagrangian import SingleDofReduction
 from governor_mechanism.model.curves import PolynomialCurve
-from governor_mechanism.model.force_elements import Spring
-from governor_mechanism.model.joints import GROUND, CurveSlot, Distance, Point, Slider
+from governor_mechanism.model.joints import GROUND, CurveSlot, Point
 from governor_mechanism.model.mechanism import Body, Mechanism
 from governor_mechanism.model.output_variables import Limit, LineAngle, PointCoordinate
 from governor_mechanism.model.part import Start
@@ -22,6 +21,7 @@ from governor_mechanism.statics.equilibria import find_equilibria, find_equilibr
 from governor_mechanism.statics.speed_curve import compute_insensitivity_band, compute_speed_curve, equilibrium_speed_at
 from governor_scenes import CROSSED, EXTENDED, PORTER, UNCROSSED_LINKS, WATT, governor_scene, random_governor
 from reference import EQUILIBRIUM_TABLES, zehnder
+from scene_parts import link, slider, spring
 
 POINTS_AND_LINKS = {name: table for name, table in EQUILIBRIUM_TABLES.items() if "arm_mass" not in table["dimensions"]}
 IMPROVED = {"arm": zehnder.FOLD_JUMP["arm"], "offset": zehnder.FOLD_JUMP["offset"], "ball_mass": zehnder.FOLD_JUMP["ball_mass"]}
@@ -207,17 +207,13 @@ def sprung_ball(stiffness, free_length, anchor, height):
     scene = with_mechanism(
         Mechanism(
             bodies=(Body(name="ball", mass=1.0, can_rotate=False),),
-            joints=(Slider(name="slide", first=ground, second=ball, angle=0.0),),
+            joints=(slider("slide", ground, ball),),
             readings=(PointCoordinate(name="radius", quantity="length", point=ball, direction_x=1.0, direction_y=0.0),),
             coordinate="radius",
             length_scale=1.0,
             initial_guess=((0.5, 0.0, 0.0),),
             limits=(Limit(reading="radius", low=0.01, high=1.5, low_message="the inner end", high_message="the outer end"),),
-            force_elements=(
-                Spring(
-                    name="spring", first=Point(body=GROUND, x=anchor, y=height), second=ball, stiffness=stiffness, free_length=free_length
-                ),
-            ),
+            force_elements=(spring("spring", Point(body=GROUND, x=anchor, y=height), ball, stiffness, free_length),),
         )
     )
     return scene
@@ -282,7 +278,7 @@ def conical_pendulum():
     return with_mechanism(
         Mechanism(
             bodies=(Body(name="ball", mass=1.0, can_rotate=False),),
-            joints=(Distance(name="arm", first=pivot, second=ball, length=0.4),),
+            joints=(link("arm", pivot, ball, 0.4),),
             readings=(LineAngle(name="arm_angle", quantity="angle", start=pivot, end=ball),),
             coordinate="arm_angle",
             length_scale=0.4,

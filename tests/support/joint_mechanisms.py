@@ -12,20 +12,9 @@ from scipy.special import ellipj, ellipk
 
 from governor_mechanism.effects.body_forces import Gravity
 from governor_mechanism.model.curves import Curve, PolynomialCurve, SplineCurve
-from governor_mechanism.model.force_elements import Damper, Force, Spring, Torque, TorsionDamper, TorsionSpring
-from governor_mechanism.model.joints import (
-    ArcSlot,
-    CurveSlot,
-    Distance,
-    Gear,
-    Pin,
-    Prismatic,
-    RackAndPinion,
-    RotationalDriver,
-    Slider,
-    TranslationalDriver,
-    Weld,
-)
+from governor_mechanism.model.force_elements import Force, Torque, TorsionDamper, TorsionSpring
+from governor_mechanism.model.joints import ArcSlot, CurveSlot, Gear, Prismatic, RackAndPinion, RotationalDriver, TranslationalDriver, Weld
+from governor_mechanism.model.joints.base import Point
 from governor_mechanism.model.mechanism import Body
 from governor_mechanism.model.output_variables import BodyAngle, PointCoordinate, PointDistance
 from governor_mechanism.model.scene import Scene
@@ -34,12 +23,18 @@ from governor_mechanism.types import FloatArray
 from scene_parts import (
     body_angle,
     body_point,
+    constant,
+    damper,
     ground_point,
+    link,
     make_mechanism,
+    pin,
     point_mass,
     rod_body,
     rotating_body,
     scene_of,
+    slider,
+    spring,
     x_reading,
     y_reading,
 )
@@ -208,7 +203,7 @@ def pendulum_on_a_pin() -> ExactCase:
     mass, length, start = 2.0, 0.8, 2.0
     scene = make_scene(
         bodies=[rod_body("rod", mass, length)],
-        joints=[Pin(name="hinge", first=ground_point(0.1, 0.2), second=body_point("rod", -length / 2))],
+        joints=[pin("hinge", ground_point(0.1, 0.2), body_point("rod", -length / 2))],
         readings=[BodyAngle(name="rod", quantity="angle", body="rod")],
         sketch=[(0.1 + length / 2, 0.2, 0.0)],
         values={"rod": start - math.pi / 2},
@@ -228,8 +223,8 @@ def pendulum_on_a_trolley() -> ExactCase:
     scene = make_scene(
         bodies=[point_mass("trolley", 3.0), rod_body("rod", 2.0, length)],
         joints=[
-            Slider(name="rail", first=ground_point(), second=body_point("trolley"), angle=0.0),
-            Pin(name="hinge", first=body_point("rod", y=length / 2), second=body_point("trolley")),
+            slider("rail", ground_point(), body_point("trolley")),
+            pin("hinge", body_point("rod", y=length / 2), body_point("trolley")),
         ],
         readings=[body_angle("rod", "angle"), x_reading("trolley")],
         sketch=[(0.0, 0.0, 0.0), (0.0, -length / 2, 0.0)],
@@ -251,7 +246,7 @@ def bent_pendulum(turn: float = 0.7) -> ExactCase:
     scene = make_scene(
         bodies=[rod_body("first", first, lengths[0]), rod_body("second", second, lengths[1])],
         joints=[
-            Pin(name="hinge", first=ground_point(), second=body_point("first", -lengths[0] / 2)),
+            pin("hinge", ground_point(), body_point("first", -lengths[0] / 2)),
             Weld(name="weld", first=body_point("first", lengths[0] / 2), second=body_point("second", -lengths[1] / 2), relative_angle=turn),
         ],
         readings=[body_angle("first"), body_angle("second")],
@@ -272,10 +267,7 @@ def mass_on_a_link() -> ExactCase:
     length, start = 0.5, 1.2
     scene = make_scene(
         bodies=[point_mass("trolley", 2.0), point_mass("bob", 1.5)],
-        joints=[
-            Slider(name="rail", first=ground_point(), second=body_point("trolley"), angle=0.0),
-            Distance(name="link", first=body_point("trolley"), second=body_point("bob"), length=length),
-        ],
+        joints=[slider("rail", ground_point(), body_point("trolley")), link("link", body_point("trolley"), body_point("bob"), length)],
         readings=[x_reading("trolley"), x_reading("bob", "bob_x"), y_reading("bob", "bob_y")],
         sketch=[(0.0, 0.0, 0.0), (length * math.sin(start), -length * math.cos(start), 0.0)],
         size=length,
@@ -300,14 +292,15 @@ def mass_on_a_link() -> ExactCase:
 def bead_on_a_turning_rod(angle: float = 0.3, aside: float = 0.1) -> ExactCase:
     """A mass on a straight guide of a rod that rotates freely about a pin; the guide passes the pin at a distance."""
     mass, length, start = 2.0, 1.0, (0.0, 2.0, 0.35, -0.3)
-    n = -aside * math.sin(angle), aside * math.cos(angle)
+    n, direction = (-aside * math.sin(angle), aside * math.cos(angle)), (math.cos(angle), math.sin(angle))
+    way = _along("way", body_point("bead"), body_point("rod", -length / 2), direction)
     scene = make_scene(
         bodies=[rod_body("rod", mass, length), point_mass("bead", 0.7)],
         joints=[
-            Pin(name="hinge", first=ground_point(), second=body_point("rod", -length / 2)),
-            Slider(name="bore", first=body_point("rod", n[0] - length / 2, n[1]), second=body_point("bead"), angle=angle),
+            pin("hinge", ground_point(), body_point("rod", -length / 2)),
+            slider("bore", body_point("rod", n[0] - length / 2, n[1]), body_point("bead"), angle),
         ],
-        readings=[body_angle("rod", "turn"), _along("way", "rod", "bead", -length / 2, angle)],
+        readings=[body_angle("rod", "turn"), way],
         sketch=[(length / 2, 0.0, 0.0), (n[0] + 0.35 * math.cos(angle), n[1] + 0.35 * math.sin(angle), 0.0)],
         values={"turn": start[0], "way": start[2]},
         rates={"turn": start[1], "way": start[3]},
@@ -323,19 +316,12 @@ def collar_on_a_turning_rod(angle: float = 0.3, turn: float = 0.5) -> ExactCase:
     collar, inertia, ahead, aside = 0.7, 0.02, 0.06, 0.09
     point = -np.exp(-1j * (turn - angle)) * (ahead + 1j * aside)  # the guided point in body axes of the collar
     position = np.exp(1j * angle) * (0.35 + ahead + 1j * aside)
+    pivot, guided = body_point("rod", -length / 2), body_point("collar", point.real, point.imag)
+    way = _along("way", body_point("collar"), pivot, (math.cos(angle), math.sin(angle)), ahead)
     scene = make_scene(
         bodies=[rod_body("rod", mass, length), rotating_body("collar", collar, inertia)],
-        joints=[
-            Pin(name="hinge", first=ground_point(), second=body_point("rod", -length / 2)),
-            Prismatic(
-                name="bore",
-                first=body_point("rod", -length / 2),
-                second=body_point("collar", point.real, point.imag),
-                angle=angle,
-                relative_angle=turn,
-            ),
-        ],
-        readings=[body_angle("rod", "turn"), _along("way", "rod", "collar", -length / 2, angle, ahead), body_angle("collar")],
+        joints=[pin("hinge", ground_point(), pivot), Prismatic(name="bore", first=pivot, second=guided, angle=angle, relative_angle=turn)],
+        readings=[body_angle("rod", "turn"), way, body_angle("collar")],
         sketch=[(length / 2, 0.0, 0.0), (position.real, position.imag, turn)],
         values={"turn": start[0], "way": start[2]},
         rates={"turn": start[1], "way": start[3]},
@@ -356,17 +342,10 @@ def collar_on_a_turning_rod(angle: float = 0.3, turn: float = 0.5) -> ExactCase:
     return ExactCase(scene=scene, exact=exact)
 
 
-def _along(name: str, body: str, point_body: str, x: float, angle: float, zero: float = 0.0) -> PointCoordinate:
-    """Return a reading of a mass centre along a direction of another body, from the point (x, 0) of that body."""
-    return PointCoordinate(
-        name=name,
-        quantity="length",
-        point=body_point(point_body),
-        origin=body_point(body, x),
-        direction_x=math.cos(angle),
-        direction_y=math.sin(angle),
-        zero=zero,
-    )
+def _along(name: str, point: Point, origin: Point, direction: tuple[float, float], zero: float = 0.0) -> PointCoordinate:
+    """Return a reading of a point along a direction of the body of its origin."""
+    x, y = direction
+    return PointCoordinate(name=name, quantity="length", point=point, origin=origin, direction_x=x, direction_y=y, zero=zero)
 
 
 def rod_through_a_swivel() -> ExactCase:
@@ -374,13 +353,8 @@ def rod_through_a_swivel() -> ExactCase:
     mass, inertia, start = 1.4, 0.06, (0.2, 0.5, -0.4, 1.5)
     scene = make_scene(
         bodies=[rotating_body("rod", mass, inertia)],
-        joints=[Slider(name="swivel", first=body_point("rod"), second=ground_point(), angle=0.0)],
-        readings=[
-            body_angle("rod", "turn"),
-            PointCoordinate(
-                name="way", quantity="length", point=ground_point(), origin=body_point("rod"), direction_x=-1.0, direction_y=0.0
-            ),
-        ],
+        joints=[slider("swivel", body_point("rod"), ground_point())],
+        readings=[body_angle("rod", "turn"), _along("way", ground_point(), body_point("rod"), (-1.0, 0.0))],
         sketch=[(start[0] * math.cos(start[2]), start[0] * math.sin(start[2]), start[2])],
         rates={"turn": start[3], "way": start[1]},
         size=0.5,
@@ -426,7 +400,7 @@ def bead_in_a_round_slot_of_a_pendulum() -> ExactCase:
     scene = make_scene(
         bodies=[rotating_body("plate", plate, inertia), point_mass("bead", mass)],
         joints=[
-            Pin(name="hinge", first=ground_point(), second=body_point("plate", y=centre)),
+            pin("hinge", ground_point(), body_point("plate", y=centre)),
             ArcSlot(name="slot", first=body_point("plate", y=centre - slot), second=body_point("bead"), radius=radius),
         ],
         readings=[body_angle("plate"), x_reading("bead"), y_reading("bead")],
@@ -459,6 +433,7 @@ def bead_in_a_round_slot_of_a_pendulum() -> ExactCase:
 
 
 STEEPNESS = 1.5
+PARABOLA = PolynomialCurve(coefficients=(0.0, 0.0, STEEPNESS))
 
 
 def bead_on_a_parabola(curve: Curve | None = None) -> ExactCase:
@@ -466,14 +441,7 @@ def bead_on_a_parabola(curve: Curve | None = None) -> ExactCase:
     start = 0.6
     scene = make_scene(
         bodies=[point_mass("bead", 0.9)],
-        joints=[
-            CurveSlot(
-                name="wire",
-                first=ground_point(),
-                second=body_point("bead"),
-                curve=curve or PolynomialCurve(coefficients=(0.0, 0.0, STEEPNESS)),
-            )
-        ],
+        joints=[CurveSlot(name="wire", first=ground_point(), second=body_point("bead"), curve=curve or PARABOLA)],
         readings=[x_reading("bead"), y_reading("bead")],
         sketch=[(start, STEEPNESS * start**2, 0.0)],
         values={"x": start},
@@ -500,7 +468,7 @@ def bead_on_a_turning_curve(coefficients: tuple[float, ...], angle: float = -0.4
     """A bead on a polynomial curve of a body that rotates freely about a pin away from the origin of the curve."""
     inertia, mass, start, curve = 0.2, 0.5, (0.2, 3.0, 0.3, 0.5), np.polynomial.Polynomial(coefficients)
     x, y = 0.15, -0.1  # origin of the curve relative to the pin, in body axes
-    turn = np.exp(1j * angle)
+    turn, origin, groove = np.exp(1j * angle), body_point("cam", x, y), PolynomialCurve(coefficients=coefficients)
 
     def path(s):
         path_derivatives = (x + 1j * y + turn * (s + 1j * curve(s)), turn * (1 + 1j * curve.deriv()(s)), turn * 1j * curve.deriv(2)(s))
@@ -510,26 +478,10 @@ def bead_on_a_turning_curve(coefficients: tuple[float, ...], angle: float = -0.4
     scene = make_scene(
         bodies=[rotating_body("cam", 2.0, inertia), point_mass("bead", mass)],
         joints=[
-            Pin(name="hinge", first=ground_point(), second=body_point("cam")),
-            CurveSlot(
-                name="groove",
-                first=body_point("cam", x, y),
-                second=body_point("bead"),
-                curve=PolynomialCurve(coefficients=coefficients),
-                angle=angle,
-            ),
+            pin("hinge", ground_point(), body_point("cam")),
+            CurveSlot(name="groove", first=origin, second=body_point("bead"), curve=groove, angle=angle),
         ],
-        readings=[
-            body_angle("cam", "turn"),
-            PointCoordinate(
-                name="way",
-                quantity="length",
-                point=body_point("bead"),
-                origin=body_point("cam", x, y),
-                direction_x=math.cos(angle),
-                direction_y=math.sin(angle),
-            ),
-        ],
+        readings=[body_angle("cam", "turn"), _along("way", body_point("bead"), origin, (math.cos(angle), math.sin(angle)))],
         sketch=[(0.0, 0.0, start[0]), (first.real, first.imag, 0.0)],
         rates={"turn": start[1], "way": start[3]},
         gravity=0.0,
@@ -547,13 +499,13 @@ def _geared_wheels_scene(off: float, values: Mapping[str, float], torque: float,
     return make_scene(
         bodies=[rotating_body("first", 3.0, 0.04), rotating_body("second", 5.0, 0.3)],
         joints=[
-            Pin(name="shaft 1", first=ground_point(), second=body_point("first")),
-            Pin(name="shaft 2", first=ground_point(0.6), second=body_point("second", y=off)),
+            pin("shaft 1", ground_point(), body_point("first")),
+            pin("shaft 2", ground_point(0.6), body_point("second", y=off)),
             Gear(name="teeth", first=body_point("first"), second=body_point("second"), ratio=ratio, offset=offset),
         ],
         readings=[body_angle("first"), body_angle("second")],
         sketch=[(0.0, 0.0, start), (0.6 + off * math.sin(turned), -off * math.cos(turned), turned)],
-        loads=[Torque(name="motor", second="first", moment=InputFunction(values=(torque,)))] if torque else [],
+        loads=[Torque(name="motor", second="first", moment=constant(torque))] if torque else [],
         values=values,
         size=0.5,
     )
@@ -592,8 +544,8 @@ def falling_rack(inclination: float = 1.2) -> ExactCase:
     scene = make_scene(
         bodies=[rotating_body("pinion", 1.0, inertia), point_mass("rack", mass)],
         joints=[
-            Pin(name="shaft", first=ground_point(), second=body_point("pinion")),
-            Slider(name="guide", first=ground_point(0.1), second=body_point("rack"), angle=inclination),
+            pin("shaft", ground_point(), body_point("pinion")),
+            slider("guide", ground_point(0.1), body_point("rack"), inclination),
             RackAndPinion(
                 name="teeth", first=body_point("pinion"), second=body_point("rack"), radius=radius, angle=inclination, offset=offset
             ),
@@ -624,10 +576,7 @@ def bob_on_a_massless_rod_of_a_trolley() -> ExactCase:
     trolley, mass, length, start = 2.0, 0.7, 0.5, 1.1
     scene = make_scene(
         bodies=[point_mass("trolley", trolley), Body(name="rod", mass=mass)],
-        joints=[
-            Slider(name="rail", first=ground_point(), second=body_point("trolley"), angle=0.0),
-            Pin(name="hinge", first=body_point("trolley"), second=body_point("rod", y=length)),
-        ],
+        joints=[slider("rail", ground_point(), body_point("trolley")), pin("hinge", body_point("trolley"), body_point("rod", y=length))],
         readings=[body_angle("rod", "turn"), x_reading("trolley")],
         sketch=[(0.0, 0.0, 0.0), (length * math.sin(start), -length * math.cos(start), start)],
         values={"turn": start, "x": 0.0},
@@ -653,21 +602,10 @@ def massless_bell_crank() -> ExactCase:
     mass, arm, other_arm, stiffness, free_length, start = 1.3, 0.4, 0.25, 60.0, 0.3, -0.4
     scene = make_scene(
         bodies=[Body(name="crank", mass=0.0), point_mass("weight", mass)],
-        joints=[
-            Pin(name="hinge", first=ground_point(), second=body_point("crank")),
-            Pin(name="hook", first=body_point("crank", arm), second=body_point("weight")),
-        ],
+        joints=[pin("hinge", ground_point(), body_point("crank")), pin("hook", body_point("crank", arm), body_point("weight"))],
         readings=[body_angle("crank", "turn"), y_reading("weight")],
         sketch=[(0.0, 0.0, start), (arm * math.cos(start), arm * math.sin(start), 0.0)],
-        loads=[
-            Spring(
-                name="spring",
-                first=ground_point(-0.5, 0.25),
-                second=body_point("crank", y=other_arm),
-                stiffness=60.0,
-                free_length=free_length,
-            )
-        ],
+        loads=[spring("spring", ground_point(-0.5, 0.25), body_point("crank", y=other_arm), 60.0, free_length)],
         values={"turn": start},
         rates={"turn": 1.5},
         size=arm,
@@ -694,9 +632,9 @@ CRANK_INERTIA = 0.02
 
 
 def _slider_crank(motion: PrescribedMotion, start: float, duration: float) -> Scene:
-    pin = ENGINE_KINEMATICS.crank * np.exp(1j * start)
+    knee = ENGINE_KINEMATICS.crank * np.exp(1j * start)
     inclination = float(ENGINE_KINEMATICS.rod_angle(np.array(start))[0])
-    middle = pin + np.exp(1j * inclination) * ENGINE_KINEMATICS.rod / 2
+    middle = knee + np.exp(1j * inclination) * ENGINE_KINEMATICS.rod / 2
     return make_scene(
         bodies=[
             rotating_body("crank", 4.0, CRANK_INERTIA),
@@ -704,10 +642,10 @@ def _slider_crank(motion: PrescribedMotion, start: float, duration: float) -> Sc
             point_mass("piston", ENGINE_KINEMATICS.piston_mass),
         ],
         joints=[
-            Pin(name="shaft", first=ground_point(), second=body_point("crank")),
-            Pin(name="crank pin", first=body_point("crank", ENGINE_KINEMATICS.crank), second=body_point("rod", -ENGINE_KINEMATICS.rod / 2)),
-            Pin(name="cross head", first=body_point("rod", ENGINE_KINEMATICS.rod / 2), second=body_point("piston")),
-            Slider(name="guide", first=ground_point(), second=body_point("piston"), angle=0.0),
+            pin("shaft", ground_point(), body_point("crank")),
+            pin("crank pin", body_point("crank", ENGINE_KINEMATICS.crank), body_point("rod", -ENGINE_KINEMATICS.rod / 2)),
+            pin("cross head", body_point("rod", ENGINE_KINEMATICS.rod / 2), body_point("piston")),
+            slider("guide", ground_point(), body_point("piston")),
             RotationalDriver(name="drive", first=ground_point(), second=body_point("crank"), motion=motion),
         ],
         readings=[body_angle("crank"), x_reading("piston"), body_angle("rod")],
@@ -781,18 +719,13 @@ def pendulum_on_a_driven_support(*, by_table: bool) -> ExactCase:
     at, wave = DISPLACEMENT_TIMES, Harmonic(amplitude=0.05, frequency=9.0 / (2 * math.pi))
     displacement = 0.05 * np.sin(9.0 * at)
     table = PrescribedMotion(times=tuple(at.tolist()), values=tuple((0.2 + displacement).tolist()))
+    motion = table if by_table else PrescribedMotion.constant_rate(0.2, 0.0, (wave,))
     scene = make_scene(
         bodies=[point_mass("support", 2.0), rod_body("rod", mass, length)],
         joints=[
-            Slider(name="rail", first=ground_point(), second=body_point("support"), angle=0.0),
-            TranslationalDriver(
-                name="drive",
-                first=ground_point(-0.2),
-                second=body_point("support"),
-                angle=0.0,
-                motion=table if by_table else PrescribedMotion.constant_rate(0.2, 0.0, (wave,)),
-            ),
-            Pin(name="hinge", first=body_point("support"), second=body_point("rod", y=length / 2)),
+            slider("rail", ground_point(), body_point("support")),
+            TranslationalDriver(name="drive", first=ground_point(-0.2), second=body_point("support"), angle=0.0, motion=motion),
+            pin("hinge", body_point("support"), body_point("rod", y=length / 2)),
         ],
         readings=[body_angle("rod"), x_reading("support")],
         sketch=[(0.0, 0.0, 0.0), (length / 2 * math.sin(start), -length / 2 * math.cos(start), start)],
@@ -820,14 +753,13 @@ def pendulum_on_a_driven_support(*, by_table: bool) -> ExactCase:
 def counterweight_driven_backwards() -> ExactCase:
     """A drive from a wheel to the ground: it prescribes the ground angle minus the wheel angle, so the wheel turns backward."""
     speed = 4.0
+    motion = PrescribedMotion.constant_rate(0.3, speed)
     scene = make_scene(
         bodies=[rotating_body("wheel", 3.0, 0.1), point_mass("bob", 1.0)],
         joints=[
-            Pin(name="shaft", first=body_point("wheel", y=0.1), second=ground_point()),
-            RotationalDriver(
-                name="drive", first=body_point("wheel"), second=ground_point(), motion=PrescribedMotion.constant_rate(0.3, speed)
-            ),
-            Slider(name="bore", first=body_point("wheel", y=0.1), second=body_point("bob"), angle=0.0),
+            pin("shaft", body_point("wheel", y=0.1), ground_point()),
+            RotationalDriver(name="drive", first=body_point("wheel"), second=ground_point(), motion=motion),
+            slider("bore", body_point("wheel", y=0.1), body_point("bob")),
         ],
         readings=[body_angle("wheel"), PointDistance(name="way", quantity="length", first=ground_point(), second=body_point("bob"))],
         sketch=[(-0.1 * math.sin(0.3), -0.1 * math.cos(0.3), -0.3), (0.2 * math.cos(0.3), -0.2 * math.sin(0.3), 0.0)],
@@ -850,18 +782,13 @@ def counterweight_driven_backwards() -> ExactCase:
 def bead_driven_along_a_turning_rod() -> ExactCase:
     """A drive moves a bead outward on a freely rotating rod, which slows down as the moment of inertia grows."""
     inertia, mass, rate, first, speed = 0.5, 1.5, 3.0, 0.2, 0.6
+    outward = PrescribedMotion.constant_rate(first, speed)
     scene = make_scene(
         bodies=[rotating_body("rod", 2.0, inertia), point_mass("bead", mass)],
         joints=[
-            Pin(name="hinge", first=ground_point(), second=body_point("rod")),
-            Slider(name="bore", first=body_point("rod"), second=body_point("bead"), angle=0.0),
-            TranslationalDriver(
-                name="drive",
-                first=body_point("rod"),
-                second=body_point("bead"),
-                angle=0.0,
-                motion=PrescribedMotion.constant_rate(first, speed),
-            ),
+            pin("hinge", ground_point(), body_point("rod")),
+            slider("bore", body_point("rod"), body_point("bead")),
+            TranslationalDriver(name="drive", first=body_point("rod"), second=body_point("bead"), angle=0.0, motion=outward),
         ],
         readings=[body_angle("rod", "turn"), PointDistance(name="way", quantity="length", first=ground_point(), second=body_point("bead"))],
         sketch=[(0.0, 0.0, 0.0), (first, 0.0, 0.0)],
@@ -888,10 +815,10 @@ def hanging_spring() -> ExactCase:
     mass, stiffness, free, start = 1.2, 90.0, 0.3, -0.5
     scene = make_scene(
         bodies=[point_mass("mass", mass)],
-        joints=[Slider(name="guide", first=ground_point(0.1), second=body_point("mass"), angle=math.pi / 2)],
+        joints=[slider("guide", ground_point(0.1), body_point("mass"), math.pi / 2)],
         readings=[y_reading("mass")],
         sketch=[(0.1, start, 0.0)],
-        loads=[Spring(name="spring", first=ground_point(0.1), second=body_point("mass"), stiffness=stiffness, free_length=free)],
+        loads=[spring("spring", ground_point(0.1), body_point("mass"), stiffness, free)],
         size=free,
     )
     rest, frequency = -free - mass * GRAVITY / stiffness, math.sqrt(stiffness / mass)
@@ -908,12 +835,10 @@ def spring_between_two_masses() -> ExactCase:
     masses, stiffness, free, speeds = (1.0, 2.5), 60.0, 0.3, (0.4, -0.3)
     scene = make_scene(
         bodies=[point_mass("left", masses[0]), point_mass("right", masses[1])],
-        joints=[Slider(name=f"rail {name}", first=ground_point(), second=body_point(name), angle=0.0) for name in ("left", "right")],
+        joints=[slider(f"rail {name}", ground_point(), body_point(name)) for name in ("left", "right")],
         readings=[x_reading("left", "left"), x_reading("right", "right")],
         sketch=[(0.0, 0.0, 0.0), (0.5, 0.0, 0.0)],
-        loads=[
-            Spring(name="spring", first=body_point("right", -0.05), second=body_point("left", 0.05), stiffness=stiffness, free_length=free)
-        ],
+        loads=[spring("spring", body_point("right", -0.05), body_point("left", 0.05), stiffness, free)],
         rates={"left": speeds[0], "right": speeds[1]},
         gravity=0.0,
         size=0.5,
@@ -943,17 +868,11 @@ def spring_across_a_pendulum() -> ExactCase:
     hook, anchor = 0.4 + 0.1j, 0.3 - 0.9j  # the hook relative to the pin, for the rod along x
     scene = make_scene(
         bodies=[rod_body("rod", mass, length)],
-        joints=[Pin(name="hinge", first=ground_point(), second=body_point("rod", -length / 2))],
+        joints=[pin("hinge", ground_point(), body_point("rod", -length / 2))],
         readings=[body_angle("rod")],
         sketch=[(length / 2, 0.0, 0.0)],
         loads=[
-            Spring(
-                name="spring",
-                first=body_point("rod", hook.real - length / 2, hook.imag),
-                second=ground_point(anchor.real, anchor.imag),
-                stiffness=stiffness,
-                free_length=free,
-            )
+            spring("spring", body_point("rod", hook.real - length / 2, hook.imag), ground_point(anchor.real, anchor.imag), stiffness, free)
         ],
         values={"rod": start - math.pi / 2},
         size=length,
@@ -989,26 +908,19 @@ def damped_mass(ratio: float = 0.2) -> ExactCase:
     mass, stiffness, free, inclination = 1.2, 90.0, 0.4, 0.5
     frequency = math.sqrt(stiffness / mass)
     decay = ratio * frequency
-    rest = (
-        free + mass * GRAVITY * math.sin(inclination) / stiffness
-    )  # spring length at equilibrium; the anchor is at the upper end of the rail
+    # The anchor is at the upper end of the rail; spring length at equilibrium:
+    rest = free + mass * GRAVITY * math.sin(inclination) / stiffness
     u = np.exp(1j * inclination)
     start, speed, anchor = 0.3, 1.0, 1.0 * u  # the mass is at (1 - displacement) along the rail
     position = (1.0 - start) * u
     scene = make_scene(
         bodies=[point_mass("mass", mass)],
-        joints=[Slider(name="rail", first=ground_point(), second=body_point("mass"), angle=inclination)],
+        joints=[slider("rail", ground_point(), body_point("mass"), inclination)],
         readings=[PointDistance(name="way", quantity="length", first=ground_point(anchor.real, anchor.imag), second=body_point("mass"))],
         sketch=[(position.real, position.imag, 0.0)],
         loads=[
-            Spring(
-                name="spring",
-                first=ground_point(anchor.real, anchor.imag),
-                second=body_point("mass"),
-                stiffness=stiffness,
-                free_length=free,
-            ),
-            Damper(name="damper", first=body_point("mass"), second=ground_point(-0.5 * u.real, -0.5 * u.imag), damping=2 * mass * decay),
+            spring("spring", ground_point(anchor.real, anchor.imag), body_point("mass"), stiffness, free),
+            damper("damper", body_point("mass"), ground_point(-0.5 * u.real, -0.5 * u.imag), 2 * mass * decay),
         ],
         rates={"way": speed},
         size=free,
@@ -1027,17 +939,10 @@ def damper_across_a_pendulum() -> ExactCase:
     hook, anchor = 0.5 + 0.1j, 0.5 - 0.9j
     scene = make_scene(
         bodies=[rod_body("rod", mass, length)],
-        joints=[Pin(name="hinge", first=ground_point(), second=body_point("rod", -length / 2))],
+        joints=[pin("hinge", ground_point(), body_point("rod", -length / 2))],
         readings=[body_angle("rod")],
         sketch=[(length / 2, 0.0, 0.0)],
-        loads=[
-            Damper(
-                name="damper",
-                first=ground_point(anchor.real, anchor.imag),
-                second=body_point("rod", hook.real - length / 2, hook.imag),
-                damping=damping,
-            )
-        ],
+        loads=[damper("damper", ground_point(anchor.real, anchor.imag), body_point("rod", hook.real - length / 2, hook.imag), damping)],
         values={"rod": start - math.pi / 2},
         size=length,
     )
@@ -1062,7 +967,7 @@ def torsion_pendulum(damping: float = 0.0) -> ExactCase:
         loads.append(TorsionDamper(name="vane", second="wheel", damping=damping))
     scene = make_scene(
         bodies=[rotating_body("wheel", 2.0, inertia)],
-        joints=[Pin(name="shaft", first=ground_point(), second=body_point("wheel"))],
+        joints=[pin("shaft", ground_point(), body_point("wheel"))],
         readings=[body_angle("wheel")],
         sketch=[(0.0, 0.0, 0.0)],
         loads=loads,
@@ -1083,10 +988,7 @@ def two_wheels_on_one_wire() -> ExactCase:
     inertias, stiffness, damping, free, start, rates = (0.2, 0.5), 8.0, 0.15, 0.3, (0.1, 1.4), (2.0, -0.5)
     scene = make_scene(
         bodies=[rotating_body("first", 2.0, inertias[0]), rotating_body("second", 3.0, inertias[1])],
-        joints=[
-            Pin(name="shaft 1", first=ground_point(), second=body_point("first")),
-            Pin(name="shaft 2", first=ground_point(0.5), second=body_point("second")),
-        ],
+        joints=[pin("shaft 1", ground_point(), body_point("first")), pin("shaft 2", ground_point(0.5), body_point("second"))],
         readings=[body_angle("first"), body_angle("second")],
         sketch=[(0.0, 0.0, start[0]), (0.5, 0.0, start[1])],
         loads=[
@@ -1136,13 +1038,13 @@ def stepped_program_integrals(times: FloatArray) -> tuple[FloatArray, FloatArray
     return level, single, double
 
 
-def wheel_under_a_torque(*, constant: bool) -> ExactCase:
+def wheel_under_a_torque(*, varies: bool) -> ExactCase:
     """A wheel under an applied torque, constant or with a jump in time."""
     inertia, start, rate = 0.2, 0.3, -1.0
-    program = InputFunction(values=(1.5,)) if constant else STEPPED_PROGRAM
+    program = STEPPED_PROGRAM if varies else constant(1.5)
     scene = make_scene(
         bodies=[rotating_body("wheel", 2.0, inertia)],
-        joints=[Pin(name="shaft", first=ground_point(), second=body_point("wheel"))],
+        joints=[pin("shaft", ground_point(), body_point("wheel"))],
         readings=[body_angle("wheel")],
         sketch=[(0.0, 0.0, start)],
         loads=[Torque(name="motor", second="wheel", moment=program)],
@@ -1151,10 +1053,10 @@ def wheel_under_a_torque(*, constant: bool) -> ExactCase:
     )
 
     def exact(times):
-        single, double = (1.5 * times, 0.75 * times**2) if constant else stepped_program_integrals(times)[1:]
+        single, double = stepped_program_integrals(times)[1:] if varies else (1.5 * times, 0.75 * times**2)
         return {"wheel": (start + rate * times + double / inertia, rate + single / inertia)}
 
-    return ExactCase(scene=scene, exact=exact, order=NO_ERROR if constant else SECOND_ORDER)
+    return ExactCase(scene=scene, exact=exact, order=SECOND_ORDER if varies else NO_ERROR)
 
 
 def torque_between_two_wheels() -> ExactCase:
@@ -1162,10 +1064,7 @@ def torque_between_two_wheels() -> ExactCase:
     inertias = 0.2, 0.5
     scene = make_scene(
         bodies=[rotating_body("first", 2.0, inertias[0]), rotating_body("second", 3.0, inertias[1])],
-        joints=[
-            Pin(name="shaft 1", first=ground_point(), second=body_point("first")),
-            Pin(name="shaft 2", first=ground_point(0.5), second=body_point("second")),
-        ],
+        joints=[pin("shaft 1", ground_point(), body_point("first")), pin("shaft 2", ground_point(0.5), body_point("second"))],
         readings=[body_angle("first"), body_angle("second")],
         sketch=[(0.0, 0.0, 0.0), (0.5, 0.0, 0.0)],
         loads=[Torque(name="motor", first="first", second="second", moment=STEPPED_PROGRAM)],
@@ -1179,21 +1078,21 @@ def torque_between_two_wheels() -> ExactCase:
     return ExactCase(scene=scene, exact=exact)
 
 
-def mass_under_a_force(*, constant: bool) -> ExactCase:
+def mass_under_a_force(*, varies: bool) -> ExactCase:
     """A mass on an inclined rail under a force with two components, constant or one of them with a jump in time."""
     mass, inclination, upward = 1.5, 0.4, 7.0
-    along = InputFunction(values=(3.0,)) if constant else STEPPED_PROGRAM
+    along = STEPPED_PROGRAM if varies else constant(3.0)
     scene = make_scene(
         bodies=[point_mass("mass", mass)],
-        joints=[Slider(name="rail", first=ground_point(), second=body_point("mass"), angle=inclination)],
+        joints=[slider("rail", ground_point(), body_point("mass"), inclination)],
         readings=[x_reading("mass"), y_reading("mass")],
         sketch=[(0.0, 0.0, 0.0)],
-        loads=[Force(name="push", point=body_point("mass"), x=along, y=InputFunction(values=(upward,)))],
+        loads=[Force(name="push", point=body_point("mass"), x=along, y=constant(upward))],
         size=0.5,
     )
 
     def exact(times):
-        single, double = (3.0 * times, 1.5 * times**2) if constant else stepped_program_integrals(times)[1:]
+        single, double = stepped_program_integrals(times)[1:] if varies else (3.0 * times, 1.5 * times**2)
         rising = (upward / mass - GRAVITY) * math.sin(inclination)
         displacement = math.cos(inclination) / mass * double + rising * times**2 / 2
         rate = math.cos(inclination) / mass * single + rising * times
@@ -1202,7 +1101,7 @@ def mass_under_a_force(*, constant: bool) -> ExactCase:
             "y": (math.sin(inclination) * displacement, math.sin(inclination) * rate),
         }
 
-    return ExactCase(scene=scene, exact=exact, order=NO_ERROR if constant else SECOND_ORDER)
+    return ExactCase(scene=scene, exact=exact, order=SECOND_ORDER if varies else NO_ERROR)
 
 
 def pushed_plate(*, carried: bool) -> ExactCase:
@@ -1211,16 +1110,13 @@ def pushed_plate(*, carried: bool) -> ExactCase:
     The rail of the trolley takes the vertical force.
     """
     mass, inertia, trolley, hook, upward = 1.5, 0.05, 0.8, 0.2 + 0.1j, 4.0
-    joints = [
-        Slider(name="rail", first=ground_point(0.0, 0.2), second=body_point("trolley"), angle=0.0),
-        Pin(name="bearing", first=body_point("trolley"), second=body_point("plate")),
-    ]
+    joints = [slider("rail", ground_point(0.0, 0.2), body_point("trolley")), pin("bearing", body_point("trolley"), body_point("plate"))]
     scene = make_scene(
         bodies=[rotating_body("plate", mass, inertia), *([point_mass("trolley", trolley)] if carried else [])],
         joints=joints if carried else [],
         readings=[body_angle("plate", "turn"), x_reading("plate"), y_reading("plate")],
         sketch=[(0.1, 0.2, 0.4), *([(0.1, 0.2, 0.0)] if carried else [])],
-        loads=[Force(name="push", point=body_point("plate", hook.real, hook.imag), x=STEPPED_PROGRAM, y=InputFunction(values=(upward,)))],
+        loads=[Force(name="push", point=body_point("plate", hook.real, hook.imag), x=STEPPED_PROGRAM, y=constant(upward))],
         rates={"turn": 1.0, "x": 0.2, **({} if carried else {"y": -0.1})},
         size=0.5,
     )
@@ -1284,11 +1180,11 @@ CASES: dict[str, Callable[[], ExactCase]] = {
     "torsion spring": torsion_pendulum,
     "torsion damper": lambda: torsion_pendulum(0.4),
     "torsion spring and damper between bodies": two_wheels_on_one_wire,
-    "torque, constant": lambda: wheel_under_a_torque(constant=True),
-    "torque in time": lambda: wheel_under_a_torque(constant=False),
+    "torque, constant": lambda: wheel_under_a_torque(varies=False),
+    "torque in time": lambda: wheel_under_a_torque(varies=True),
     "torque between bodies": torque_between_two_wheels,
-    "force, constant": lambda: mass_under_a_force(constant=True),
-    "force in time": lambda: mass_under_a_force(constant=False),
+    "force, constant": lambda: mass_under_a_force(varies=False),
+    "force in time": lambda: mass_under_a_force(varies=True),
     "force off centre": lambda: pushed_plate(carried=True),
     "force off centre, no joints": lambda: pushed_plate(carried=False),
 }

@@ -4,12 +4,13 @@ from collections.abc import Mapping, Sequence
 
 import governor_mechanism as gm
 from governor_mechanism.model.effect import Effect
-from governor_mechanism.model.force_elements import ForceElement
-from governor_mechanism.model.joints import GROUND, Joint, Point
+from governor_mechanism.model.force_elements import Damper, ForceElement, Spring
+from governor_mechanism.model.joints import GROUND, Distance, Joint, Pin, Point, Slider
 from governor_mechanism.model.mechanism import Body, Mechanism, SecondMoments
 from governor_mechanism.model.output_variables import BodyAngle, Limit, PointCoordinate, Reading
 from governor_mechanism.model.part import FIXED_PLANE, Part, Start
 from governor_mechanism.model.scene import RunSettings
+from governor_mechanism.model.time_functions import InputFunction
 
 Pose = tuple[float, float, float]
 
@@ -96,3 +97,33 @@ def x_reading(body: str, name: str = "x", zero: float = 0.0) -> PointCoordinate:
 def y_reading(body: str, name: str = "y") -> PointCoordinate:
     """Return a reading of the y coordinate of a mass centre."""
     return PointCoordinate(name=name, quantity="length", point=body_point(body), direction_x=0.0, direction_y=1.0)
+
+
+def pin(name: str, first: Point, second: Point) -> Pin:
+    """A pin joint of two points."""
+    return Pin(name=name, first=first, second=second)
+
+
+def slider(name: str, first: Point, second: Point, angle: float = 0.0) -> Slider:
+    """A second point on a line through the first one, at an angle in its body."""
+    return Slider(name=name, first=first, second=second, angle=angle)
+
+
+def link(name: str, first: Point, second: Point, length: float) -> Distance:
+    """A massless link between two points."""
+    return Distance(name=name, first=first, second=second, length=length)
+
+
+def spring(name: str, first: Point, second: Point, stiffness: float, free_length: float) -> Spring:
+    """A linear spring between two points."""
+    return Spring(name=name, first=first, second=second, stiffness=stiffness, free_length=free_length)
+
+
+def damper(name: str, first: Point, second: Point, damping: float) -> Damper:
+    """A linear damper between two points."""
+    return Damper(name=name, first=first, second=second, damping=damping)
+
+
+def constant(value: float) -> InputFunction:
+    """An input that stays as it is."""
+    return InputFunction(values=(value,))
