@@ -4,30 +4,11 @@ import numpy as np
 import pytest
 
 import governor_mechanism as gm
+from data_files import read_data
 from governor_mechanism.engines.continuation import continue_scene
 
 # What these states hold besides poses: sticking friction, stops, drives, programs of speed, a free shaft, lags, a belt that breaks.
-CASES = [
-    ("porter", "reduced", (0.4, 0.8)),
-    ("porter", "multibody", (0.4, 0.8)),
-    ("porter", "impulse", (0.1, 0.2)),
-    ("porter_dry_friction", "reduced", (0.5, 1.0)),
-    ("porter_dry_friction", "multibody", (3.0, 4.0)),
-    ("porter_cyclic_damped", "reduced", (0.33, 0.7)),
-    ("porter_cyclic_damped", "multibody", (0.33, 0.7)),
-    ("porter_clearance", "multibody", (0.3, 0.5)),
-    ("porter_ramp", "reduced", (1.0, 3.0)),
-    ("porter_ramp", "impulse", (1.0, 1.2)),
-    ("porter_free_spindle", "reduced", (0.4, 0.9)),
-    ("porter_free_spindle", "multibody", (0.4, 0.9)),
-    ("porter_free_spindle", "impulse", (0.1, 0.2)),
-    ("hartung_dubois", "reduced", (1.0, 2.0)),
-    ("watt_improved", "auto", (0.5, 1.5)),
-    ("governed_engine", "multibody", (0.3, 0.7)),
-    ("governed_engine_runaway", "multibody", (0.3, 0.6)),
-    ("jansen", "multibody", (1.3, 2.0)),
-    ("stephenson_arc_middle", "multibody", (0.7, 1.5)),
-]
+CASES = read_data(__file__)["cases"]
 # The estimates compare runs of two tolerances; the error of the first run may have grown until the end of the second.
 GROWTH = 20.0
 ROUNDING = 1e-9

@@ -7,69 +7,18 @@ import numpy as np
 import pytest
 
 import governor_mechanism as gm
+from data_files import read_data
 from governor_mechanism.engines.multibody.engine import MultibodyEngine
 from governor_mechanism.engines.multibody.run import ExplicitRun
 from governor_mechanism.integrators.stages import StepCounter
 from governor_mechanism.observables import run_result
 from governor_mechanism.observables.sampled_motion import BoundedDenseOutput
 from random_scenes import draw_study_scene
-from scene_documents import Table, between, custom_document, governor_document, rod
+from scene_documents import Table, between, custom_document, rod
 
 ENGINES = ("reduced", "multibody", "impulse")
 
-AIR_ENGINE = {
-    "machine": "flywheel_engine",
-    "dimensions": {
-        **{"area": "500 cm^2", "stroke": "650 mm", "cut_off": 0.375, "clearance": 0.05},
-        **{"pump_area": "500 cm^2", "pump_clearance": 0.05, "supply_pressure": "4 bar", "back_pressure": "1.5 bar"},
-        **{"atmospheric_pressure": "1 bar", "load_pressure": "closing", "inertia": "600 kg m^2", "rim_radius": "1.5 m"},
-    },
-    "start": {"crank_angle": "-2.5 rad", "crank_rate": "6 rad/s"},
-    "run": {"duration": "2.5 s", "output_interval": "10 ms", "accuracy": 1e-6},
-}
-"""Air engine of Redtenbacher's "Die calorische Maschine" (1853), turned backwards at the start."""
-
-STIFF_SLEEVE = governor_document(
-    effects={"gravity": True, "centrifugal": True, "spring": {"sleeve": {"rate": 1e7, "preload": 0}}},
-    spindle={"speed": "120 rpm"},
-    start={"arm_angle": "40 deg"},
-    run={"duration": 0.05, "output_interval": "10 ms", "accuracy": 1e-6},
-)
-"""Porter governor whose sleeve spring lets the arms swing in 10 ms, far below the time scale of its weights."""
-
-SMALL_ENGINE = {
-    "machine": "flywheel_engine",
-    "dimensions": {
-        **{"area": 0.014395473935332824, "stroke": 0.5865357025191977, "cut_off": 0.2628023346688325, "clearance": 0.01595599471135328},
-        **{"supply_pressure": 629793.0419382348, "back_pressure": 110033.01695564439, "atmospheric_pressure": 100000.0},
-        **{"pump_area": 0.009800314688296431, "pump_clearance": 0.07301713880370705},
-        **{"gas_torque": "mean", "inertia": 34.19082455062719, "throttle": 1.0, "load_torque": 0},
-    },
-    "start": {"crank_angle": 0.4033493848236427, "crank_rate": 77.18530286017057},
-}
-SMALL_GOVERNOR = {
-    "machine": "pendulum_governor",
-    "dimensions": {**{"arm": 0.06758736955377953, "offset": 0.0, "ball_mass": 0.030907530255778172, "sleeve_mass": 0.2175013317290844}},
-    "effects": {
-        **{"gravity": 9.81, "centrifugal": True},
-        "spring": {"sleeve_lift": {"rate": 198.31304768294805, "preload": 0.3746561765104727, "one_sided": False}},
-    },
-    "start": {"arm_angle": "equilibrium"},
-}
-THROTTLE = [[0.011237233238200028, 1.0], [0.07920886561070045, 0.606877456385113]]
-FALLING_BALLS = {
-    "part": {"engine": SMALL_ENGINE, "governor": SMALL_GOVERNOR},
-    "coupling": {
-        "rod": {"type": "control", "reading": "governor.sleeve_lift", "scales": "engine.throttle", "table": THROTTLE},
-        "gear": between("gear", "engine.crank_angle", "governor.spindle_angle", ratio=0.5),
-    },
-    "load": {
-        **{"angle": "engine.crank_angle", "rated_torque": 791.6667895026177},
-        "fraction": [[0.0, 1.0], [0.4, 1.0], [0.4, 1.048049009043007]],
-    },
-    "run": {"duration": 1.93, "output_interval": 0.02, "accuracy": 1e-4},
-}
-"""A small governed engine whose fast spindle lets the balls fall onto the axis."""
+SCENES = read_data(__file__)
 
 
 def load(document: Table, **changes: Any) -> gm.Scene:
@@ -82,7 +31,7 @@ def exit_time(run: gm.Trajectory) -> float:
 
 @pytest.fixture(scope="module", params=ENGINES)
 def backward_run(request: pytest.FixtureRequest) -> gm.Trajectory:
-    return gm.run(load(AIR_ENGINE, **{"start.crank_angle": 0, "start.crank_rate": "-6 rad/s"}), engine=request.param)
+    return gm.run(load(SCENES["AIR_ENGINE"], **{"start.crank_angle": 0, "start.crank_rate": "-6 rad/s"}), engine=request.param)
 
 
 def test_a_shaft_that_turns_back_at_the_start_stalls_there(backward_run: gm.Trajectory) -> None:
@@ -113,7 +62,7 @@ def test_a_control_out_of_range_at_the_start_ends_the_run_there(engine: str) -> 
 
 @pytest.mark.parametrize("engine", ENGINES)
 def test_fast_arms_do_not_pass_a_dead_centre(engine: str) -> None:
-    run = gm.run(load(STIFF_SLEEVE), engine=engine)
+    run = gm.run(load(SCENES["STIFF_SLEEVE"]), engine=engine)
     assert run.outcome is gm.Outcome.LEFT_RANGE
     assert "in line" in run.detail
     assert run.times.tolist() == [0.0]
@@ -122,7 +71,7 @@ def test_fast_arms_do_not_pass_a_dead_centre(engine: str) -> None:
 
 
 def test_engines_end_at_the_same_time_with_the_same_reports() -> None:
-    reduced, multibody = (gm.run(load(FALLING_BALLS), engine=engine) for engine in ("reduced", "multibody"))
+    reduced, multibody = (gm.run(load(SCENES["FALLING_BALLS"]), engine=engine) for engine in ("reduced", "multibody"))
     assert reduced.outcome is multibody.outcome is gm.Outcome.LEFT_RANGE
     np.testing.assert_array_equal(reduced.times, multibody.times)
     assert exit_time(reduced) == pytest.approx(exit_time(multibody), abs=1e-8)  # time at which 0.28 rad/s cover 3e-9 rad
@@ -132,7 +81,7 @@ def test_engines_end_at_the_same_time_with_the_same_reports() -> None:
 
 @pytest.mark.parametrize("engine", ["reduced", "multibody"])
 def test_events_are_found_where_an_interval_ends_at_a_kink(engine: str) -> None:
-    run = gm.run(load(AIR_ENGINE), engine=engine)
+    run = gm.run(load(SCENES["AIR_ENGINE"]), engine=engine)
     assert run.outcome is gm.Outcome.DONE
     assert len(run.events) == 10
     assert run.event_notes == ()
@@ -143,7 +92,7 @@ def test_a_failed_search_costs_neither_the_run_nor_other_events(monkeypatch: pyt
         raise ValueError("no root there")
 
     crossing = {"past_dead_centre": {"reading": "crank_angle", "value": 0, "direction": "up"}}
-    run = gm.run(load(AIR_ENGINE | {"events": crossing}), engine="multibody")
+    run = gm.run(load(SCENES["AIR_ENGINE"] | {"events": crossing}), engine="multibody")
     monkeypatch.setattr(run_result, "find_singular_configurations", fail)
     assert [event.subject for event in run.events] == ["past_dead_centre"]
     assert any("no root there" in note for note in run.event_notes)
@@ -158,7 +107,7 @@ def test_a_dense_output_that_ends_is_noted() -> None:
 
 
 def test_the_search_for_events_is_bounded(monkeypatch: pytest.MonkeyPatch) -> None:
-    scene = load(AIR_ENGINE)
+    scene = load(SCENES["AIR_ENGINE"])
     complete = gm.run(scene, engine="reduced").events
     monkeypatch.setattr(run_result, "MAX_EVENT_SAMPLES", 100)
     run = gm.run(scene, engine="reduced")

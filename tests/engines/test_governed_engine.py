@@ -1,13 +1,10 @@
 """Governors that control an engine: motions against independent integrations, and laws of couplings and loads of readings."""
 
-import copy
-
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
 import governor_mechanism as gm
-from governor_mechanism.scenes.parser import parse_scene_document
 from reference import haug_governor as haug
 from reference import watt_engine as watt
 
@@ -15,23 +12,10 @@ CONTROL = {"reading": "governor.sleeve_lift", "gain": -2000.0, "about": 0.54}
 ENGINES = pytest.mark.parametrize("engine", ["multibody", "reduced"])
 
 
-def scene(name, moment=None, **changes):
-    """Return a shipped scene with some tables changed (dotted keys with two underscores for dots), and another torque of the engine."""
-    document = copy.deepcopy(dict(gm.load(name).document))
-    for path, value in changes.items():
-        *tables, key = path.split("__")
-        table = document
-        for one in tables:
-            table = table.setdefault(one, {})
-        table[key] = value
-    if moment is not None:
-        document["part"]["engine"]["force"][0]["moment"] = moment
-    return parse_scene_document(document)
-
-
 def engine_scene(moment, **changes):
-    """Return the stable Watt engine with another torque."""
-    return scene("watt_engine_stable", moment, **changes)
+    """Return the stable Watt engine with another torque, and with some entries changed (two underscores for dots)."""
+    torque = {"part.engine.force.steam.moment": moment}
+    return gm.load("watt_engine_stable").replace({**torque, **{path.replace("__", "."): value for path, value in changes.items()}})
 
 
 def reference(derivative, times, start):
@@ -71,7 +55,7 @@ def test_an_engine_hunts_or_settles_as_an_integration_in_extended_precision_says
 
 def test_a_following_spindle_returns_no_torque_and_a_gear_does():
     follow = gm.run("watt_engine_stable", accuracy=1e-9)
-    gear = gm.run(scene("watt_engine_stable", coupling__belt__type="gear"), accuracy=1e-9)
+    gear = gm.run(gm.load("watt_engine_stable").replace({"coupling.belt.type": "gear"}), accuracy=1e-9)
     assert "belt" in gear.reactions
     assert "belt" not in follow.reactions
     ratio = gear.readings["governor.spindle_speed"] / gear.rates["engine.crank_angle"]

@@ -5,6 +5,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import governor_mechanism as gm
+from data_files import read_data
 from governor_mechanism.engines import MultibodyEngine, ReducedEngine
 from governor_mechanism.engines.certificate import StepPlan, describe_stall
 from governor_mechanism.engines.initial_state import initial_state
@@ -15,69 +16,14 @@ from governor_mechanism.integrators.step_record import IntegrationStatus
 from governor_mechanism.observables.evaluation import ReadingEvaluator
 from governor_mechanism.scenes.parser import parse_scene_document
 from governor_mechanism.studies.hard_cases.study import HARD_CASES
-from scene_documents import Table, between, custom_document, governor_document, pin, rod
+from scene_documents import Table, custom_document, pin, rod
 
-SLIDER_IN_TURNING_PLANE = custom_document(
-    plane="turning",
-    body=[{"name": "weight", "mass": 1, "at": [0.1, 0], "turns": False}],
-    joint=[between("slider", "ground.A", "weight.origin", angle=0)],
-    readings={"radius": {"x": "weight.origin"}},
-    effects={"gravity": False, "centrifugal": True},
-    spindle={"speed": 20.0},
-    run={"duration": "1000 s", "output_interval": "10 s"},
-)
-"""The weight flies out with exp(20 t)."""
+SCENES = read_data(__file__)
 
-PARALLELOGRAM_ON_ITS_LINE = custom_document(
-    ground={"A": [0, 0], "B": [1, 0]},
-    body=[rod("a"), rod("b", at=[1, 0]), rod("c", at=[1, 0])],
-    joint=[pin("ground.A", "a.start"), pin("ground.B", "b.start"), pin("a.end", "c.start"), pin("c.end", "b.end")],
-    readings={"a_angle": {"angle": "a"}, "b_angle": {"angle": "b"}},
-    effects={"gravity": False},
-    start={"a_angle": 0.0, "a_rate": 1.0},
-    run={"duration": "1 s", "output_interval": "100 ms", "accuracy": 1e-6},
-)
-"""A crank and a rocker as long as each other, in line at the start: they may begin to turn alike or against each other."""
-
-ROD_AT_ITS_LARGEST_X = custom_document(
-    body=[rod("a")],
-    joint=[pin("ground.A", "a.start")],
-    readings={"x": {"x": "a.end"}},
-    effects={"gravity": True},
-    run={"duration": "0.5 s", "output_interval": "10 ms", "accuracy": 1e-6},
-)
-
-FAST_FLUCTUATION = governor_document(
-    spindle={"speed": "120 rpm", "speed_fluctuation": 0.5, "cycles_per_turn": 200},
-    start={"arm_angle": "40 deg", "arm_rate": 0.15},
-    run={"duration": "0.2 s", "output_interval": "20 ms", "accuracy": 1e-4},
-)
-
-LIGHT_BALLS_PULL_A_HEAVY_SLEEVE = governor_document(
-    {"arm": 0.42, "offset": 0.158, "ball_mass": 0.0114, "sleeve_mass": 73.4},
-    spindle={"speed": "153 rpm"},
-    start={"arm_angle": "30 deg"},
-    run={"duration": "1 s", "output_interval": "20 ms", "accuracy": 1e-6},
-)
-"""The sleeve falls until arms and links are in line, a change point that light balls pass in a hundredth of a millisecond."""
-
-RODS_IN_EXPONENTIAL_FLIGHT = custom_document(
-    plane="turning",
-    body=[rod("carriage", 0.2, 0.1, angle=-2.0), rod("rod", 0.7, 2, at=[-0.0832293673094285, -0.181859485365136], angle=-0.4)],
-    joint=[
-        between("slider", "ground.A", "carriage.start", angle=0.475),
-        between("driven_turn", "ground", "carriage", name="motor", rate=0.3),
-        pin("carriage.end", "rod.start"),
-    ],
-    readings={"x": {"x": "rod.end"}},
-    effects={"gravity": True, "centrifugal": True},
-    spindle={"speed": "110 rpm"},
-    run={"duration": "3 s", "output_interval": "20 ms", "accuracy": 1e-6},
-)
-"""A rod on a carriage that flies out along the spindle's plane swings ever faster."""
-
-DAMPED_ROD_IN_EXPONENTIAL_FLIGHT = RODS_IN_EXPONENTIAL_FLIGHT | {"force": [{"type": "torsion_damper", "second": "rod", "damping": 46}]}
-"""The same with a rod so strongly damped that the motion is stiff at first."""
+DAMPED_ROD_IN_EXPONENTIAL_FLIGHT = SCENES["RODS_IN_EXPONENTIAL_FLIGHT"] | {
+    "force": [{"type": "torsion_damper", "second": "rod", "damping": 46}]
+}
+"""A rod so strongly damped that the motion is stiff at first."""
 
 
 def double_pendulum(first_mass: float, second_mass: float) -> Table:
@@ -99,7 +45,7 @@ def run_scene(document: Table, engine: str, accuracy: float | None = None) -> gm
 
 @pytest.mark.parametrize("engine", ["reduced", "multibody", "impulse"])
 def test_a_body_that_flies_away_ends_the_run(engine):
-    run = run_scene(SLIDER_IN_TURNING_PLANE, engine)
+    run = run_scene(SCENES["SLIDER_IN_TURNING_PLANE"], engine)
     assert run.outcome is gm.Outcome.LEFT_RANGE
     assert "flies away" in run.message
 
@@ -134,7 +80,7 @@ def test_the_ratio_of_the_masses_does_not_limit_the_accuracy(ratio):
 
 
 def test_light_balls_lead_a_heavy_sleeve_through_its_change_point():
-    runs = {engine: run_scene(LIGHT_BALLS_PULL_A_HEAVY_SLEEVE, engine) for engine in ("reduced", "multibody")}
+    runs = {engine: run_scene(SCENES["LIGHT_BALLS_PULL_A_HEAVY_SLEEVE"], engine) for engine in ("reduced", "multibody")}
     for engine, run in runs.items():
         assert run.outcome is gm.Outcome.LEFT_RANGE, (engine, run.message)
         assert "arms and links are in line" in run.message
@@ -145,7 +91,7 @@ def test_light_balls_lead_a_heavy_sleeve_through_its_change_point():
 
 @pytest.mark.long
 def test_a_flight_is_not_refined_below_the_rounding_of_its_positions():
-    run = run_scene(RODS_IN_EXPONENTIAL_FLIGHT, "multibody", 1e-9)
+    run = run_scene(SCENES["RODS_IN_EXPONENTIAL_FLIGHT"], "multibody", 1e-9)
     assert run.outcome is gm.Outcome.LEFT_RANGE
     assert "flies away" in run.message
     assert run.cost.steps < 60_000
@@ -154,7 +100,7 @@ def test_a_flight_is_not_refined_below_the_rounding_of_its_positions():
 
 @pytest.mark.long
 def test_an_impulse_run_of_a_flight_ends_with_its_digits():
-    run, reference = (run_scene(RODS_IN_EXPONENTIAL_FLIGHT, engine, 1e-3) for engine in ("impulse", "multibody"))
+    run, reference = (run_scene(SCENES["RODS_IN_EXPONENTIAL_FLIGHT"], engine, 1e-3) for engine in ("impulse", "multibody"))
     assert run.outcome is gm.Outcome.LEFT_RANGE
     assert "flies away" in run.message
     assert run.cost.steps < 300_000
@@ -186,12 +132,12 @@ def test_a_stall_names_a_driver_only_where_there_is_one():
 
 def test_a_start_on_no_branch_of_a_change_point_is_refused():
     with pytest.raises(gm.MechanismError, match="change point, where motion branches"):
-        run_scene(PARALLELOGRAM_ON_ITS_LINE, "multibody")
+        run_scene(SCENES["PARALLELOGRAM_ON_ITS_LINE"], "multibody")
 
 
 def test_a_start_on_a_branch_of_a_change_point_stays_on_it():
-    start = PARALLELOGRAM_ON_ITS_LINE["start"] | {"b_rate": 1.0}
-    run = run_scene(PARALLELOGRAM_ON_ITS_LINE | {"start": start}, "multibody")
+    start = SCENES["PARALLELOGRAM_ON_ITS_LINE"]["start"] | {"b_rate": 1.0}
+    run = run_scene(SCENES["PARALLELOGRAM_ON_ITS_LINE"] | {"start": start}, "multibody")
     assert run.outcome is gm.Outcome.DONE
     # As a parallelogram the rods turn alike and uniformly: nothing acts on them.
     for name in ("a_angle", "b_angle"):
@@ -199,13 +145,13 @@ def test_a_start_on_a_branch_of_a_change_point_stays_on_it():
 
 
 def test_auto_goes_on_where_the_reduced_engine_cannot_start():
-    run, multibody = (run_scene(ROD_AT_ITS_LARGEST_X, engine) for engine in ("auto", "multibody"))
+    run, multibody = (run_scene(SCENES["ROD_AT_ITS_LARGEST_X"], engine) for engine in ("auto", "multibody"))
     assert run.outcome is gm.Outcome.DONE
     np.testing.assert_array_equal(run.readings["x"], multibody.readings["x"])
 
 
 def test_a_fluctuation_faster_than_the_motion_is_not_missed_by_fixed_steps():
-    run, reference = run_scene(FAST_FLUCTUATION, "impulse"), run_scene(FAST_FLUCTUATION, "reduced", 1e-9)
+    run, reference = run_scene(SCENES["FAST_FLUCTUATION"], "impulse"), run_scene(SCENES["FAST_FLUCTUATION"], "reduced", 1e-9)
     assert run.outcome is gm.Outcome.DONE
     for name, values in run.readings.items():
         error = np.max(np.abs(values - reference.readings[name])) / run.scales[name]

@@ -7,33 +7,14 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import governor_mechanism as gm
+from data_files import read_data
 from governor_mechanism.model.events import EventKind
 from governor_mechanism.model.results.records import Outcome
 from governor_mechanism.scenes.parser import parse_scene_document
 
 GRAVITY = 9.81
-CIRCLING_PIVOT = {
-    "title": "A pendulum on a pivot that runs around an ellipse",
-    "machine": "custom",
-    "ground": {
-        "P": [
-            {"harmonics": [{"amplitude": "50 mm", "frequency": "12 rad/s", "phase": "90 deg"}]},
-            {"start": "0.1 m", "rate": "0.2 m/s", "harmonics": [{"amplitude": "30 mm", "frequency": "12 rad/s"}]},
-        ]
-    },
-    "readings": {"swing": {"line": ["ground.P", "bob.centre"]}, "x": {"x": "bob.centre"}, "pivot": {"y": "ground.P"}},
-    "start": {"swing": "-60 deg", "swing_rate": "0.5 rad/s"},
-    "effects": {"gravity": True},
-    "run": {"duration": "2 s", "output_interval": "0.1 s"},
-}
-LINKED = {
-    "body": [{"name": "bob", "mass": 2.0, "point": True, "at": [0.3, -0.4]}],
-    "link": [{"first": "ground.P", "second": "bob.centre", "length": 0.5}],
-}
-PINNED = {
-    "body": [{"name": "bob", "point_masses": [{"mass": 2.0, "at": ["0.5 m", 0]}], "at": [0.05, 0.1], "angle": "-60 deg"}],
-    "joint": [{"type": "pin", "name": "hinge", "first": "ground.P", "second": "bob.origin"}],
-}
+SCENES = read_data(__file__)
+HUNG = (SCENES["LINKED"], SCENES["PINNED"])
 
 
 def pivot(times, order):
@@ -43,9 +24,9 @@ def pivot(times, order):
     return wave[0], wave[1] + line
 
 
-@pytest.mark.parametrize("bodies", [LINKED, PINNED], ids=["link", "massless rod"])
+@pytest.mark.parametrize("bodies", HUNG, ids=["link", "massless rod"])
 def test_a_pendulum_on_a_moving_pivot(bodies):
-    run = gm.run(parse_scene_document(CIRCLING_PIVOT | bodies), engine="multibody", accuracy=1e-10)
+    run = gm.run(parse_scene_document(SCENES["CIRCLING_PIVOT"] | bodies), engine="multibody", accuracy=1e-10)
     length, mass, start = 0.5, 2.0, -math.pi / 3
 
     def state_rate(time, state):
@@ -71,7 +52,7 @@ def test_a_massless_rod_strikes_a_stop_as_a_link_does():
     """An impact changes the speed of the bob alone: the rod adds no inertia, and the moving pivot keeps its speed."""
     effects = {"effects": {"gravity": True, "stops": {"swing": ["-80 deg", "none"], "restitution": 0.5}}}
     linked, pinned = (
-        gm.run(parse_scene_document(CIRCLING_PIVOT | bodies | effects), engine="multibody", accuracy=1e-10) for bodies in (LINKED, PINNED)
+        gm.run(parse_scene_document(SCENES["CIRCLING_PIVOT"] | bodies | effects), engine="multibody", accuracy=1e-10) for bodies in HUNG
     )
     impacts = [[event.time for event in run.events if event.kind == EventKind.IMPACT] for run in (linked, pinned)]
     assert len(impacts[0]) > 1

@@ -83,9 +83,9 @@ REFUSALS = {
     "the effect Dashpot on 'engine.crank_angle'": {"part.engine.effects": {"dashpot": {"crank_angle": "1 N m s/rad"}}},
     "neither a torque, nor a torsion damper, nor gas": {"part.engine.force": [STEADY, SPRING]},
     "2 are more than a shaft": {
-        "part.engine.body.0.at": ["0.1 m", 0],
-        "part.engine.body.0.points": {"pin": ["-0.1 m", 0]},
-        "part.engine.joint.0.second": "flywheel.pin",
+        "part.engine.body.1.at": ["0.1 m", 0],
+        "part.engine.body.1.points": {"pin": ["-0.1 m", 0]},
+        "part.engine.joint.1.second": "flywheel.pin",
     },
 }
 """Changes of the scene watt_engine_hunting, by the words of the refusal."""

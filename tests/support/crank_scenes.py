@@ -1,35 +1,13 @@
 """Scenes of driven crank machines for the tests, read as files are."""
 
+from data_files import read_data
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.scenes.parser import parse_scene_document
 from reference import flywheel
 
-SLIDE_VALVE_DIMENSIONS = {
-    "crank": 0.3,
-    "connecting_rod": 1.5,
-    "eccentric": 0.06,
-    "eccentric_rod": 0.24,
-    "advance": "30 deg",
-    "outside_lap": 0.024,
-    "inside_lap": 0.005,
-    "crank_speed": 10.0,
-}
-LINK_GEAR_DIMENSIONS = {
-    "crank": 0.3,
-    "connecting_rod": 1.5,
-    "eccentric": 0.06,
-    "eccentric_rod": 1.2,
-    "advance": "30 deg",
-    "link_radius": 1.2,
-    "half_link": 0.15,
-    "suspension": "arc middle",
-    "hanger": 0.5,
-    "outside_lap": 0.024,
-    "inside_lap": 0.002,
-    "crank_speed": 10.0,
-}
-SLIDER_CRANK_DIMENSIONS = {"crank": 0.3, "connecting_rod": 1.5, "crank_speed": 10.0}
-SLIDER_CRANK_MASSES = {"crank": 80.0, "crank_centre": -0.05, "rod": 70.0, "rod_centre": 0.6, "rod_inertia": 9.0, "crosshead": 110.0}
+NUMBERS = read_data(__file__)
+SLIDE_VALVE_DIMENSIONS, LINK_GEAR_DIMENSIONS = NUMBERS["SLIDE_VALVE_DIMENSIONS"], NUMBERS["LINK_GEAR_DIMENSIONS"]
+SLIDER_CRANK_DIMENSIONS, SLIDER_CRANK_MASSES = NUMBERS["SLIDER_CRANK_DIMENSIONS"], NUMBERS["SLIDER_CRANK_MASSES"]
 
 
 def document(machine: str, dimensions: dict, effects: dict | None = None, **run) -> dict:

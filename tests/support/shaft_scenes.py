@@ -2,32 +2,15 @@
 
 import math
 from collections.abc import Mapping
-from copy import deepcopy
-from typing import Any
 
 import governor_mechanism as gm
 from governor_mechanism.model.scene import Scene
-from governor_mechanism.scenes.parser import parse_scene_document
 
 
 def changed(name: str, changes: Mapping[str, object], duration: str = "3 s") -> Scene:
     """Return a shipped scene with entries of its document replaced, each given by its path; None removes the entry."""
-    document = deepcopy(dict(gm.load(name).document))
-    for path, value in {
-        "run.duration": duration,
-        "part.engine.start.crank_rate": 3.27,
-        "part.governor.start.arm_angle": "56 deg",
-        **changes,
-    }.items():
-        *folders, last = path.split(".")
-        table: Any = document
-        for folder in folders:
-            table = table[int(folder)] if isinstance(table, list) else table.setdefault(folder, {})
-        if value is None:
-            del table[last]
-        else:
-            table[last] = value
-    return parse_scene_document(document)
+    start = {"run.duration": duration, "part.engine.start.crank_rate": 3.27, "part.governor.start.arm_angle": "56 deg"}
+    return gm.load(name).replace({**start, **changes})
 
 
 GEAR = {"coupling.belt.type": "gear", "part.governor.spindle": {"inertia": "0.3 kg m^2"}}

@@ -1,9 +1,10 @@
 """Printed and recomputed numbers, from one TOML file beside this module for each source; its arrays become tuples."""
 
-import tomllib
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
+
+from data_files import read_data
 
 
 def read_value(value: Any) -> Any:
@@ -15,8 +16,7 @@ def read_value(value: Any) -> Any:
 
 def read_numbers(name: str) -> Any:
     """Return the tables and values of a file as attributes."""
-    text = Path(__file__).with_name(f"{name}.toml").read_text(encoding="utf-8")
-    return SimpleNamespace(**read_value(tomllib.loads(text)))
+    return SimpleNamespace(**read_value(read_data(str(Path(__file__).with_name(name)))))
 
 
 flywheel, hartung, marks, mechanisms, zehnder = map(read_numbers, ("flywheel", "hartung", "marks", "mechanisms", "zehnder"))

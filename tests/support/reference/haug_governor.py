@@ -18,6 +18,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
+from data_files import read_data
+
 FloatArray = NDArray[np.float64]
 
 TOP = 0.2
@@ -44,17 +46,7 @@ CRITICAL_DAMPING = 21.5361025544672827
 CRITICAL_FREQUENCY = 6.55611854168137268
 """rad/s, of the undamped pair; the same at both limits."""
 
-# Time, theta, omega, spindle angle, collar height y with gravity 9.81 m/s2: extrapolated midpoint rule of order 16 in 64-bit mantissas,
-# step 0.05 s; `trajectory` agrees with it to the last digit of double precision but one.
-MOTION = [
-    (1.5, 0.7835769974605421, 10.9637722058793974, 16.5245222809696855, 0.0498370132122062),
-    (2.0, 0.7751039154834712, 10.8168293242121006, 21.9723930176018174, 0.0490710759968523),
-    (3.0, 0.7618415932650795, 10.5588341211461170, 32.6453724470524993, 0.0478824764428419),
-    (5.0, 0.7516980469236279, 10.3631186941800973, 53.5237108494563161, 0.0469820675890280),
-    (10.0, 0.7482866591848173, 10.2982258659599237, 105.0983013522379905, 0.0466809762979138),
-    (20.0, 0.7481342525942444, 10.2959548583620305, 208.0606288486115573, 0.0466675452834271),
-    (60.0, 0.7481240583208421, 10.2959098652960116, 619.8970084657483594, 0.0466666469634977),
-]
+MOTION = read_data(__file__)["MOTION"]
 
 
 def collar_depth(theta: FloatArray | complex) -> tuple[FloatArray, FloatArray, FloatArray]:

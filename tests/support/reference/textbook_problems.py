@@ -9,12 +9,12 @@ Theory of Machines; Th. Bevan, The Theory of Machines; R. S. Khurmi and J. K. Gu
 marked `from_memory` are quoted from the books without a copy at hand.
 """
 
-import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass
 from decimal import Decimal
-from pathlib import Path
 from typing import Any
+
+from data_files import read_data
 
 
 @dataclass(frozen=True)
@@ -52,5 +52,4 @@ def read_problem(table: dict[str, Any]) -> Problem:
     return Problem(**table, answers=answers)
 
 
-TABLES = tomllib.loads(Path(__file__).with_suffix(".toml").read_text(encoding="utf-8"))
-PROBLEMS: Mapping[str, Problem] = {name: read_problem(table) for name, table in TABLES.items()}
+PROBLEMS: Mapping[str, Problem] = {name: read_problem(table) for name, table in read_data(__file__).items()}
