@@ -1,5 +1,6 @@
 """Wrong types of arguments are refused in sentences, without Python's way of writing values, and results compare without errors."""
 
+import tomllib
 from pathlib import Path
 from typing import Any
 
@@ -57,83 +58,20 @@ def test_what_is_no_scene_or_run_is_refused(function, wrong):
     refusal(function, wrong)
 
 
-CALLS: dict[str, tuple[Any, dict[str, Any], list[Any]]] = {
-    "run": (gm.run, {"scene": "slider_crank", "times": [0.0, 0.1]}, ["engine", "certify", "times", "accuracy"]),
-    "crosscheck": (
-        gm.crosscheck,
-        {"scene": "porter", "kernel": lambda arm: 1.0, "over": {"arm_angle": [0.5]}, "quantity": "sleeve_lift"},
-        ["kernel", "quantity", "over", "allowed"],
-    ),
-    "kinematics": (
-        gm.kinematics,
-        {"scene": "slider_crank_torque", "over": "crank_angle", "values": [0.1]},
-        ["over", "values", "rate", "acceleration"],
-    ),
-    "speed_curve": (gm.speed_curve, {"scene": "watt_improved", "resistance": 1.0}, ["points", "against"]),
-    "controlling_force": (
-        gm.controlling_force,
-        {"scene": "watt_improved"},
-        ["over", "points", "between", "speed_change", "resistance", "against", "radius", "balls"],
-    ),
-    "equilibria": (gm.equilibria, {"scene": "watt_improved"}, ["spindle_speed"]),
-    "linearise": (gm.linearise, {"scene": "porter_dashpot"}, ["spindle_speed", "at"]),
-    "limit": (gm.stability_limit, {"scene": "watt_engine_stable", "key": "x", "low": 0.0, "high": 1.0}, ["key"]),
-    "accuracy_study": (gm.accuracy_study, {"scene": "slider_crank"}, ["progress"]),
-    "effects_study": (gm.effects_study, {"scene": "slider_crank"}, ["engine", "progress"]),
-    "sweep": (
-        gm.sweep,
-        {"scene": "slider_crank", "vary": {"dimensions.crank": [0.1]}, "quantities": ["final crank_angle"]},
-        ["vary", "quantities", "engine", "out", "progress"],
-    ),
-    "sensitivities": (
-        gm.sensitivities,
-        {"scene": "slider_crank", "of": ["final crank_angle"], "by": ["dimensions.crank"]},
-        ["of", "by", "engine", "accuracy", "workers"],
-    ),
-    "fit": (
-        gm.fit,
-        {"scene": "porter", "data": {"time": [0.0, 0.1], "sleeve_lift": [0.1, 0.1]}, "over": {"spindle.speed": (12.0, 13.0)}},
-        ["data", "over", "noise", "without", "profile", "engine", "starts", "seed", "workers"],
-    ),
-    "optimise": (
-        gm.optimise,
-        {"scene": "porter", "over": {"dimensions.arm": (0.2, 0.4)}, "minimise": "max arm_angle"},
-        ["over", "minimise", "subject_to", "report", "method", "engine", "accuracy", "starts", "seed", "workers", "out"],
-    ),
-    "trade_off": (
-        gm.trade_off,
-        {"scene": "porter", "over": {"dimensions.arm": (0.2, 0.4)}, "minimise": ["max arm_angle", "min arm_angle"]},
-        ["over", "minimise", "maximise", "subject_to", "points", "method", "engine", "accuracy", "starts", "seed", "workers"],
-    ),
-    "synthesise_dimensions": (
-        gm.synthesise_dimensions,
-        {"scene": "chebyshev_lambda", "over": ["dimensions.rocker=2m:3m"], "point": "rod.end", "path": [[0.0, 4.0], [4.0, 4.0]]},
-        ["over", "point", "path", "along", "between", "starts", "seed"],
-    ),
-    "valve_gears": (gm.valve_gears, {"scenes": ["gooch"], "count": 2}, ["scenes", "count"]),
-    "load_change_study": (gm.load_change_study, {"scene": "governed_engine"}, ["scene", "load_step", "at", "ramp", "engine"]),
-    "stability_map": (gm.stability_map, {"scene": "governed_engine"}, ["scene", "vary", "border_points", "workers", "progress"]),
-    "paper_rules": (gm.paper_rules, {}, ["progress"]),
-    "hard_cases": (gm.hard_cases, {"names": ["limits"]}, ["names", "short", "progress"]),
-    "insensitivity_band": (gm.insensitivity_band, {"scene": "porter", "over": [0.5], "resistance": 1.0}, ["over", "resistance", "against"]),
-    "random samples": (
-        gm.crosscheck,
-        {"scene": "porter", "kernel": lambda arm: 1.0, "over": {"arm_angle": [0.5]}, "quantity": "sleeve_lift"},
-        ["vary", "unit", "random", "seed"],
-    ),
-    "errata": (gm.errata, {}, ["paper", "simulate"]),
-    "explore": (lambda scene, key: gm.explore(scene, key), {"scene": "porter", "key": "arm"}, ["key"]),
-    "open_run": (gm.open_run, {"path": "x"}, ["path"]),
-    "compare": (gm.compare, {"engine": "auto", "accuracy": None}, ["engine", "accuracy", "resistance", "against", "between"]),
-}
+CALLS: dict[str, dict[str, Any]] = tomllib.loads(Path(__file__).with_name("wrong_arguments.toml").read_text(encoding="utf-8"))
+EXPLORE = {"scene": "porter", "key": "arm"}
+CALLS["explore"] = {"function": lambda scene, key: gm.explore(scene, key), "given": EXPLORE, "wrong": ["key"]}
+KERNEL = {"scene": "porter", "kernel": lambda arm: 1.0, "over": {"arm_angle": [0.5]}, "quantity": "sleeve_lift"}
+CALLS["crosscheck"] = {"given": KERNEL, "wrong": ["kernel", "quantity", "over", "allowed", "vary", "unit", "random", "seed"]}
 WRONG_FOR_ALL = [b"x", {}, [None], object(), 1j, np.array([[1.0, 2.0]])]
 
 
-@pytest.mark.parametrize(("name", "argument"), [(name, argument) for name, (_, _, arguments) in CALLS.items() for argument in arguments])
+@pytest.mark.parametrize(("name", "argument"), [(name, argument) for name, row in CALLS.items() for argument in row["wrong"]])
 def test_arguments_of_wrong_types_are_refused(name, argument):
-    function, arguments, _ = CALLS[name]
+    row = CALLS[name]
+    function = row.get("function") or getattr(gm, name)
     for wrong in WRONG_FOR_ALL:
-        refusal(function, **{**arguments, argument: wrong})
+        refusal(function, **{**row.get("given", {}), argument: wrong})
 
 
 @pytest.mark.parametrize(

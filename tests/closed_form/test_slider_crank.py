@@ -10,7 +10,6 @@ from numpy.testing import assert_allclose
 
 from governor_mechanism.closed_form import slider_crank as closed
 from governor_mechanism.closed_form.slider_crank import CrankTrain
-from governor_mechanism.errors import MechanismError
 from printed_numbers import half_unit_of_last_digit
 from reference import marks
 
@@ -145,24 +144,6 @@ def test_at_a_dead_centre_the_crosshead_pulls_with_its_own_inertia() -> None:
     assert_allclose(found.main, [-3600.0, 0.0], atol=1e-10)
 
 
-@pytest.mark.parametrize(
-    ("make", "sentence"),
-    [
-        (lambda: CrankTrain(crank=0.3, rod=0.3), "rod must be longer than the crank"),
-        (lambda: CrankTrain(crank=0.3, rod=1.0, rod_mass=-1.0), "rod_mass must be 0 kg or more"),
-        (lambda: CrankTrain(crank=math.nan, rod=1.0), "crank must be finite"),
-        (lambda: closed.crosshead_distance(CrankTrain(crank=0.3, rod=math.inf), crank_angle=0.0), "no distance"),
-        (lambda: closed.bearing_loads(CrankTrain(crank=0.3, rod=math.inf), crank_angle=0.0, crank_rate=1.0), "need a rod of finite length"),
-        (lambda: closed.rod_angle(TRAIN, crank_angle=math.inf), "crank_angle must be finite"),
-    ],
-)
-def test_what_has_no_closed_form_is_refused_in_a_sentence(make, sentence: str) -> None:
-    with pytest.raises(MechanismError, match=sentence):
-        make()
-
-
 @pytest.mark.parametrize("name", ["crank_centre", "rod_centre"])
-def test_mass_centres_are_finite_and_on_either_side(name):
+def test_mass_centres_are_on_either_side(name):
     assert getattr(CrankTrain(crank=0.3, rod=1.0, **{name: -0.1}), name) == -0.1
-    with pytest.raises(MechanismError, match=f"{name} must be finite"):
-        CrankTrain(crank=0.3, rod=1.0, **{name: math.nan})

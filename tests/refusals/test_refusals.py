@@ -12,6 +12,7 @@ import pytest
 
 import governor_mechanism as gm
 from command_line import invoke
+from governor_mechanism.units.expressions import ARITHMETIC, Expression, Measured, unit_of_kind
 
 TABLES = {path.stem: tomllib.loads(path.read_text(encoding="utf-8")) for path in sorted(Path(__file__).parent.glob("*.toml"))}
 COMMANDS = TABLES.pop("command_line")
@@ -31,28 +32,39 @@ def decode(value: Any) -> Any:
     return [decode(one) for one in value] if isinstance(value, list) else None if value == "None" else value
 
 
-CALLS = {"replace": lambda scene, values: gm.load(scene).replace(values), "explore": lambda scene, keys: gm.explore(scene, *keys)}
+NAMES = {"crank": Measured(0.5, unit_of_kind("length")), "mass": Measured(2.0, unit_of_kind("mass"))}
+CALLS = {
+    "replace": lambda scene, values: gm.load(scene).replace(values),
+    "explore": lambda scene, keys: gm.explore(scene, *keys),
+    "evaluate": lambda text: Expression(text).evaluate(NAMES.__getitem__, ARITHMETIC),
+}
 """What is called in another way than by the names of its arguments."""
 
 ROWS = [
-    pytest.param(table, *row, id=f"{name} {number}")
+    pytest.param(table, call, *row, id=f"{name} {number}")
     for tables in TABLES.values()
     for name, table in tables.items()
+    for call in table.get("calls", [table.get("call")])
     for number, row in enumerate(table["refused"], 1)
 ]
 
 
-@pytest.mark.parametrize(("table", "values", "sentence"), ROWS)
-def test_wrong_arguments_are_refused(table, values, sentence):
-    """The values of a row are added to those given for the whole table, or they are one argument."""
-    call = table["call"]
-    function = CALLS.get(call) or getattr(gm, call, None) or locate(call)
-    own = {table["argument"]: values} if "argument" in table else values
+@pytest.mark.parametrize(("table", "call", "values", "sentence"), ROWS)
+def test_wrong_arguments_are_refused(table, call, values, sentence):
+    """The values of a row are added to those given for the whole table, or they are one argument; a row may name its function.
+
+    Of a module, its functions are called with the record that a table describes.
+    """
+    own = {table["argument"]: values} if "argument" in table else dict(values)
+    call = own.pop("call", call)
+    module = locate(table["module"]) if "module" in table else gm
+    function = CALLS.get(call) or getattr(module, call, None) or locate(call)
+    records = [getattr(module, name)(**dimensions) for name, dimensions in table.get("of", {}).items()]
     with pytest.raises(gm.MechanismError) as caught:
-        function(**decode(table.get("given", {}) | own))
+        function(*records, **decode(table.get("given", {}) | own))
     told = str(caught.value)
     assert says(told, sentence), told
-    assert table.get("never said", "\0") not in told
+    assert table.get("never said", "\n" * 100) not in told
     assert len(caught.value.problems) <= table.get("at most", math.inf)
 
 

@@ -104,29 +104,9 @@ def test_a_name_like_none_gets_no_suggestion(scene: str) -> None:
     assert "Did you mean" not in str(caught.value)
 
 
-@pytest.mark.parametrize(
-    ("scene", "fragments"),
-    [
-        ("portr", ["no scene \"portr\". Did you mean 'porter'? ", "scenes are shipped", "governor-mechanism models"]),
-        ("WATT", ["Did you mean 'watt'?"]),
-        ("steam", ["A path has a suffix or a separator, as in my_scene.toml or ./my_scene."]),
-        ("..", ["this is a folder"]),
-        ("", ['no scene ""', "scenes are shipped"]),
-        ("a\0b", ["no scene", "scenes are shipped"]),
-        ("portr.toml", ["portr.toml: no such file", "Did you mean 'porter'?"]),
-        ("porter:dimensions.arm=0.32", ["no such file", "by --set KEY=VALUE"]),
-        ("no_folder/watt.toml", ["no_folder/watt.toml: no such file", "no folder 'no_folder'", "Did you mean 'watt'?"]),
-        ("a\0b.toml", ["cannot be read"]),
-        ("x" * 5000 + ".toml", ["cannot be read (File name too long)"]),
-        (3, ["a scene is a path or the name of a shipped scene, or what load returns; found 3"]),
-        (None, ["found None"]),
-    ],
-)
-def test_what_is_no_scene_is_told_with_the_nearest_name(scene: str, fragments: list[str]) -> None:
-    with pytest.raises(MechanismError) as caught:
-        library.load_scene(scene)
-    for fragment in fragments:
-        assert fragment in str(caught.value)
+def test_a_name_that_is_too_long_is_told() -> None:
+    with pytest.raises(MechanismError, match=r"cannot be read \(File name too long\)"):
+        library.load_scene("x" * 5000 + ".toml")
 
 
 def test_a_package_without_its_models_says_so(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -114,32 +114,6 @@ def test_a_scene_without_a_law_is_refused():
         check_law(gm.Scene.from_dict({key: value for key, value in DOCUMENT.items() if key != "law"}))
 
 
-@pytest.mark.parametrize(
-    ("changes", "words"),
-    [
-        (
-            {"over": "crank_angel"},
-            "law.over \"crank_angel\" is not a reading; readings are crank_angle, yoke_x, time. Did you mean 'crank_angle'?",
-        ),
-        ({"broken_by": None}, "law does not say what a change of slot does; list each dimension in holds_under or in broken_by"),
-        ({"holds_under": ["crank", "slot"]}, "law lists slot in holds_under and in broken_by"),
-        ({"broken_by": ["slat"]}, 'law.broken_by names the unknown dimension "slat"; dimensions are crank, slot.'),
-        ({"between": [0, 0]}, "law.between must have two different ends"),
-        ({"positions": 1}, "law.positions must be a whole number from 2 to 10000"),
-        ({"family": "walker"}, 'law.family "walker" is unknown'),
-        ({"statement": None}, "law.statement is missing; it is the law in words"),
-        ({"proves": []}, "law.proves must be a list of equations"),
-        ({"proves": [{"value": "yoke_x", "equals": "crank", "within": 0.1}]}, "law.proves, equation 1 has sides of different units"),
-        ({"proves": [{"value": "yoke_x", "equals": "crnk", "within": "1 m"}]}, '"crnk" is neither a reading nor a dimension'),
-        ({"proves": [{"value": "yoke_x", "equals": "crank"}]}, "within is missing"),
-    ],
-)
-def test_a_law_with_a_mistake_is_refused_with_a_sentence(changes: dict[str, Any], words: str):
-    with pytest.raises(MechanismError) as refusal:
-        gm.Scene.from_dict(_with_law(**changes))
-    assert any(words in problem for problem in refusal.value.problems), refusal.value.problems
-
-
 def test_a_law_that_names_no_dimension_is_refused():
     document = {key: value for key, value in _with_law(holds_under=None, broken_by=None).items() if key != "dimensions"}
     plain = {**document, "body": [{"name": "crank", "mass": 1, "disc": {"radius": 1}}], "joint": DOCUMENT["joint"][:1]}

@@ -513,56 +513,12 @@ def test_numbers_give_floats_and_arrays_broadcast() -> None:
 # --- refusals --------------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize(
-    ("call", "sentence"),
-    [
-        (lambda: pendulum.equilibrium_speed(PORTER, arm_angle=math.pi / 2), r"arm_angle must be below 90 deg.*= 90 deg"),
-        (lambda: pendulum.ball_radius(PORTER, arm_angle=math.radians([10.0, -95.0][1])), r"above -90 deg; got .* = -95 deg"),
-        (lambda: linkage.in_plane_inertia(PORTER, arm_angle=np.radians([10.0, 30.0, 120.0])), r"arm_angle\[2\] = 120 deg"),
-        (lambda: linkage.potential_derivative(PORTER, arm_angle=np.array([0.1, np.nan])), r"must be finite; got arm_angle\[1\] = nan"),
-        (lambda: linkage.potential_derivative(PORTER, arm_angle="30 deg"), r"arm_angle must be a number or an array .* in rad"),
-        (lambda: linkage.potential_derivative(PORTER, arm_angle=1j), r"arm_angle must be a number or an array"),
-        (lambda: linkage.potential_derivative(PORTER, arm_angle=[[0.1], [0.2, 0.3]]), r"arm_angle must be a number or an array"),
-        (
-            lambda: pendulum.equilibrium_speed(CROSSED, arm_angle=np.radians([[20.0, 5.0]])),
-            r"the ball is on or beyond the spindle axis: no speed balances it; got arm_angle\[0, 1\] = 5 deg;"
-            r" keep arm_angle above 8.62693 deg",
-        ),
-        (lambda: pendulum.equilibrium_speed(governor_of(zehnder.WATT_ON_AXIS), arm_angle=0.0), r"on or beyond the spindle axis"),
-        (lambda: pendulum.equilibrium_speed(PORTER, arm_angle=-0.05), r"no real equilibrium speed.* = -2.8647889756"),
-        (
-            lambda: pendulum.equilibrium_speed(SHORT_LINKS, arm_angle=np.radians([30.0, 62.0])),
-            r"the link of 0.15 m cannot reach from the arm joint to the sleeve lug; got arm_angle\[1\] = 62 deg",
-        ),
-        (
-            lambda: pendulum.spindle_acceleration(PORTER, arm_angle=0.5, arm_rate=0.1, spindle_speed=5.0, constant_inertia=-0.1),
-            r"constant_inertia must be 0 kg m2 or more",
-        ),
-        (
-            lambda: pendulum.spindle_acceleration(
-                governor_of(zehnder.WATT_ON_AXIS), arm_angle=0.0, arm_rate=0.1, spindle_speed=5.0, constant_inertia=0.0
-            ),
-            r"must have some inertia about the axis",
-        ),
-        (
-            lambda: pendulum.arm_acceleration(PORTER, arm_angle=0.5, arm_rate=math.inf, spindle_speed=10.0),
-            r"arm_rate must be finite; got arm_rate = inf rad/s",
-        ),
-        (lambda: pendulum.stiffness(PORTER, arm_angle=0.5, spindle_speed=math.nan), r"spindle_speed must be finite"),
-        (lambda: pendulum.stiffness(PORTER, arm_angle=0.5, spindle_speed=1e160), r"too large or too small for double"),
-        (lambda: pendulum.least_stable_angle(PORTER), r"the arms do not cross the axis .*every angle is stable"),
-        (lambda: pendulum.least_stable_angle(UNCROSSED_LINKS), r"holds for a rhombus with massless rods"),
-        (
-            lambda: pendulum.equilibrium_angles(PORTER, spindle_speed=10.0, lowest=0.5, highest=0.4),
-            r"lowest must be below highest; got lowest = 28.6.* deg and highest = 22.9",
-        ),
-        (lambda: pendulum.equilibrium_angles(PORTER, spindle_speed=np.array([1.0, 2.0])), r"must each be one number"),
-    ],
-)
 @pytest.mark.filterwarnings("ignore:overflow")
-def test_what_has_no_answer_is_refused_with_the_value(call: Callable[[], Any], sentence: str) -> None:
-    with pytest.raises(MechanismError, match=sentence):
-        call()
+def test_what_no_table_holds_is_refused_with_the_value() -> None:
+    with pytest.raises(MechanismError, match="arm_angle must be a number or an array"):
+        linkage.potential_derivative(PORTER, arm_angle=1j)
+    with pytest.raises(MechanismError, match="too large or too small for double"):
+        pendulum.stiffness(PORTER, arm_angle=0.5, spindle_speed=1e160)
 
 
 def test_heavy_arms_that_reach_over_the_axis_are_closed_by_the_centrifugal_load():
