@@ -74,23 +74,11 @@ def test_arguments_of_wrong_types_are_refused(name, argument):
         refusal(function, **{**row.get("given", {}), argument: wrong})
 
 
-@pytest.mark.parametrize(
-    ("call", "sentence"),
-    [
-        (lambda: gm.valve_gears(-1), "a scene is a path or the name of a shipped scene"),
-        (lambda: gm.valve_gears("gooch", -1), "count must be a whole number of at least 2; found -1"),
-        (lambda: gm.valve_gears("gooch", 2.5), "count must be a whole number of at least 2; found 2.5"),
-        (lambda: gm.stability_map("governed_engine", vary=float("inf")), "vary must be a list of texts; found inf"),
-        (lambda: gm.stability_map("governed_engine", border_points=-1), "border_points must be a whole number of at least 0"),
-        (lambda: gm.crosscheck("porter", lambda arm: 1.0, over={"arm_angle": [0.5]}, vary=3), "vary must be values by key"),
-        (lambda: gm.crosscheck("porter", lambda arm: 1.0, over={"arm_angle": [0.5]}, random=-1), "random must be a whole number"),
-        (lambda: gm.kinematics("slider_crank", "crank_angle", [0.1], rate=1e300), "rate of crank_angle must lie within 1e+06 rad/s"),
-        (lambda: gm.design_pendulum(arm=1e300), "arm must lie within 1e+09 m"),
-        (lambda: gm.controlling_force("porter", speed_change=10**400), "speed_change is a relative change"),
-    ],
-)
-def test_a_number_out_of_range_is_refused_on_entry(call, sentence):
-    assert sentence in refusal(call)
+def test_a_number_out_of_range_is_refused_on_entry():
+    compare = {"scene": "porter", "kernel": lambda arm: 1.0, "over": {"arm_angle": [0.5]}}
+    assert "vary must be values by key" in refusal(gm.crosscheck, **compare, vary=3)
+    assert "random must be a whole number" in refusal(gm.crosscheck, **compare, random=-1)
+    assert "speed_change is a relative change" in refusal(gm.controlling_force, "porter", speed_change=10**400)
 
 
 RESULT_METHODS = {

@@ -8,7 +8,6 @@ import pytest
 from scipy.integrate import solve_ivp
 from scipy.special import ellipk
 
-import governor_mechanism as gm
 from governor_mechanism.closed_form.escapement import (
     DeadBeat,
     beat_period,
@@ -94,12 +93,3 @@ def test_friction_takes_its_share_by_the_slope_of_the_pallet():
     heavy = replace(CLOCK, wheel_inertia=1e-6)
     speed = 0.08 / 0.03 * 6.0 * math.sqrt(amplitude**2 - 0.02**2)
     assert impulse_energy(heavy, amplitude=amplitude) == pytest.approx(8e-5 - 0.5e-6 * speed**2, rel=1e-13)
-
-
-def test_a_clock_that_stops_or_swings_without_bound_is_refused():
-    with pytest.raises(gm.MechanismError, match="the clock stops"):
-        steady_amplitude(replace(CLOCK, damping=1.0))
-    with pytest.raises(gm.MechanismError, match="give more damping"):
-        steady_amplitude(replace(CLOCK, damping=0.0))
-    with pytest.raises(gm.MechanismError, match=r"let go from an amplitude of 0\.02 rad on"):
-        impulse_energy(CLOCK, amplitude=0.015)

@@ -348,17 +348,6 @@ def test_loads_and_wheels_that_cannot_be_are_refused():
     for angle in (3.5, np.array([1.0, 3.5])):
         with pytest.raises(MechanismError, match="crank_angle must lie between two dead centres"):
             flywheel_equilibrium.balance(ENGINE, crank_angle=angle)
-    with pytest.raises(MechanismError, match=r"flywheel is too light: it would come to rest .* increase inertia or mean_speed"):
-        flywheel.speed_limits(inertia=10.0, energy=3000.0, mean_speed=6.0)
-    with pytest.raises(MechanismError, match=r"the shaft stalls: .* got work = -3000 J"):
-        flywheel.speed_after_work(inertia=10.0, start_speed=6.0, work=-3000.0)
-    with pytest.raises(MechanismError, match="hub_radius must be below radius"):
-        flywheel.arm_bending_moment(torque=1.0, radius=1.0, hub_radius=1.0, arms=6.0)
-    with pytest.raises(MechanismError, match=r"energy_ratio must be 0\.5 or more"):
-        flywheel.coefficient_of_energy_ratio(energy_ratio=0.4)
-    for angles in ([0.0, 2.0, 1.0], [1.0, 1.0, 1.0], [1.0, 2.0], [1.0]):
-        with pytest.raises(MechanismError, match="lists of equal length, with at least two ascending angles"):
-            flywheel.table_energy(angles=np.array(angles), torques=np.zeros(3 if len(angles) > 1 else 1))
 
 
 def test_numbers_give_floats_and_arrays_broadcast():

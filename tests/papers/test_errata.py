@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 import governor_mechanism as gm
-from command_line import invoke
+from command_line import json_of
 from documentation_pages import ROOT, check_options
 from governor_mechanism.cli.studies import PaperChoice
 from governor_mechanism.errors import MechanismError
@@ -156,20 +156,13 @@ def test_a_rounded_number_follows_from_its_steps_and_no_other_does():
 
 def test_what_a_typeface_an_index_or_an_exponent_may_explain_is_undecided():
     undecided = {(one.paper.value, one.name) for one in all_errata() if one.cause is Cause.UNDECIDED}
-    assert undecided == {
-        ("redtenbacher", "balance-area"),
-        ("redtenbacher", "fifth-term-ratio"),
-        ("redtenbacher", "first-term-brackets"),
-        ("zehnder", "difference-of-angles"),
-        ("zehnder", "stray-index"),
-        ("zehnder", "best-abscissa"),
-        ("zehnder", "radius-squared"),
-        ("marks", "symbol"),
-        ("dubois", "unit-of-squared-speed"),
-        ("dubois", "polar-moment"),
-        ("dubois", "wire-length-units"),
-        ("dubois", "section-modulus-power"),
+    names = {
+        "redtenbacher": ["balance-area", "fifth-term-ratio", "first-term-brackets"],
+        "zehnder": ["difference-of-angles", "stray-index", "best-abscissa", "radius-squared"],
+        "marks": ["symbol"],
+        "dubois": ["unit-of-squared-speed", "polar-moment", "wire-length-units", "section-modulus-power"],
     }
+    assert undecided == {(paper, name) for paper in names for name in names[paper]}
 
 
 def test_every_paper_has_one_error_and_what_follows_is_no_second_one():
@@ -296,9 +289,8 @@ def test_errata_are_a_result_like_others(tmp_path):
 
 def test_the_command_takes_the_papers_of_the_study(tmp_path):
     assert [choice.value for choice in PaperChoice] == [paper.value for paper in Paper]
-    answer = invoke("errata", "--paper", "marks", "--no-figure", "--out", str(tmp_path), "--json")
-    assert answer.exit_code == 0
-    assert [one["name"] for one in json.loads(answer.stdout)["errata"]] == [one.name for one in gm.errata("marks")]
+    answer = json_of("errata", "--paper", "marks", "--no-figure", "--out", tmp_path)
+    assert [one["name"] for one in answer["errata"]] == [one.name for one in gm.errata("marks")]
     assert not list(tmp_path.iterdir())
 
 

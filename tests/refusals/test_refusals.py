@@ -12,6 +12,8 @@ import pytest
 
 import governor_mechanism as gm
 from command_line import invoke
+from contact_scenes import ball_document, outlines_document
+from governor_mechanism.studies.design.hartung import HartungInputs, design_hartung
 from governor_mechanism.units.expressions import ARITHMETIC, Expression, Measured, unit_of_kind
 
 TABLES = {path.stem: tomllib.loads(path.read_text(encoding="utf-8")) for path in sorted(Path(__file__).parent.glob("*.toml"))}
@@ -36,6 +38,9 @@ NAMES = {"crank": Measured(0.5, unit_of_kind("length")), "mass": Measured(2.0, u
 CALLS = {
     "replace": lambda scene, values: gm.load(scene).replace(values),
     "explore": lambda scene, keys: gm.explore(scene, *keys),
+    "ball": lambda **given: gm.Scene.from_dict(ball_document(place=(0.0, 0.05), **given)),
+    "two outlines": lambda **given: gm.Scene.from_dict(outlines_document(**given)),
+    "design_hartung": lambda **inputs: design_hartung(HartungInputs(**inputs)),
     "evaluate": lambda text: Expression(text).evaluate(NAMES.__getitem__, ARITHMETIC),
 }
 """What is called in another way than by the names of its arguments."""

@@ -5,7 +5,7 @@ import math
 import pytest
 
 import governor_mechanism as gm
-from contact_scenes import CUP, DISC, ball_document
+from contact_scenes import CUP, DISC, ball_document, outlines_document
 
 
 def refusal(outline=CUP, body=(), **contact):
@@ -16,107 +16,29 @@ def refusal(outline=CUP, body=(), **contact):
     return str(caught.value)
 
 
-STEEP = [{"over": "60 deg", "lift": 0.05}, {"over": "60 deg", "lift": -0.05}, {"over": "240 deg"}]
 CAM = {"radius": 0.04, "lifts": [{"over": "180 deg", "lift": 0.01}, {"over": "180 deg", "lift": -0.01}]}
 
 
-@pytest.mark.parametrize(
-    ("outline", "words"),
-    [
-        ([[0, 0], [1, 0]], "an outline needs three corners or more"),
-        ([[0, 0], [1, 0], [1, 0], [0, 1]], "edge 2 of an outline has no length: it begins and ends at (1 m, 0 m)"),
-        ([[0, 0], [1, 0, 0.2], [1, 1]], "edge 2 of an outline is an arc with the radius 0.2 m, which must be at least half"),
-        ([[0, 0], [1, 1], [1, 0], [0, 1]], "the outline crosses itself between"),
-        ([[0, 0], [1, 0], [1, 1, -0.6], [0, 1]], ""),
-        ([[0, 0], [1, 0], [1, 0.3, -0.5], [0, 0.3]], "the outline crosses itself between"),
-        ([[0, 0], [1, 0], [0.5, 0], [0.5, 1]], "the outline turns back on itself at (1 m, 0 m)"),
-        ([[0, 0], [1, "x"], [1, 1]], "corner 2 y is a length"),
-        ([[0, 0], [1], [1, 1]], "corner 2 must be [x, y], or [x, y, radius]"),
-        (3, "must be a list of corners"),
-        ({"curve": {"coefficients": [0, 1]}}, "curve must be closed"),
-        ({"curve": CAM, "inset": -0.01}, "inset must not be negative"),
-        ({"curve": {**CAM, "lifts": CAM["lifts"][:1]}}, "must add up to a turn; they are 180 deg"),
-        ({"curve": {**CAM, "lifts": [CAM["lifts"][0]] * 2}}, "must add up to 0"),
-        ({"curve": {"radius": 0.01, "lifts": CAM["lifts"][::-1]}}, "falls to a radius that is not positive"),
-        ({"curve": {**CAM, "lifts": [{"over": 1, "law": "parabolic"}]}}, "lift 1"),
-        ({"curve": {**CAM, "follower": "knife"}}, "follower"),
-        ({"curve": {**CAM, "follower": "flat", "lifts": STEEP}}, "hollow at 45 deg, on which a flat follower does not rest"),
-    ],
-)
-def test_an_outline_that_no_part_can_have_is_refused(outline, words):
-    if words:
-        assert words in refusal(outline)
-    else:
-        gm.Scene.from_dict(ball_document(outline, (0.5, 1.5)))
-
-
-@pytest.mark.parametrize(
-    ("outline", "contact", "words"),
-    [
-        (CUP, {"second": "ball"}, 'second names "ball", which has no outline'),
-        (CUP, {"second": "wheel"}, "unknown body"),
-        (CUP, {"first": "block.origin"}, 'both sides are of "block"; a body cannot touch itself'),
-        (CUP, {"radius": 0.0}, "the roller needs a radius where the outline has corners"),
-        (CUP, {"restitution": 1.5}, "restitution"),
-        (CUP, {"name": "a b"}, "name consists of letters, digits and _"),
-        (CUP, {"stiffness": 0.1}, "stiffness is unknown"),
-        (CUP, {"friction": -0.1}, "friction"),
-        (CUP, {"repeat": 0}, "must be a whole number from 1 to 500"),
-        (CUP, {"at_once": 2.5}, "must be a whole number from 1 to 500"),
-        ({"curve": CAM}, {"repeat": 3}, "repeat is for rollers of a body that touch an outline of corners"),
-        ([[0, 0], [1, 0], [1, 1, -0.6], [0, 1]], {"radius": 0.6}, "hollow arc of radius 0.6 m, which a roller of 0.6 m cannot enter"),
-        ([[0, 0], [1, 0], [1, 1], [0.5, 0.5], [0, 1]], {}, "a single hollow corner; round it"),
-        ({"curve": CAM, "inset": 0.05}, {}, "the cam is undercut"),
-        ({"curve": {"radius": 0.05, "harmonics": [{"amplitude": 0.02, "order": 3}]}}, {"radius": 0.03}, "touches two sides at once"),
-    ],
-)
-def test_a_contact_that_a_roller_cannot_keep_is_refused(outline, contact, words):
-    assert words in refusal(outline, **contact)
-
-
+ARCHED = [[0, 0], [1, 0], [1, 1, -0.6], [0, 1]]
 BOX = [[-0.1, -0.1], [0.1, -0.1], [0.1, 0.1], [-0.1, 0.1]]
 
 
-def outlines_refusal(outline, touched, **contact):
-    """Why the outlines of two bodies cannot touch; empty if they can."""
-    document = ball_document(touched, (0.0, 2.0))
-    document["body"][1] = {"name": "ball", "mass": 1.0, "inertia": 1.0, "at": [0.0, 2.0], "outline": outline}
-    document["contact"] = [{"first": "ball", "second": "block", **contact}]
-    try:
-        gm.Scene.from_dict(document)
-    except gm.MechanismError as error:
-        return str(error)
-    return ""
+def test_a_hollow_arc_that_does_not_cross_its_block_is_an_outline():
+    gm.Scene.from_dict(ball_document(ARCHED, (0.5, 1.5)))
 
 
 @pytest.mark.parametrize(
-    ("first", "second", "contact", "words"),
+    ("first", "second", "contact"),
     [
-        (BOX, BOX, {}, "both have corners; of two that touch one is a circle, or one a closed curve"),
-        ({"curve": CAM}, {"curve": CAM}, {}, "both are curves"),
-        ({"curve": CAM}, BOX, {"radius": 0.01}, "touches with its own outline; leave radius out"),
-        ({"curve": CAM}, BOX, {"first": "block"}, 'both sides are of "block"'),
-        ({"curve": CAM}, BOX, {"friction": 0.1}, ""),
-        ({"curve": CAM}, BOX, {"repeat": 3}, "repeat is for rollers of a body"),
-        ({"curve": CAM}, BOX, {"first": "wheel"}, "unknown body"),
-        ({"curve": {"radius": 0.05, "harmonics": [{"amplitude": 0.02, "order": 3}]}}, BOX, {}, "hollow or flat somewhere"),
-        ({"curve": CAM, "inset": 0.05}, BOX, {}, "the cam is undercut"),
-        ({"curve": CAM}, [[0, 0], [1, 0], [1, 1, -0.6], [0, 1]], {}, ""),
-        (
-            {"curve": CAM},
-            [[0, 0], [0.3, 0], [0.3, 0.2], [0.19, 0.2, -0.045], [0.11, 0.2], [0, 0.2]],
-            {},
-            "hollow arc of radius 0.045 m, and the curve bends with radii",
-        ),
-        ([*DISC, [0, -0.1, 0.1]], BOX, {}, ""),
-        ([[0.1, 0, 0.1], [-0.1, 0, 0.1]], [[0, 0], [1, 0], [1, 1, -0.6], [0, 1]], {}, ""),
-        ([[0.6, 0, 0.6], [-0.6, 0, 0.6]], [[0, 0], [1, 0], [1, 1, -0.6], [0, 1]], {}, "a roller of 0.6 m cannot enter"),
-        ({"curve": {"radius": 0.05}}, {"curve": CAM}, {}, ""),
+        ({"curve": CAM}, BOX, {"friction": 0.1}),
+        ({"curve": CAM}, ARCHED, {}),
+        ([*DISC, [0, -0.1, 0.1]], BOX, {}),
+        (DISC, ARCHED, {}),
+        ({"curve": {"radius": 0.05}}, {"curve": CAM}, {}),
     ],
 )
-def test_two_outlines_that_do_not_touch_at_a_single_point_are_refused(first, second, contact, words):
-    text = outlines_refusal(first, second, **contact)
-    assert words in text if words else not text
+def test_two_outlines_that_touch_at_a_single_point_are_taken(first, second, contact):
+    gm.Scene.from_dict(outlines_document(first, second, **contact))
 
 
 def test_more_parts_between_hollow_corners_than_a_contact_can_look_at_are_refused():

@@ -98,19 +98,6 @@ def test_none_leaves_a_key_out(porter):
     assert "no table start.x" in refusal(porter.replace, {"start.x.y": None})
 
 
-@pytest.mark.parametrize(
-    ("key", "sentences"),
-    [
-        ("effects.dashpt", ("this scene does not have it", "effects has gravity, centrifugal", "Did you mean 'effects.dashpot'?")),
-        ("efects.dashpot.sleeve", ("no table efects", "Did you mean 'effects.dashpot.sleeve'?")),
-        ("dashpot", ("its top level has", "this scene does not have it")),
-    ],
-)
-def test_a_key_that_does_not_exist_cannot_be_left_out(key, sentences):
-    message = refusal(gm.load("porter_dashpot").replace, {key: None})
-    assert all(sentence in message for sentence in (f"{key} cannot be left out", *sentences)), message
-
-
 def test_a_title_from_the_name_of_a_file_stays(tmp_path):
     path = tmp_path / "my_governor.toml"
     path.write_text(PORTER.read_text(encoding="utf-8").replace("title =", "# title ="), encoding="utf-8")

@@ -15,42 +15,27 @@ NOISE = 1e-4
 """Standard deviation of a measured lift, m."""
 
 TIMES = 0.01 * np.arange(501)
-OVER = {
-    "dimensions.ball_mass": ("4 kg", "6 kg"),
-    "effects.dry_friction.sleeve_lift": ("0.5 N", "5 N"),
-    "effects.dashpot.sleeve_lift": ("3 N s/m", "30 N s/m"),
-    "dimensions.offset": ("20 mm", "60 mm"),
-    "start.arm_angle": ("50 deg", "60 deg"),
-    "spindle.speed": ("110 rpm", "130 rpm"),
+UNKNOWNS = {
+    "dimensions.ball_mass": ("4 kg", "6 kg", 5.0, "4.5 kg"),
+    "effects.dry_friction.sleeve_lift": ("0.5 N", "5 N", 2.0, "3 N"),
+    "effects.dashpot.sleeve_lift": ("3 N s/m", "30 N s/m", 10.0, "20 N s/m"),
+    "dimensions.offset": ("20 mm", "60 mm", 0.04, "50 mm"),
+    "start.arm_angle": ("50 deg", "60 deg", np.radians(55.0), "53 deg"),
+    "spindle.speed": ("110 rpm", "130 rpm", 120.0 * np.pi / 30.0, "125 rpm"),
 }
-TRUTH = {
-    "dimensions.ball_mass": 5.0,
-    "effects.dry_friction.sleeve_lift": 2.0,
-    "effects.dashpot.sleeve_lift": 10.0,
-    "dimensions.offset": 0.04,
-    "start.arm_angle": np.radians(55.0),
-    "spindle.speed": 120.0 * np.pi / 30.0,
-}
-FIRST = {
-    "dimensions.ball_mass": "4.5 kg",
-    "effects.dry_friction.sleeve_lift": "3 N",
-    "effects.dashpot.sleeve_lift": "20 N s/m",
-    "dimensions.offset": "50 mm",
-    "start.arm_angle": "53 deg",
-    "spindle.speed": "125 rpm",
-}
+"""Bounds, truth and first value of each."""
+
+OVER = {key: (low, high) for key, (low, high, _, _) in UNKNOWNS.items()}
+TRUTH = {key: truth for key, (_, _, truth, _) in UNKNOWNS.items()}
+FIRST = {key: first for key, (_, _, _, first) in UNKNOWNS.items()}
+TWO = {key: OVER[key] for key in ("spindle.speed", "start.arm_angle")}
 
 
 @pytest.fixture(scope="module")
 def worn():
     """The Porter governor with friction and a dashpot at its sleeve."""
-    changes = {
-        "effects.dry_friction": {"sleeve_lift": "2 N"},
-        "effects.dashpot": {"sleeve_lift": "10 N s/m"},
-        "start.arm_angle": "55 deg",
-        "run.duration": "5 s",
-    }
-    return gm.load("porter").replace(changes)
+    effects = {"effects.dry_friction": {"sleeve_lift": "2 N"}, "effects.dashpot": {"sleeve_lift": "10 N s/m"}}
+    return gm.load("porter").replace(effects | {"start.arm_angle": "55 deg", "run.duration": "5 s"})
 
 
 @pytest.fixture(scope="module")
@@ -117,11 +102,10 @@ def test_common_scale_of_both_masses_is_named_without_other_forces():
 
 
 def test_noise_that_is_not_given_is_estimated(worn, lift):
-    over = {key: OVER[key] for key in ("spindle.speed", "start.arm_angle")}
-    fit = gm.fit(worn, measure(lift, 3), over, starts=1)
+    fit = gm.fit(worn, measure(lift, 3), TWO, starts=1)
     assert fit.noise["sleeve_lift"] == pytest.approx(NOISE, rel=0.1)
     assert not fit.is_noise_given
-    given = gm.fit(worn, measure(lift, 3), over, noise=NOISE, starts=1)
+    given = gm.fit(worn, measure(lift, 3), TWO, noise=NOISE, starts=1)
     assert fit.values == pytest.approx(given.values, rel=1e-7)
     assert fit.standard_errors["spindle.speed"] == pytest.approx(given.standard_errors["spindle.speed"], rel=0.1)
 
@@ -135,7 +119,7 @@ def test_two_readings_have_each_their_own_noise(worn):
         "sleeve_lift": run.readings["sleeve_lift"] + 1e-4 * noise[0],
         "arm_angle": run.readings["arm_angle"] + 0.02 * noise[1],
     }
-    fit = gm.fit(worn, data, {key: OVER[key] for key in ("spindle.speed", "start.arm_angle")}, starts=1)
+    fit = gm.fit(worn, data, TWO, starts=1)
     assert fit.noise["sleeve_lift"] == pytest.approx(1e-4, rel=0.1)
     assert fit.noise["arm_angle"] == pytest.approx(0.02, rel=0.1)
     for key, (low, high) in fit.intervals.items():
@@ -144,9 +128,8 @@ def test_two_readings_have_each_their_own_noise(worn):
 
 
 def test_profile_of_a_nearly_linear_unknown_is_its_interval(worn, lift):
-    over = {key: OVER[key] for key in ("spindle.speed", "start.arm_angle")}
-    plain = gm.fit(worn, measure(lift, 4), over, noise=NOISE, starts=1)
-    profiled = gm.fit(worn, measure(lift, 4), over, noise=NOISE, starts=1, profile=["spindle.speed"])
+    plain = gm.fit(worn, measure(lift, 4), TWO, noise=NOISE, starts=1)
+    profiled = gm.fit(worn, measure(lift, 4), TWO, noise=NOISE, starts=1, profile=["spindle.speed"])
     assert profiled.rows[1].by_profile or profiled.rows[0].by_profile
     half_width = np.ptp(plain.intervals["spindle.speed"]) / 2
     assert profiled.intervals["spindle.speed"] == pytest.approx(plain.intervals["spindle.speed"], abs=0.03 * half_width)
@@ -230,11 +213,8 @@ def test_json_has_all_values(worn, lift, tmp_path):
 
 def test_printed_angles_determine_the_torque_of_the_motor():
     """The Test Set of Bari and CWI prints the angles of Andrews' mechanism at 0.03 s under 0.033 N m."""
-    printed = {
-        name: [value]
-        for name, value in zip(mechanisms.ANDREWS["names"], mechanisms.ANDREWS["published"], strict=True)
-        if name in ("beta", "gamma", "Phi")
-    }
+    angles = zip(mechanisms.ANDREWS["names"], mechanisms.ANDREWS["published"], strict=True)
+    printed = {name: [value] for name, value in angles if name in ("beta", "gamma", "Phi")}
     guess = gm.load("andrews_squeezer").replace({"force.motor.moment": "0.0325 N m"})
     bounds = {"force.motor.moment": ("0.032 N m", "0.034 N m")}
     fit = gm.fit(guess, {"time": [mechanisms.ANDREWS["time"]], **printed}, bounds, noise=1e-8, starts=1)

@@ -66,6 +66,16 @@ class WrongEngine(ReducedEngine):
         return dataclasses.replace(run, readings={name: values + self.error for name, values in run.readings.items()})
 
 
+def run_case(monkeypatch, name, **changes):
+    """Return the rows of a hard case with changes."""
+    monkeypatch.setitem(HARD_CASES, name, dataclasses.replace(HARD_CASES[name], **changes))
+    return gm.hard_cases([name]).rows
+
+
+def run_reduced(monkeypatch):
+    return run_case(monkeypatch, "redundant-joints", values=(2.0,), engines=lambda value: (ReducedEngine(),))
+
+
 @pytest.mark.parametrize(("error", "verdict"), [(1e-5, Verdict.ERROR_EXCEEDS_ESTIMATE), (math.nan, Verdict.NOT_FINITE)])
 def test_a_wrong_run_fails(monkeypatch, error, verdict):
     def wrong_engines(value: float) -> tuple[Engine, ...]:
@@ -73,17 +83,14 @@ def test_a_wrong_run_fails(monkeypatch, error, verdict):
         object.__setattr__(engine, "error", error)
         return (engine,)
 
-    case = dataclasses.replace(HARD_CASES["redundant-joints"], values=(2.0,), engines=wrong_engines)
-    monkeypatch.setitem(HARD_CASES, case.name, case)
-    (row,) = gm.hard_cases([case.name]).rows
+    (row,) = run_case(monkeypatch, "redundant-joints", values=(2.0,), engines=wrong_engines)
     assert row.verdict is verdict
     assert not row.verdict.passed
 
 
 def test_an_end_that_the_case_does_not_name_fails(monkeypatch):
-    case = dataclasses.replace(HARD_CASES["step-limit"], values=(10.0,), named_ends={})
-    monkeypatch.setitem(HARD_CASES, case.name, case)
-    assert {row.verdict for row in gm.hard_cases([case.name]).rows} == {Verdict.UNEXPECTED_END}
+    rows = run_case(monkeypatch, "step-limit", values=(10.0,), named_ends={})
+    assert {row.verdict for row in rows} == {Verdict.UNEXPECTED_END}
 
 
 def test_a_foreign_exception_fails(monkeypatch):
@@ -91,17 +98,13 @@ def test_a_foreign_exception_fails(monkeypatch):
         raise ZeroDivisionError("division by zero")
 
     monkeypatch.setattr(ReducedEngine, "_run", raise_error)
-    case = dataclasses.replace(HARD_CASES["redundant-joints"], values=(2.0,), engines=lambda value: (ReducedEngine(),))
-    monkeypatch.setitem(HARD_CASES, case.name, case)
-    (row,) = gm.hard_cases([case.name]).rows
+    (row,) = run_reduced(monkeypatch)
     assert (row.verdict, row.message) == (Verdict.CRASHED, "ZeroDivisionError: division by zero")
 
 
 def test_a_slow_run_fails(monkeypatch):
     monkeypatch.setattr(study, "MAX_WALL_TIME", 0.0)
-    case = dataclasses.replace(HARD_CASES["redundant-joints"], values=(2.0,), engines=lambda value: (ReducedEngine(),))
-    monkeypatch.setitem(HARD_CASES, case.name, case)
-    (row,) = gm.hard_cases([case.name]).rows
+    (row,) = run_reduced(monkeypatch)
     assert row.verdict is Verdict.TOO_SLOW
 
 

@@ -1,13 +1,12 @@
 """The design of a Hartnell governor: laws of its springs, the command with its files, and refusals. Printed examples: the textbook list."""
 
-import json
 import math
 
 import numpy as np
 import pytest
 
 import governor_mechanism as gm
-from command_line import invoke
+from command_line import json_of
 from governor_mechanism.scenes.parser import read_scene_file
 from governor_mechanism.studies.design.simulated import simulate_hartnell
 
@@ -75,10 +74,7 @@ def test_the_spring_ratio_of_the_refusal_is_where_its_rate_vanishes():
 
 
 def test_the_command_writes_a_scene_that_runs_and_a_figure(tmp_path):
-    arguments = ["design", "hartnell", "--ball-mass", "3 kg", "--with", "lift=10 mm", "--out", str(tmp_path), "--json"]
-    result = invoke(*arguments)
-    assert result.exit_code == 0, result.output
-    values = json.loads(result.stdout)
+    values = json_of("design", "hartnell", "--ball-mass", "3 kg", "--with", "lift=10 mm", "--out", tmp_path)
     assert values["machine"] == "hartnell"
     assert values["design"]["inputs"]["ball_mass"] == 3.0
     assert values["simulated"]["ok"]

@@ -9,7 +9,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 import governor_mechanism as gm
-from command_line import invoke
+from command_line import succeed
 from governor_mechanism.engines import ImpulseEngine, MultibodyEngine, ReducedEngine
 from governor_mechanism.errors import MechanismError
 
@@ -348,8 +348,7 @@ def test_a_saved_run_with_kinematic_readings_opens_again(tmp_path):
 
 
 def test_the_command_prints_facts_and_writes_table_record_and_figure(tmp_path):
-    result = invoke("kinematics", "slider_crank_torque", "--rate", "60 rpm", "--out", str(tmp_path))
-    assert result.exit_code == 0, result.output
+    result = succeed("kinematics", "slider_crank_torque", "--rate", "60 rpm", "--out", tmp_path)
     for words in (
         "361 positions over crank_angle, 0 deg to 360 deg; driven at 6.28319 rad/s",
         "mobility 1: by Grübler's count 3 x 3 bodies - 1 for bodies that do not turn - 2 x 3 pins - 1 x 1 slider = 1",

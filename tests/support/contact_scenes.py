@@ -52,6 +52,14 @@ def ball_document(outline, place, rates=(0.0, 0.0), **contact):
     return contact_document(outline, [ball], [contact], readings, start_of(place, rates))
 
 
+def outlines_document(outline, touched, **contact):
+    """A ball and a block that touch with their outlines."""
+    ball = {"name": "ball", "mass": 1.0, "inertia": 1.0, "at": [0.0, 2.0], "outline": outline}
+    document = ball_document(touched, (0.0, 2.0))
+    document["body"][1] = ball
+    return document | {"contact": [{"first": "ball", "second": "block", **contact}]}
+
+
 def disc_document(outline, place, rates, mass=1.5, inertia=4e-4, run=(1.0, 0.05), **contact):
     """A disc that turns, of the radius of the ball; its place and rates are those of x, y and turn."""
     disc = {"name": "ball", "mass": mass, "inertia": inertia, "at": list(place)}

@@ -1,6 +1,5 @@
 """A governed engine after a change of its load: droop, energies and motion against equations written out by hand, and refusals."""
 
-import json
 import math
 
 import numpy as np
@@ -9,7 +8,7 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
 import governor_mechanism as gm
-from governor_mechanism.cli import main as command_line
+from command_line import json_of
 from governor_mechanism.closed_form import governed_engine, slide_valve
 from governor_mechanism.closed_form.flywheel_engine import AirEngine
 from governor_mechanism.errors import MechanismError
@@ -205,12 +204,8 @@ def test_the_cut_off_gear_is_that_of_a_shifted_eccentric():
         assert cut_off == pytest.approx(0.5 * (1 - math.cos(angle)), abs=1e-12)  # printed with twelve digits
 
 
-def test_the_command_prints_the_response(tmp_path, capsys):
-    arguments = ["regulation", "loop", "governed_engine_mean_torque", "--load-step", "100%:50%", "--out", str(tmp_path), "--json"]
-    with pytest.raises(SystemExit) as stop:
-        command_line.app(arguments)
-    values = json.loads(capsys.readouterr().out)
-    assert stop.value.code == 0
+def test_the_command_prints_the_response(tmp_path):
+    values = json_of("regulation", "loop", "governed_engine_mean_torque", "--load-step", "100%:50%", "--out", tmp_path)
     assert values["verdict"] == "settles"
     assert values["droop"] == pytest.approx(0.022687, abs=1e-6)
     assert (tmp_path / "governed_engine_mean_torque_loop.png").exists()

@@ -1,6 +1,5 @@
 """Where a governed engine is stable: eigenvalues, Routh's criterion by hand, and the growth of simulated motions."""
 
-import json
 import math
 
 import numpy as np
@@ -8,9 +7,8 @@ import pytest
 from scipy.optimize import brentq
 
 import governor_mechanism as gm
-from governor_mechanism.cli import main as command_line
+from command_line import json_of
 from governor_mechanism.closed_form import governed_engine
-from governor_mechanism.closed_form import governed_engine as closed
 from governor_mechanism.closed_form.flywheel_engine import AirEngine
 from governor_mechanism.closed_form.pendulum import PendulumGovernor
 from governor_mechanism.scenes.changed_document import parse_scene_with
@@ -29,7 +27,9 @@ def coefficients(dashpot):
     opening = 1 - (governed_engine.full_throttle_torque(engine) - LOAD) / governed_engine.throttle_torque(engine)
     angle = math.acos(1 - (0.08 + (opening - 1) / closing) / 0.6)  # z = 2 l (1 - cos a)
     slope = closing * governed_engine.throttle_torque(engine)
-    return closed.pendulum_coefficients(governor, arm_angle=angle, flywheel_inertia=800.0, torque_slope=slope, sleeve_damping=dashpot)
+    return governed_engine.pendulum_coefficients(
+        governor, arm_angle=angle, flywheel_inertia=800.0, torque_slope=slope, sleeve_damping=dashpot
+    )
 
 
 @pytest.fixture(scope="module")
@@ -93,12 +93,9 @@ def test_map_and_hyperbola_agree_and_the_border_is_the_limit(limit):
 
 
 @pytest.mark.long
-def test_the_command_writes_map_and_figure(tmp_path, capsys):
+def test_the_command_writes_map_and_figure(tmp_path):
     options = ["--vary", f"{INERTIA}=400:1200:2", "--vary", f"{DASHPOT}=5:65:2", "--border-points", "1", "--workers", "1"]
-    with pytest.raises(SystemExit) as stop:
-        command_line.app(["regulation", "map", "governed_engine_mean_torque", *options, "--out", str(tmp_path), "--json"])
-    values = json.loads(capsys.readouterr().out)
-    assert stop.value.code == 0
+    values = json_of("regulation", "map", "governed_engine_mean_torque", *options, "--out", tmp_path)
     assert np.shape(values["growth_rates"]) == (2, 2)
     assert (tmp_path / "governed_engine_mean_torque_map.png").exists()
 
