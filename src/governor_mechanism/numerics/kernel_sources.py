@@ -93,15 +93,15 @@ class KernelSources:
     def definitions(self) -> frozenset[Definition]:
         """Definitions that kernels come from."""
         found: set[Definition] = set()
-        waiting = set(self._roots())
-        while waiting:
+        waiting, n_members = set(self._roots()), -1
+        while waiting or len(self._members) > n_members:
             n_members = len(self._members)
             while waiting:
                 definition = waiting.pop()
                 found.add(definition)
                 waiting |= set(self._references(definition)) - found
-            if len(self._members) > n_members:  # they may be members of any class
-                waiting = {one for definition in found if self._is_class(definition) for one in self._references(definition)} - found
+            # Names of members may be members of any class, and what those name may be too.
+            waiting = {one for definition in found if self._is_class(definition) for one in self._references(definition)} - found
         return frozenset(found)
 
     def digest(self) -> str:
