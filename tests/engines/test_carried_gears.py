@@ -6,9 +6,11 @@ import numpy as np
 import pytest
 
 import governor_mechanism as gm
+from data_files import read_data
 from joint_mechanisms import GRAVITY, integrate_one_coordinate, integrate_state
 from scene_documents import between, custom_document, pin
 
+SCENES = read_data(__file__)
 SUN, PLANET = 0.12, 0.08
 """Pitch radii, m."""
 ARM = SUN + PLANET
@@ -96,23 +98,8 @@ def test_three_bodies_share_the_motion_of_a_free_train_and_the_moments_of_its_me
 
 
 def test_a_differential_shares_its_torque_equally_and_its_speed_in_the_mean():
-    """The cage is driven by a torque; one shaft is held by a damper, the other one is free."""
     inertia, torque = 0.02, 0.3
-    document = {
-        "machine": "custom",
-        "size": 0.1,
-        "ground": {"O": [0, 0]},
-        "body": [{"name": name, "mass": 1.0, "inertia": inertia} for name in ("cage", "left", "right")],
-        "joint": [
-            *({"type": "pin", "first": "ground.O", "second": f"{name}.origin"} for name in ("cage", "left", "right")),
-            {"type": "gear", "name": "bevels", "first": "left", "second": "right", "ratio": -1, "carrier": "cage"},
-        ],
-        "force": [{"type": "torque", "body": "cage", "moment": torque}, {"type": "torsion_damper", "second": "left", "damping": 0.01}],
-        "readings": {name: {"angle": name} for name in ("cage", "left", "right")},
-        "start": {"left": 0, "right": 0, "left_rate": 2.0, "right_rate": 1.0},
-        "run": {"duration": 2.0, "readings": ["reaction.bevels"]},
-    }
-    run = gm.run(gm.Scene.from_dict(document), engine="multibody", accuracy=1e-9)
+    run = gm.run(gm.Scene.from_dict(SCENES["DIFFERENTIAL"]), engine="multibody", accuracy=1e-9)
     np.testing.assert_allclose(run.rates["cage"], (run.rates["left"] + run.rates["right"]) / 2, atol=1e-11)
     # Torque balances of both shafts, each with half of what the inertia of the cage leaves of the torque.
     right = inertia * _slope(run.times, run.rates["right"])
@@ -126,19 +113,7 @@ def _slope(times, values):
 
 
 def test_a_carrier_that_is_the_ground_leaves_the_gear_as_it_is():
-    wheels = {
-        "machine": "custom",
-        "size": 0.2,
-        "ground": {"O": [0, 0], "P": [0.2, 0]},
-        "body": [{"name": "a", "mass": 1, "inertia": 0.01}, {"name": "b", "mass": 1, "inertia": 0.02, "at": [0.2, 0]}],
-        "joint": [
-            {"type": "pin", "first": "ground.O", "second": "a.origin"},
-            {"type": "pin", "first": "ground.P", "second": "b.origin"},
-            {"type": "gear", "first": "a", "second": "b", "ratio": -2},
-        ],
-        "force": [{"type": "torque", "body": "a", "moment": 0.1}],
-        "readings": {"a": {"angle": "a"}, "b": {"angle": "b"}},
-    }
+    wheels = SCENES["TWO_WHEELS"]
     plain = gm.Scene.from_dict(wheels)
     *pins, gear = wheels["joint"]
     carried = gm.Scene.from_dict(wheels | {"joint": [*pins, {**gear, "carrier": "ground"}]})

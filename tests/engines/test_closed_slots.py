@@ -6,31 +6,18 @@ import numpy as np
 import pytest
 
 import governor_mechanism as gm
+from data_files import read_data
 from joint_mechanisms import GRAVITY, integrate_one_coordinate
 
+GROOVED_CAM = read_data(__file__)["GROOVED_CAM"]
 BASE, LIFT = 0.06, 0.01
 CAM_INERTIA, FOLLOWER_MASS = 2e-3, 0.5
 
 
 def grooved_cam(curve: dict, **tables) -> gm.Scene:
     """A cam with a groove about its shaft, and a follower that slides upwards above the shaft."""
-    document = {
-        "machine": "custom",
-        "size": BASE,
-        "ground": {"O": [0, 0]},
-        "body": [
-            {"name": "cam", "mass": 1.0, "inertia": CAM_INERTIA},
-            {"name": "follower", "mass": FOLLOWER_MASS, "turns": False, "at": [0, BASE]},
-        ],
-        "joint": [
-            {"type": "pin", "first": "ground.O", "second": "cam.origin"},
-            {"type": "slider", "first": "ground.O", "second": "follower.centre", "angle": "90 deg"},
-            {"type": "curve", "name": "groove", "first": "cam.origin", "second": "follower.centre", "curve": curve},
-        ],
-        "readings": {"cam": {"angle": "cam"}, "y": {"y": "follower.centre"}},
-        "run": {"duration": 1.0, "output_interval": 0.05},
-    }
-    return gm.Scene.from_dict(document | tables)
+    groove = {"type": "curve", "name": "groove", "first": "cam.origin", "second": "follower.centre", "curve": curve}
+    return gm.Scene.from_dict(GROOVED_CAM | {"joint": [*GROOVED_CAM["joint"], groove]} | tables)
 
 
 HARMONICS = {"radius": BASE, "harmonics": [{"amplitude": LIFT, "order": 2, "phase": 0.3}, {"amplitude": -0.004, "order": 1}]}

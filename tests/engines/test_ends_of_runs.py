@@ -14,7 +14,7 @@ from governor_mechanism.integrators.stages import StepCounter
 from governor_mechanism.observables import run_result
 from governor_mechanism.observables.sampled_motion import BoundedDenseOutput
 from random_scenes import draw_study_scene
-from scene_documents import Table, between, custom_document, rod
+from scene_documents import Table
 
 ENGINES = ("reduced", "multibody", "impulse")
 
@@ -118,16 +118,7 @@ def test_the_search_for_events_is_bounded(monkeypatch: pytest.MonkeyPatch) -> No
 
 @pytest.mark.long
 def test_impulse_follows_a_flight_as_multibody_does_and_says_where_it_ends() -> None:
-    ball = custom_document(
-        size=1.0,
-        plane="turning",
-        body=[{"name": "ball", "mass": 1.0, "point": True, "at": [0.1, 0]}],
-        joint=[between("slider", "ground.A", "ball.centre", angle=0)],
-        readings={"x": {"x": "ball.centre"}},
-        spindle={"speed": 16.0},
-        effects={"centrifugal": True},
-        run={"duration": 0.75, "output_interval": 0.05, "accuracy": 1e-4},
-    )
+    ball = SCENES["BALL_ON_A_TURNING_SLIDE"]
     multibody = gm.run(load(ball), engine="multibody")
     assert multibody.times[-1] == 0.75
     np.testing.assert_allclose(multibody.readings["x"], 0.1 * np.cosh(16.0 * multibody.times), rtol=1e-4)
@@ -140,44 +131,8 @@ def test_impulse_follows_a_flight_as_multibody_does_and_says_where_it_ends() -> 
     assert "farther than engine impulse follows it; choose engine multibody" in impulse.message
 
 
-SLIDING_RODS_THAT_FLY_AWAY = custom_document(
-    title="cus",
-    size=1.0,
-    plane="turning",
-    ground={
-        "A": [0, 0],
-        "B": [0.9268715189152839, 0.17261267283097137],
-        "C": [0.8154929191997207, -0.9474855638972901],
-        "g0": [0.0, 0.0],
-        "K": [-0.5504890427578908, -0.22603988157106714],
-    },
-    body=[
-        rod("b0", 0.1711780684050744, 0.08911510302797182, at=[0.0, 0.0], angle=-0.6698302542251664),
-        rod(
-            *("b1", 0.13432692532484214, 0.23695963673851067),
-            **{"at": [0.13419112064341146, -0.10627640492300125], "angle": 2.7266271854992223},
-        ),
-    ],
-    joint=[
-        between("slider", "ground.g0", "b0.start", angle=-0.5741823538911759),
-        between("prismatic", "b0.end", "b1.start", angle=0.02218506601489878),
-    ],
-    link=[{"name": "lk", "first": "ground.K", "second": "b1.end", "length": 0.588060093301568}],
-    force=[
-        {"type": "force", "point": "b1.end", "x": 18.916479100983715, "y": 3.3499186073178144},
-        between("spring", "ground.C", "b0.end", stiffness=9.200676142233306, free_length=0.15471539371263432),
-        between("spring", "ground.B", "b1.centre", stiffness=65.89063744778547, free_length=0.4981634286258372),
-    ],
-    readings={"q0": {"angle": "b0"}, "ex": {"x": "b1.end"}, "ey": {"y": "b1.end"}},
-    spindle={"speed": 16.38340226349214},
-    effects={"gravity": 9.81, "centrifugal": True},
-    run={"duration": 0.92, "output_interval": 0.005, "accuracy": 1e-06},
-)
-"""Two rods on guides in a plane that turns, which the centrifugal force drives 2,794 lengths far; found by random scenes."""
-
-
 def test_a_flight_has_one_end_and_the_scale_of_its_torque_follows_it() -> None:
-    scene = load(SLIDING_RODS_THAT_FLY_AWAY)
+    scene = load(SCENES["SLIDING_RODS_THAT_FLY_AWAY"])
     impulse, multibody = (gm.run(scene, engine=engine) for engine in ("impulse", "multibody"))
     for run in (impulse, multibody):
         assert run.outcome is gm.Outcome.DONE
@@ -189,19 +144,7 @@ def test_a_flight_has_one_end_and_the_scale_of_its_torque_follows_it() -> None:
 
 
 def test_a_stiff_motion_that_must_take_explicit_steps_names_its_cure() -> None:
-    light = custom_document(
-        size=1.0,
-        body=[{"name": "light", "mass": 1e-7, "point": True, "at": [0.8, 0]}],
-        joint=[between("slider", "ground.A", "light.centre", angle=0)],
-        force=[
-            between("spring", "ground.A", "light.centre", stiffness=40, free_length=0.2),
-            between("damper", "ground.A", "light.centre", damping=4.0),
-        ],
-        readings={"x": {"x": "light.centre"}},
-        effects={"stops": {"x": [-5.0, 5.0]}},
-        run={"duration": 5, "output_interval": 0.05, "accuracy": 1e-6},
-    )
-    run = MultibodyEngine(max_steps=3000).run(load(light))
+    run = MultibodyEngine(max_steps=3000).run(load(SCENES["LIGHT_DAMPED_BALL"]))
     assert run.outcome is gm.Outcome.STEP_LIMIT
     assert "decays within 3e-08 s" in run.message  # 1e-7 kg / (4 N s/m)
     assert "give the body no mass" in run.message

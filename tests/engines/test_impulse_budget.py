@@ -6,13 +6,13 @@ from typing import Any
 import numpy as np
 import pytest
 
+from data_files import read_data
 from governor_mechanism.engines import ImpulseEngine, MultibodyEngine
 from governor_mechanism.engines.impulse.pymunk_model import PymunkModel
 from governor_mechanism.engines.impulse.settings import ImpulseSettings, WorkBudget
 from governor_mechanism.model.results.records import Outcome
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.scenes.parser import parse_scene_document
-from scene_documents import between, custom_document, pin
 
 ARM, OFFSET, BALL, SLEEVE, ANGLE, SPEED = 0.3, 0.04, 5.0, 20.0, math.radians(40), 4 * math.pi
 
@@ -33,25 +33,6 @@ def governor(spindle: Any = "120 rpm", effects: dict[str, Any] | None = None, du
     return parse_scene_document(document)
 
 
-def equal_slider_crank() -> Scene:
-    """A crank and a rod as long as each other: at the dead centre the slider stands still and the rod may turn with the crank."""
-    body = {"mass": 0.2, "inertia": 1.7e-4, "centre": [0.05, 0], "points": {"end": [0.1, 0]}}
-    bodies = [{"name": "crank", **body}, {"name": "rod", **body, "at": [0.1, 0]}]
-    document = custom_document(
-        body=[*bodies, {"name": "slider", "mass": 0.4, "turns": False, "at": [0.2, 0]}],
-        joint=[
-            pin("ground.A", "crank.origin", name="bearing"),
-            pin("crank.end", "rod.origin", name="crank pin"),
-            pin("rod.end", "slider.centre", name="gudgeon"),
-            between("slider", "ground.A", "slider.centre", name="guide", angle=0),
-        ],
-        force=[{"type": "torque", "body": "crank", "moment": 0.1}],
-        readings={"crank_angle": {"angle": "crank"}, "slider_x": {"x": "slider.centre"}},
-        run={"duration": 3.0, "output_interval": 0.05, "accuracy": 1e-6},
-    )
-    return parse_scene_document(document)
-
-
 STEPS_OF_SPEED = [[0, 11.5], [0.5, 11.5], [0.5, 14.1], [1.5, 14.1], [1.5, 10.5], [2.5, 10.5], [2.5, 13.1]]
 
 HARD_SCENES = {
@@ -64,7 +45,7 @@ HARD_SCENES = {
     "ramp through zero": governor(
         [[0, "-120 rpm"], [4, "120 rpm"]], {"stops": {"arm_angle": ["15 deg", "45 deg"], "restitution": 0.3}}, duration=4.0
     ),
-    "equal slider crank": equal_slider_crank(),
+    "equal slider crank": parse_scene_document(read_data(__file__)["EQUAL_SLIDER_CRANK"]),
     "light ball": governor("6000 rpm", dimensions={"ball_mass": 0.001}),
     "many swings": governor(duration=1e5),
 }

@@ -23,6 +23,7 @@ from governor_mechanism.statics.equilibria import find_equilibria
 from governor_mechanism.statics.speed_curve import equilibrium_speed_at
 from governor_scenes import CROSSED, EXTENDED, PORTER, UNCROSSED_LINKS, WATT, governor_scene, random_governor
 from rigid_link_governor import porter_with_rods
+from scene_documents import between, custom_document, pin
 from scene_parts import body_point, ground_point, make_mechanism, point_mass
 
 ALL = [PORTER, WATT, CROSSED, EXTENDED, UNCROSSED_LINKS]
@@ -135,18 +136,10 @@ def test_velocities_are_as_large_as_the_rates_that_they_have(factor):
 @pytest.mark.parametrize("slot", [{"type": "arc", "radius": 0.05}, {"type": "curve", "curve": {"radius": 0.05}}])
 def test_points_that_are_to_be_apart_may_coincide_in_the_guess(slot):
     """Nothing says on which side of the centre the block stands, so that it takes one of both."""
-    document = {
-        "machine": "custom",
-        "size": 0.1,
-        "ground": {"O": [0, 0]},
-        "body": [{"name": "cam", "mass": 1.0, "inertia": 1e-3}, {"name": "block", "mass": 1.0, "turns": False}],
-        "joint": [
-            {"type": "pin", "first": "ground.O", "second": "cam.origin"},
-            {"type": "slider", "first": "ground.O", "second": "block.centre", "angle": "90 deg"},
-            {**slot, "first": "cam.origin", "second": "block.centre"},
-        ],
-        "readings": {"y": {"y": "block.centre"}, "cam": {"angle": "cam"}},
-    }
+    bodies = [{"name": "cam", "mass": 1.0, "inertia": 1e-3}, {"name": "block", "mass": 1.0, "turns": False}]
+    guide = between("slider", "ground.A", "block.centre", angle="90 deg")
+    joints = [pin("ground.A", "cam.origin"), guide, {**slot, "first": "cam.origin", "second": "block.centre"}]
+    document = custom_document(size=0.1, body=bodies, joint=joints, readings={"y": {"y": "block.centre"}, "cam": {"angle": "cam"}})
     solver = PositionSolver(parse_scene_document(document).mechanism)
     assert solver.mobility == 1
     assert abs(solver.solve({})[1, 1]) == pytest.approx(0.05, abs=1e-15)

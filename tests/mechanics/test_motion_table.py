@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from data_files import read_data
 from governor_mechanism.effects.spring import OutputSpring
 from governor_mechanism.mechanics.kinematics.assembly import PositionSolver
 from governor_mechanism.mechanics.kinematics.coordinate_assembly import CoordinateSolver
@@ -20,41 +21,23 @@ from governor_mechanism.mechanics.reduction.reduced_model import N_STATES, lay_o
 from governor_mechanism.mechanics.reduction.table import ON_TABLE, EndReason, ExtensionStatus, PeriodIndex, allocate_table, find_piece
 from governor_mechanism.mechanics.reduction.table_refinement import MAX_DISTANCE, extend_table
 from governor_mechanism.model.joints import GROUND, Gear, Pin, Point
-from governor_mechanism.model.mechanism import Body, Mechanism, SecondMoments
-from governor_mechanism.model.output_variables import BodyAngle, Limit, LineAngle
-from governor_mechanism.model.part import FIXED_PLANE, Part
-from governor_mechanism.model.scene import Scene
+from governor_mechanism.model.mechanism import Body, SecondMoments
+from governor_mechanism.model.output_variables import Limit, LineAngle
 from governor_mechanism.scenes.parser import parse_scene_document
 from scene_documents import governor_document
-from scene_parts import body_angle, body_point, ground_point, make_mechanism, scene_of
+from scene_parts import body_angle, body_point, ground_point, make_mechanism, rotating_body, scene_of
 
 CRANK, ROD = 0.1, 0.3
 TABLE_ERROR = 1e-12
 """Truncation of 1e-13 of a scale, m and rad, and the rounding of a few turns."""
 
 
+SCENES = read_data(__file__)
+
+
 def slider_crank(**changes):
     """Return a slider crank with readings of crank and slider, and changes of its mechanism."""
-    scene = parse_scene_document(
-        {
-            "machine": "custom",
-            "ground": {"O": [0, 0]},
-            "body": [
-                {"name": "crank", "mass": 1.0, "inertia": 0.01, "centre": [0, 0], "points": {"A": [CRANK, 0]}, "angle": 0.4},
-                {"name": "rod", "mass": 1.0, "inertia": 0.01, "points": {"A": [0, 0], "M": [0.15, 0], "B": [ROD, 0]}, "at": [0.09, 0.04]},
-                {"name": "slider", "mass": 1.0, "turns": False, "at": [0.38, 0]},
-            ],
-            "joint": [
-                {"type": "pin", "name": "bearing", "first": "ground.O", "second": "crank.origin"},
-                {"type": "pin", "name": "crank pin", "first": "crank.A", "second": "rod.A"},
-                {"type": "pin", "name": "gudgeon", "first": "rod.B", "second": "slider.centre"},
-                {"type": "slider", "name": "guide", "first": "ground.O", "second": "slider.centre", "angle": 0},
-            ],
-            "readings": {"crank_angle": {"angle": "crank"}, "slider_x": {"x": "slider.centre"}},
-            "start": {"crank_angle": 0.4},
-            "run": {"duration": 1.0},
-        }
-    )
+    scene = parse_scene_document(SCENES["slider_crank"])
     return scene.with_changes(mechanism=replace(scene.mechanism, **changes))
 
 
@@ -254,22 +237,11 @@ def test_a_spring_that_is_wound_up_has_another_torque_after_each_turn():
 
 
 def test_a_table_of_a_gear_at_half_the_speed_closes_after_two_turns():
-    wheel = Body(name="wheel", mass=1.0, second_moments=SecondMoments(xx=0.01))
-    first = Body(name="first", mass=1.0, second_moments=SecondMoments(xx=0.01))
-    mechanism = Mechanism(
-        bodies=(first, wheel),
-        joints=(
-            Pin(name="A", first=Point(body=GROUND), second=Point(body="first")),
-            Pin(name="B", first=Point(body=GROUND, x=0.3), second=Point(body="wheel")),
-            Gear(name="gear", first=Point(body="first"), second=Point(body="wheel"), ratio=0.5),
-        ),
-        readings=(BodyAngle(name="angle", quantity="angle", body="first"),),
-        coordinate="angle",
-        length_scale=0.3,
-        initial_guess=((0.0, 0.0, 0.0), (0.3, 0.0, 0.0)),
-    )
-    scene = Scene(title="", parts=(Part(name="gears", machine="custom", dimensions={}, mechanism=mechanism, plane=FIXED_PLANE),))
-    table = MotionTable(scene, 0.0, PositionSolver(mechanism).solve({}))
+    bodies = [rotating_body(name, 1.0, 0.01) for name in ("first", "wheel")]
+    pins = [Pin(name=body, first=ground_point(x), second=body_point(body)) for body, x in (("first", 0.0), ("wheel", 0.3))]
+    gear = Gear(name="gear", first=body_point("first"), second=body_point("wheel"), ratio=0.5)
+    mechanism = make_mechanism(bodies, [*pins, gear], [body_angle("first", "angle")], [(0.0, 0.0, 0.0), (0.3, 0.0, 0.0)], size=0.3)
+    table = MotionTable(scene_of(mechanism), 0.0, PositionSolver(mechanism).solve({}))
     while table.extend(1):
         assert table.end_coordinate(1) < 13.0
     assert table.table.periodicity[PeriodIndex.PERIOD] == pytest.approx(2 * math.tau, rel=1e-12)

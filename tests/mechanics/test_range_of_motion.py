@@ -12,11 +12,11 @@ import governor_mechanism as gm
 from governor_mechanism.mechanics.kinematics.continuation import PathContinuation
 from governor_mechanism.mechanics.kinematics.coordinate_assembly import CoordinateSolver
 from governor_mechanism.mechanics.kinematics.range_of_motion import RANGE_END_MARGIN, find_range_of_motion, trace_range_of_motion
-from governor_mechanism.model.joints import GROUND, Distance, Gear, Pin, Point, Slider
-from governor_mechanism.model.mechanism import Body, Mechanism, SecondMoments
-from governor_mechanism.model.output_variables import BodyAngle, Limit, LineAngle
+from governor_mechanism.model.joints import Distance, Gear, Pin, Slider
+from governor_mechanism.model.mechanism import Body, SecondMoments
+from governor_mechanism.model.output_variables import Limit, LineAngle
 from governor_scenes import CROSSED, governor_scene, random_governor
-from scene_parts import body_angle, body_point, ground_point, make_mechanism, point_mass, x_reading, y_reading
+from scene_parts import body_angle, body_point, ground_point, make_mechanism, pin, point_mass, rotating_body, x_reading, y_reading
 
 
 def unlimited(mechanism):
@@ -58,21 +58,16 @@ def four_bar(*, crank, coupler, rocker, ground, coordinate="crank", start=math.p
     angle = math.atan2(-crank_pin[1], ground - crank_pin[0]) + math.acos((coupler**2 + across**2 - rocker**2) / (2 * coupler * across))
     joint = crank_pin + coupler * np.array([math.cos(angle), math.sin(angle)])
     rocker_angle = math.atan2(joint[1], joint[0] - ground)
-    slender = SecondMoments(xx=0.01)
-    bodies = tuple(Body(name=name, mass=1.0, second_moments=slender) for name in ("crank", "coupler", "rocker"))
-    return Mechanism(
-        bodies=bodies,
-        joints=(
-            Pin(name="A", first=Point(body=GROUND), second=Point(body="crank")),
-            Pin(name="B", first=Point(body="crank", x=crank), second=Point(body="coupler")),
-            Pin(name="C", first=Point(body="coupler", x=coupler), second=Point(body="rocker", x=rocker)),
-            Pin(name="D", first=Point(body="rocker"), second=Point(body=GROUND, x=ground)),
-        ),
-        readings=tuple(BodyAngle(name=name, quantity="angle", body=name) for name in ("crank", "rocker")),
-        coordinate=coordinate,
-        length_scale=ground,
-        initial_guess=((0.0, 0.0, start), (*crank_pin.tolist(), angle), (ground, 0.0, rocker_angle)),
-    )
+    bodies = [rotating_body(name, 1.0, 0.01) for name in ("crank", "coupler", "rocker")]
+    joints = [
+        pin("A", ground_point(), body_point("crank")),
+        pin("B", body_point("crank", crank), body_point("coupler")),
+        pin("C", body_point("coupler", coupler), body_point("rocker", rocker)),
+        pin("D", body_point("rocker"), ground_point(ground)),
+    ]
+    sketch = [(0.0, 0.0, start), (*crank_pin.tolist(), angle), (ground, 0.0, rocker_angle)]
+    mechanism = make_mechanism(bodies, joints, [body_angle("crank"), body_angle("rocker")], sketch, size=ground)
+    return replace(mechanism, coordinate=coordinate)
 
 
 def test_a_crank_rotates_fully_and_its_rocker_turns_back():

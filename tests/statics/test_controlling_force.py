@@ -10,15 +10,15 @@ from hypothesis import strategies as st
 
 import governor_mechanism as gm
 from governor_mechanism.mechanics.reduction.lagrangian import SingleDofReduction
-from governor_mechanism.model.force_elements import Spring
-from governor_mechanism.model.joints import GROUND, Pin, Point, Slider
-from governor_mechanism.model.mechanism import Body, Mechanism
+from governor_mechanism.model.joints import Point
+from governor_mechanism.model.mechanism import Body
 from governor_mechanism.model.output_variables import Limit, PointCoordinate
 from governor_mechanism.model.part import Start
 from governor_mechanism.statics.controlling_force import compute_controlling_force
 from governor_scenes import CROSSED, EXTENDED, PORTER, UNCROSSED_LINKS, WATT, governor_scene, random_governor
 from hartung_scenes import PAPER_DIMENSIONS, hartung_scene
 from reference import hartung
+from scene_parts import body_point, ground_point, make_mechanism, pin, point_mass, slider, spring, x_reading, y_reading
 
 RPM = math.pi / 30
 G = 9.81
@@ -106,29 +106,19 @@ def test_sarkars_friction_doubles_the_range_of_speed():
 
 def lever_governor(*, ball_mass, ball_arm, sleeve_arm, pivot, low, high, stiffness, free_length):
     """Half of a weightless Hartnell governor: a right-angled bell crank, upright over its pivot, under a spring at the sleeve."""
-    ground, tip = Point(body=GROUND, x=pivot), Point(body="lever", x=-sleeve_arm, y=-ball_arm)
     travel = Limit(reading="ball_radius", low=low, high=high, low_message="the inner end", high_message="the outer end")
-    axis = {"direction_x": 1.0, "direction_y": 0.0}
-    return Mechanism(
-        bodies=(Body(name="lever", mass=ball_mass), Body(name="sleeve", mass=0.0, can_rotate=False)),
-        joints=(
-            Pin(name="pivot", first=ground, second=Point(body="lever", y=-ball_arm)),
-            Slider(name="roller", first=Point(body="sleeve"), second=tip, angle=0.0),
-            Slider(name="guide", first=Point(body=GROUND), second=Point(body="sleeve"), angle=math.pi / 2),
-        ),
-        readings=(
-            PointCoordinate(name="ball_radius", quantity="length", point=Point(body="lever"), **axis),
-            PointCoordinate(name="sleeve_lift", quantity="length", point=Point(body="sleeve"), direction_x=0.0, direction_y=1.0),
-        ),
-        coordinate="ball_radius",
-        length_scale=ball_arm,
-        initial_guess=((pivot, ball_arm, 0.0), (0.0, 0.0, 0.0)),
-        limits=(travel,),
-        force_elements=(
-            Spring(
-                name="spring", first=Point(body=GROUND, y=1.0), second=Point(body="sleeve"), stiffness=stiffness, free_length=free_length
-            ),
-        ),
+    return make_mechanism(
+        [Body(name="lever", mass=ball_mass), point_mass("sleeve", 0.0)],
+        [
+            pin("pivot", ground_point(pivot), body_point("lever", y=-ball_arm)),
+            slider("roller", body_point("sleeve"), body_point("lever", -sleeve_arm, -ball_arm)),
+            slider("guide", ground_point(), body_point("sleeve"), math.pi / 2),
+        ],
+        [x_reading("lever", "ball_radius"), y_reading("sleeve", "sleeve_lift")],
+        [(pivot, ball_arm, 0.0), (0.0, 0.0, 0.0)],
+        loads=[spring("spring", ground_point(y=1.0), body_point("sleeve"), stiffness, free_length)],
+        size=ball_arm,
+        limits=[travel],
     )
 
 
@@ -140,17 +130,9 @@ def hartnell_scene(low, high, speeds, *, ball_mass, ball_arm, sleeve_arm, pivot)
     forces = [2 * ball_mass * speed**2 * radius * ball_arm / sleeve_arm for speed, radius in zip(speeds, (low, high), strict=True)]
     stiffness = (forces[1] - forces[0]) / ((high - low) * sleeve_arm / ball_arm)
     compression = forces[0] / stiffness
-    lowest_sleeve = (low - pivot) * sleeve_arm / ball_arm
-    mechanism = lever_governor(
-        ball_mass=ball_mass,
-        ball_arm=ball_arm,
-        sleeve_arm=sleeve_arm,
-        pivot=pivot,
-        low=low,
-        high=high,
-        stiffness=0.5 * stiffness,
-        free_length=1.0 - lowest_sleeve + compression,
-    )
+    free_length = 1.0 - (low - pivot) * sleeve_arm / ball_arm + compression
+    sizes = {"ball_mass": ball_mass, "ball_arm": ball_arm, "sleeve_arm": sleeve_arm, "pivot": pivot}
+    mechanism = lever_governor(**sizes, low=low, high=high, stiffness=0.5 * stiffness, free_length=free_length)
     effects = tuple(one for one in gm.load("porter").effects if one.key == "centrifugal")
     scene = gm.load("porter").with_changes(machine="custom", dimensions={}, mechanism=mechanism, start=Start(), effects=effects)
     return scene, stiffness, compression

@@ -10,6 +10,7 @@ from scipy.optimize import brentq
 
 import governor_mechanism as gm
 from command_line import invoke
+from data_files import read_data
 from governor_mechanism.mechanics.kinematics import continuation as walking
 from governor_mechanism.mechanics.kinematics import range_of_motion as travels
 from governor_mechanism.statics.speed_curve import equilibrium_speed_at
@@ -19,24 +20,7 @@ TURNING = {"plane": "turning", "effects": {"gravity": True, "centrifugal": True}
 """Tables of a mechanism that turns with its spindle."""
 
 
-def four_bar():
-    at_crank, at_rocker = [1.0029122975539906, 0], [1.1743410488237394, 0]
-    return custom_document(
-        **TURNING,
-        ground={"A": at_crank, "D": at_rocker, "S": [0.9529122975539905, 0.35]},
-        body=[
-            rod("crank", 0.25005879859865676, "1 kg", at=at_crank, angle=-0.6518417572686532),
-            rod("coupler", 0.22669526662278572, "1.5 kg", at=[1.2017010011821085, -0.15169856316542962], angle=-1.0856408469881669),
-            rod("rocker", 0.37653481411109657, "2 kg", at=at_rocker, angle=-1.2095620698393885),
-        ],
-        joint=[
-            *(pin("ground.A", "crank.start"), pin("crank.end", "coupler.start")),
-            *(pin("coupler.end", "rocker.end"), pin("ground.D", "rocker.start")),
-        ],
-        force=[between("spring", "ground.S", "coupler.centre", stiffness=861.2346669752943, free_length=0.2395349664030299)],
-        readings={"q": {"line": ["coupler.start", "coupler.end"]}},
-        spindle={"speed": 2.648030917683111},
-    )
+SCENES = read_data(__file__)
 
 
 def pendulum(angle, load=None, *, gravity=True, **tables):
@@ -78,14 +62,7 @@ def slide(height, spring=None, *, speed="5 rad/s", **tables):
     )
 
 
-DUMB_BELL = custom_document(
-    **TURNING,
-    body=[rod("b", "0.4 m", "2 kg", points={"mid": ["0.2 m", 0]}, at=[0, -0.2], angle="80 deg")],
-    joint=[pin("ground.A", "b.mid")],
-    force=[{"type": "torsion_spring", "second": "b", "stiffness": 0.3, "free_angle": "90 deg"}],
-    readings={"q": {"angle": "b"}},
-    spindle={"speed": "5 rad/s"},
-)
+DUMB_BELL = SCENES["DUMB_BELL"]
 
 scene = gm.Scene.from_dict
 
@@ -95,7 +72,7 @@ def stabilities(rests):
 
 
 def test_rests_more_than_half_a_turn_from_the_sketch_are_found_on_the_way_there():
-    linkage = scene(four_bar())
+    linkage = scene(SCENES["FOUR_BAR"])
     rests = gm.equilibria(linkage)
     # By an integration of the joint's equation from the sketch in steps of 1e-3, worked out apart.
     assert [rest.coordinate for rest in rests] == pytest.approx([-5.6202, -5.2574, -0.59477], abs=1e-4)

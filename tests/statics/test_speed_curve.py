@@ -13,15 +13,14 @@ from governor_mechanism.closed_form import pendulum as closed
 from governor_mechanism.engines.initial_state import stable_equilibrium_poses
 from governor_mechanism.mechanics.reduction.lagrangian import SingleDofReduction
 from governor_mechanism.model.curves import PolynomialCurve
-from governor_mechanism.model.joints import GROUND, CurveSlot, Point
-from governor_mechanism.model.mechanism import Body, Mechanism
-from governor_mechanism.model.output_variables import Limit, LineAngle, PointCoordinate
+from governor_mechanism.model.joints import CurveSlot
+from governor_mechanism.model.output_variables import Limit, LineAngle
 from governor_mechanism.model.part import Start
 from governor_mechanism.statics.equilibria import find_equilibria, find_equilibria_or_empty
 from governor_mechanism.statics.speed_curve import compute_insensitivity_band, compute_speed_curve, equilibrium_speed_at
 from governor_scenes import CROSSED, EXTENDED, PORTER, UNCROSSED_LINKS, WATT, governor_scene, random_governor
 from reference import EQUILIBRIUM_TABLES, zehnder
-from scene_parts import link, slider, spring
+from scene_parts import body_point, ground_point, link, make_mechanism, point_mass, slider, spring, x_reading
 
 POINTS_AND_LINKS = {name: table for name, table in EQUILIBRIUM_TABLES.items() if "arm_mass" not in table["dimensions"]}
 IMPROVED = {"arm": zehnder.FOLD_JUMP["arm"], "offset": zehnder.FOLD_JUMP["offset"], "ball_mass": zehnder.FOLD_JUMP["ball_mass"]}
@@ -186,37 +185,26 @@ def with_mechanism(mechanism):
 
 def guided_ball(slopes, *, low=0.05, high=0.5):
     """A ball of 1 kg on a guide whose slope is x times a polynomial: the square of its equilibrium speed over g."""
-    ball = Point(body="ball")
+    ball = body_point("ball")
     curve = PolynomialCurve(coefficients=(0.0, 0.0, *(slope / (k + 2) for k, slope in enumerate(slopes))))
-    return with_mechanism(
-        Mechanism(
-            bodies=(Body(name="ball", mass=1.0, can_rotate=False),),
-            joints=(CurveSlot(name="guide", first=Point(body=GROUND), second=ball, curve=curve),),
-            readings=(PointCoordinate(name="radius", quantity="length", point=ball, direction_x=1.0, direction_y=0.0),),
-            coordinate="radius",
-            length_scale=high,
-            initial_guess=((0.2, 0.0, 0.0),),
-            limits=(Limit(reading="radius", low=low, high=high, low_message="the inner end", high_message="the outer end"),),
-        )
-    )
+    guide = CurveSlot(name="guide", first=ground_point(), second=ball, curve=curve)
+    return ball_scene(guide, x_reading("ball", "radius"), (0.2, 0.0, 0.0), size=high, limits=[radius_limit(low, high)])
+
+
+def ball_scene(joint, reading, place, **options):
+    """A ball of 1 kg on one joint."""
+    return with_mechanism(make_mechanism([point_mass("ball", 1.0)], [joint], [reading], [place], **options))
+
+
+def radius_limit(low, high):
+    return Limit(reading="radius", low=low, high=high, low_message="the inner end", high_message="the outer end")
 
 
 def sprung_ball(stiffness, free_length, anchor, height):
     """A ball of 1 kg on a level slide through the spindle axis, on a spring from a point over the slide."""
-    ball, ground = Point(body="ball"), Point(body=GROUND)
-    scene = with_mechanism(
-        Mechanism(
-            bodies=(Body(name="ball", mass=1.0, can_rotate=False),),
-            joints=(slider("slide", ground, ball),),
-            readings=(PointCoordinate(name="radius", quantity="length", point=ball, direction_x=1.0, direction_y=0.0),),
-            coordinate="radius",
-            length_scale=1.0,
-            initial_guess=((0.5, 0.0, 0.0),),
-            limits=(Limit(reading="radius", low=0.01, high=1.5, low_message="the inner end", high_message="the outer end"),),
-            force_elements=(spring("spring", Point(body=GROUND, x=anchor, y=height), ball, stiffness, free_length),),
-        )
-    )
-    return scene
+    slide, pull = slider("slide", ground_point(), body_point("ball")), ground_point(anchor, height)
+    loads = [spring("spring", pull, body_point("ball"), stiffness, free_length)]
+    return ball_scene(slide, x_reading("ball", "radius"), (0.5, 0.0, 0.0), loads=loads, limits=[radius_limit(0.01, 1.5)])
 
 
 @settings(max_examples=80)
@@ -274,17 +262,9 @@ def test_an_astatic_governor_rests_over_a_continuum():
 
 def conical_pendulum():
     """A ball on an arm pivoted on the spindle axis: over 90 degrees turning drives it back down."""
-    ball, pivot = Point(body="ball"), Point(body=GROUND)
-    return with_mechanism(
-        Mechanism(
-            bodies=(Body(name="ball", mass=1.0, can_rotate=False),),
-            joints=(link("arm", pivot, ball, 0.4),),
-            readings=(LineAngle(name="arm_angle", quantity="angle", start=pivot, end=ball),),
-            coordinate="arm_angle",
-            length_scale=0.4,
-            initial_guess=((0.2, -0.2, 0.0),),
-        )
-    )
+    ball, pivot = body_point("ball"), ground_point()
+    angle = LineAngle(name="arm_angle", quantity="angle", start=pivot, end=ball)
+    return ball_scene(link("arm", pivot, ball, 0.4), angle, (0.2, -0.2, 0.0), size=0.4)
 
 
 def test_no_speed_holds_a_mechanism_beyond_the_pole_of_its_curve():
