@@ -7,15 +7,7 @@ import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
-from governor_mechanism.effects.gas_pressure import (
-    GasPressure,
-    gas_phase,
-    gas_pressure,
-    gas_work,
-    pressure_in_stroke,
-    travel_in_stroke,
-    work_per_stroke,
-)
+from governor_mechanism.effects import gas_pressure as laws
 from governor_mechanism.model.force_elements import CylinderGas
 from governor_mechanism.model.output_variables import BodyAngle, PointCoordinate
 from governor_mechanism.model.time_functions import InputFunction
@@ -70,13 +62,13 @@ def test_the_force_is_that_of_the_pressures_of_mariottes_law(gas, n_strokes, pla
     area, _, _, _, switch, begins_constant, back_pressure, stroke = gas
     angle, sense = n_strokes * math.pi + 1.0, (-1) ** n_strokes
     value = stroke * (place if sense > 0 else 1.0 - place)
-    assert travel_in_stroke(1.0 / stroke, value, angle) == pytest.approx(place, abs=1e-15)
+    assert laws.travel_in_stroke(1.0 / stroke, value, angle) == pytest.approx(place, abs=1e-15)
     if abs(place - switch) > 1e-12:  # else rounding decides on which side of the switch it is, where the pressures are the same
-        assert gas_phase(gas, value, angle) == 2 * (n_strokes % 2) + (place > switch)
+        assert laws.gas_phase(gas, value, angle) == 2 * (n_strokes % 2) + (place > switch)
     expected = pressure_at(gas, place, is_isothermal=(place > switch) == bool(begins_constant))
     within = {"rel": 1e-12, "abs": 1e-12 * abs(area) * (expected + back_pressure)}  # volumes are at least 0.02: rounding times fifty
-    assert GasPressure.force(gas, value, angle) == pytest.approx(sense * area * (expected - back_pressure), **within)
-    assert gas_pressure(gas, value, angle) == pytest.approx(expected, rel=1e-12)
+    assert laws.GasPressure.force(gas, value, angle) == pytest.approx(sense * area * (expected - back_pressure), **within)
+    assert laws.gas_pressure(gas, value, angle) == pytest.approx(expected, rel=1e-12)
 
 
 @given(gases(), st.integers(0, 3), PLACES)
@@ -84,7 +76,7 @@ def test_the_law_of_a_phase_holds_beyond_it(gas, phase, place):
     area, *_, begins_constant, back_pressure, stroke = gas
     sense, is_behind_switch = 1 - 2 * (phase // 2), bool(phase % 2)
     expected = pressure_at(gas, place, is_isothermal=is_behind_switch == bool(begins_constant))
-    found = GasPressure.force_in_phase(gas, stroke * (place if sense > 0 else 1.0 - place), float(phase))
+    found = laws.GasPressure.force_in_phase(gas, stroke * (place if sense > 0 else 1.0 - place), float(phase))
     within = {"rel": 1e-12, "abs": 1e-12 * abs(area) * (expected + back_pressure)}
     assert found == pytest.approx(sense * area * (expected - back_pressure), **within)
 
@@ -92,9 +84,9 @@ def test_the_law_of_a_phase_holds_beyond_it(gas, phase, place):
 def test_a_stroke_begins_at_its_dead_centre():
     angles = np.pi * np.arange(6)
     travels = STROKE * (np.arange(6) % 2)
-    np.testing.assert_array_equal(travel_in_stroke(1.0 / STROKE, travels, angles), np.zeros(6))
-    np.testing.assert_array_equal(gas_phase(EXPANSION, travels, angles), [0.0, 2.0] * 3)
-    before = travel_in_stroke(1.0 / STROKE, travels[1:], angles[1:] - 1e-9)
+    np.testing.assert_array_equal(laws.travel_in_stroke(1.0 / STROKE, travels, angles), np.zeros(6))
+    np.testing.assert_array_equal(laws.gas_phase(EXPANSION, travels, angles), [0.0, 2.0] * 3)
+    before = laws.travel_in_stroke(1.0 / STROKE, travels[1:], angles[1:] - 1e-9)
     np.testing.assert_allclose(before, np.ones(5), atol=1e-15)
 
 
@@ -106,20 +98,20 @@ def test_the_work_is_the_integral_of_the_pressures(gas, n_strokes, place):
     value = stroke * (place if n_strokes % 2 == 0 else 1.0 - place)
     expected = n_strokes * work_to(gas, 1.0) + work_to(gas, place)
     scale = abs(gas[0]) * stroke * (max(gas[1] * (1 + 1 / gas[2]), gas[6])) * (n_strokes + 1)
-    assert gas_work(gas, value, n_strokes * math.pi + 1.0) == pytest.approx(expected, rel=1e-9, abs=1e-12 * scale)
+    assert laws.gas_work(gas, value, n_strokes * math.pi + 1.0) == pytest.approx(expected, rel=1e-9, abs=1e-12 * scale)
 
 
 def test_beyond_its_dead_centres_a_piston_does_no_work():
     for n_strokes in (0, 1):
-        ends = [gas_work(EXPANSION, value, n_strokes * math.pi + 1.0) for value in (0.0, STROKE)]
-        beyond = [gas_work(EXPANSION, value, n_strokes * math.pi + 1.0) for value in (-0.1 * STROKE, 1.1 * STROKE)]
+        ends = [laws.gas_work(EXPANSION, value, n_strokes * math.pi + 1.0) for value in (0.0, STROKE)]
+        beyond = [laws.gas_work(EXPANSION, value, n_strokes * math.pi + 1.0) for value in (-0.1 * STROKE, 1.1 * STROKE)]
         assert beyond == ends
 
 
 def test_the_gas_does_not_dissipate_what_it_takes_it_gives_back():
-    assert not GasPressure.dissipates
-    assert GasPressure.force(EXPANSION, 0.1 * STROKE, 1.0) > 0.0  # in a forward stroke: it drives the piston
-    assert GasPressure.force(DELIVERY, 0.1 * STROKE, 1.0) < 0.0
+    assert not laws.GasPressure.dissipates
+    assert laws.GasPressure.force(EXPANSION, 0.1 * STROKE, 1.0) > 0.0  # in a forward stroke: it drives the piston
+    assert laws.GasPressure.force(DELIVERY, 0.1 * STROKE, 1.0) < 0.0
 
 
 def cylinder(gas, **changes) -> CylinderGas:
@@ -133,9 +125,9 @@ def cylinder(gas, **changes) -> CylinderGas:
 def test_the_work_per_stroke_is_that_of_all_gases_with_their_throttles():
     assert cylinder(SUCTION).coefficients == SUCTION
     whole = [work_to(gas, 1.0) for gas in (EXPANSION, SUCTION, DELIVERY)]
-    assert work_per_stroke([cylinder(EXPANSION)]) == pytest.approx(whole[0], rel=1e-12)
+    assert laws.work_per_stroke([cylinder(EXPANSION)]) == pytest.approx(whole[0], rel=1e-12)
     throttled = cylinder(SUCTION, throttle=InputFunction(values=(0.25,)))
-    assert work_per_stroke([cylinder(EXPANSION), throttled, cylinder(DELIVERY)]) == pytest.approx(
+    assert laws.work_per_stroke([cylinder(EXPANSION), throttled, cylinder(DELIVERY)]) == pytest.approx(
         whole[0] + 0.25 * whole[1] + whole[2], rel=1e-12
     )
 
@@ -144,13 +136,13 @@ def test_the_work_per_stroke_is_that_of_all_gases_with_their_throttles():
 def test_the_pressures_of_a_stroke_are_those_of_mariottes_law(gas):
     places = np.linspace(0.0, 1.0, 8)
     expected = [pressure_at(gas, place, is_isothermal=(place > gas[4]) == bool(gas[5])) for place in places]
-    np.testing.assert_allclose(pressure_in_stroke(cylinder(gas), places), expected, rtol=1e-12)
+    np.testing.assert_allclose(laws.pressure_in_stroke(cylinder(gas), places), expected, rtol=1e-12)
 
 
 @given(gases())
 def test_the_pressure_is_continuous_at_its_switch(gas):
     switch, stroke = gas[4], gas[-1]
-    before, after = (gas_pressure(gas, (switch + sign * 1e-12) * stroke, math.acos(1 - 2 * switch)) for sign in (-1, 1))
+    before, after = (laws.gas_pressure(gas, (switch + sign * 1e-12) * stroke, math.acos(1 - 2 * switch)) for sign in (-1, 1))
     assert before == pytest.approx(after, rel=1e-9)  # the volume is at least 0.02 of the stroke
     assert before == pytest.approx(gas[1], rel=1e-9)
 
@@ -162,4 +154,4 @@ def test_the_pressure_is_continuous_at_its_switch(gas):
 )  # fmt: skip
 def test_the_pressures_of_the_air_engine(gas, place, expected):
     # Mariotte's law by hand, with the source's clearances of 0.05.
-    assert float(gas_pressure(gas, place * STROKE, np.float64(1.0))) == pytest.approx(expected, rel=1e-12)
+    assert float(laws.gas_pressure(gas, place * STROKE, np.float64(1.0))) == pytest.approx(expected, rel=1e-12)

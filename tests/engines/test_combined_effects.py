@@ -25,6 +25,10 @@ def scene(effects, *, dimensions=PORTER, spindle=None, start=None, duration="2 s
     return parse_scene_document(document)
 
 
+def run_scene(engine, effects, **options):
+    return gm.run(scene(effects, **options), engine=engine)
+
+
 def has_alternating_events(events, subject):
     """Return whether starts and ends of rest of a reading alternate."""
     begins = {"sticks": 1, "rests on its stop": 1, "slips": 0, "leaves its stop": 0}
@@ -36,14 +40,12 @@ def has_alternating_events(events, subject):
 def test_two_frictions_on_one_degree_of_freedom_stick_and_slip_together(engine):
     """Either could hold alone; together they hold the sum of both limits and release at the same time."""
     relieved = [[0, "40 N"], [0.5, "40 N"], [0.5, "0 N"], [0.6, "0 N"], [0.6, "40 N"]]
-    run = gm.run(
-        scene(
-            {"dry_friction": {"sleeve": relieved, "arm_angle": "5 N m"}},
-            dimensions=PORTER | {"sleeve_mass": "50 kg", "arm_joint": "200 mm", "link": "200 mm"},
-            spindle={"speed": "133.4 rpm", "speed_fluctuation": 0.2, "cycles_per_turn": 2},
-            start={"arm_angle": "30.5 deg"},
-        ),
-        engine=engine,
+    run = run_scene(
+        engine,
+        {"dry_friction": {"sleeve": relieved, "arm_angle": "5 N m"}},
+        dimensions=PORTER | {"sleeve_mass": "50 kg", "arm_joint": "200 mm", "link": "200 mm"},
+        spindle={"speed": "133.4 rpm", "speed_fluctuation": 0.2, "cycles_per_turn": 2},
+        start={"arm_angle": "30.5 deg"},
     )
     assert run.outcome is gm.Outcome.DONE
     assert has_alternating_events(run.events, "sleeve_lift")
@@ -86,28 +88,24 @@ def test_insufficient_certificate_is_repeated(engine, clearance):
         "stops": {"arm_angle": ["25 deg", "45 deg"]},
         "dry_friction": {"arm_angle": "1 N m"},
     }
-    run = gm.run(
-        scene(
-            effects,
-            dimensions=PORTER | {"offset": "30 mm", "arm_joint": "200 mm", "link": "180 mm"},
-            spindle={"speed": "103.7 rpm"},
-            start={"arm_angle": "30 deg", "arm_rate": "0.15 rad/s"},
-        ),
-        engine=engine,
+    run = run_scene(
+        engine,
+        effects,
+        dimensions=PORTER | {"offset": "30 mm", "arm_joint": "200 mm", "link": "180 mm"},
+        spindle={"speed": "103.7 rpm"},
+        start={"arm_angle": "30 deg", "arm_rate": "0.15 rad/s"},
     )
     assert run.outcome is gm.Outcome.DONE
 
 
 @pytest.mark.parametrize(("engine", "clearance"), [("multibody", "3 mm"), ("multibody", False), ("reduced", False)])
 def test_dead_centre_of_the_link_ends_a_run_with_a_named_outcome(engine, clearance):
-    run = gm.run(
-        scene(
-            {"clearance": clearance, "dry_friction": {"sleeve": "1 N"}},
-            dimensions=CROSSED | {"sleeve_mass": "5 kg"},
-            spindle={"speed": "121.7 rpm"},
-            start={"arm_angle": "30.5 deg", "arm_rate": "-0.5 rad/s"},
-        ),
-        engine=engine,
+    run = run_scene(
+        engine,
+        {"clearance": clearance, "dry_friction": {"sleeve": "1 N"}},
+        dimensions=CROSSED | {"sleeve_mass": "5 kg"},
+        spindle={"speed": "121.7 rpm"},
+        start={"arm_angle": "30.5 deg", "arm_rate": "-0.5 rad/s"},
     )
     assert run.outcome is gm.Outcome.LEFT_RANGE
     assert "the link is at 90 degrees to the spindle" in run.message

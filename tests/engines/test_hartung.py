@@ -48,14 +48,8 @@ def integrate_lever_motion(
     governor = scenes.build_closed_form_governor(dimensions)
 
     def slope(_: float, state: np.ndarray) -> list[float]:
-        bend = closed.lever_acceleration(
-            governor,
-            lever_angle=state[0],
-            lever_rate=state[1],
-            spring_force=scenes.spring_force_at(dimensions, state[0]),
-            spindle_speed=speed,
-            damping=brake,
-        )
+        state_of_lever = {"lever_angle": state[0], "lever_rate": state[1], "spring_force": scenes.spring_force_at(dimensions, state[0])}
+        bend = closed.lever_acceleration(governor, **state_of_lever, spindle_speed=speed, damping=brake)
         return [state[1], float(bend)]
 
     found = solve_ivp(slope, (0.0, times[-1]), start, method="DOP853", t_eval=times, rtol=1e-13, atol=1e-14)
@@ -139,9 +133,8 @@ def test_impulse_is_of_second_order_and_keeps_the_joints_closed(dimensions: dict
 
 @pytest.mark.parametrize("dimensions", [scenes.PAPER_DIMENSIONS, HUNG], ids=["vertical", "hung"])
 def test_the_energy_ledger_holds_the_springs(dimensions: dict[str, Any]) -> None:
-    scene = scenes.hartung_scene(
-        dimensions, speed=208 * RPM, angle=0.2, rate=-0.6, more_effects=(Dashpot(reading="sleeve_lift", linear=100.0),)
-    )
+    brake = Dashpot(reading="sleeve_lift", linear=100.0)
+    scene = scenes.hartung_scene(dimensions, speed=208 * RPM, angle=0.2, rate=-0.6, more_effects=(brake,))
     run = gm.run(scene, engine="multibody", accuracy=1e-10)
     assert run.energy.drift < 1e-9  # asked
     # The springs' part of it, by their forces: k y^2 / 2 each.
@@ -158,19 +151,13 @@ def test_a_sleeve_locked_at_standstill_is_held_with_the_static_force(dimensions:
     scene = scenes.hartung_scene(dimensions, speed=0.0, angle=angle)
     height = float(scenes.sleeve_height_at(scenes.build_closed_form_governor(dimensions), angle)) - 0.115
     height -= 1.5 * 0.115 if dimensions is scenes.PAPER_DIMENSIONS else 0.0  # as far below vertical hangers it is drawn
-    lock = TranslationalDriver(
-        name="lock",
-        first=Point(body=GROUND),
-        second=Point(body=SLEEVE),
-        angle=math.pi / 2,
-        motion=PrescribedMotion.constant_rate(height, 0.0),
-    )
+    ends, still = {"first": Point(body=GROUND), "second": Point(body=SLEEVE)}, PrescribedMotion.constant_rate(height, 0.0)
+    lock = TranslationalDriver(name="lock", **ends, angle=math.pi / 2, motion=still)
     held = replace(scene.mechanism, joints=(*scene.mechanism.joints, lock))
     locked = scene.with_changes(mechanism=held, start=Start())
     run = gm.run(locked, engine="multibody", accuracy=1e-11, times=[0.0, 0.1])
-    static = closed.static_sleeve_force(
-        scenes.build_closed_form_governor(dimensions), lever_angle=angle, spring_force=scenes.spring_force_at(dimensions, angle)
-    )
+    governor, force = scenes.build_closed_form_governor(dimensions), scenes.spring_force_at(dimensions, angle)
+    static = closed.static_sleeve_force(governor, lever_angle=angle, spring_force=force)
     assert run.readings["lever_angle"][-1] == pytest.approx(angle, abs=1e-12)
     np.testing.assert_allclose(run.reactions["lock"].force[:, 1], float(static), rtol=1e-9)  # asked
     # What statics tell of the same poses, from virtual work and no reaction.

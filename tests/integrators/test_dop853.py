@@ -76,20 +76,8 @@ def check_step(problem: Oscillator, time: float, h: float, state: FloatArray, st
     return quality
 
 
-_integrate = jit_in_place(
-    make_dop853(
-        EquationFunctions(
-            evaluate,
-            jit_in_place(make_take_step(evaluate)),
-            finish_step,
-            project,
-            project_errors,
-            evaluate_events,
-            sample_events,
-            check_step,
-        )
-    )
-)
+FUNCTIONS = evaluate, jit_in_place(make_take_step(evaluate)), finish_step, project, project_errors
+_integrate = jit_in_place(make_dop853(EquationFunctions(*FUNCTIONS, evaluate_events, sample_events, check_step)))
 
 
 @jit_in_place
@@ -201,15 +189,10 @@ def test_a_stage_far_outside_or_at_a_singularity_makes_a_step_shorter(quality, f
 
 
 def test_each_end_of_a_motion_has_its_own_name():
-    qualities = (
-        step_record.BELOW_DOMAIN,
-        step_record.ABOVE_DOMAIN,
-        step_record.OUT_OF_RANGE,
-        step_record.TURNED_BACK,
-        step_record.LEFT_LIMITS,
-    )
-    names = ["BELOW_TABLE", "ABOVE_TABLE", "OUT_OF_RANGE", "TURNED_BACK", "LEFT_LIMITS"]
-    assert [step_record.IntegrationStatus(step_record.domain_status(quality)).name for quality in qualities] == names
+    names = ("BELOW_DOMAIN", "ABOVE_DOMAIN", "OUT_OF_RANGE", "TURNED_BACK", "LEFT_LIMITS")
+    qualities = [getattr(step_record, name) for name in names]
+    statuses = [step_record.IntegrationStatus(step_record.domain_status(quality)).name for quality in qualities]
+    assert statuses == ["BELOW_TABLE", "ABOVE_TABLE", *names[2:]]
 
 
 def test_the_next_step_but_one_has_a_singularity_in_its_gap():

@@ -13,24 +13,9 @@ from governor_mechanism.mechanics.dynamics.output_forces import element_potentia
 from governor_mechanism.mechanics.kinematics.assembly import PositionSolver
 from governor_mechanism.mechanics.kinematics.constraint_equations import ConstraintEquations
 from governor_mechanism.mechanics.reduction.lagrangian import SingleDofReduction
+from governor_mechanism.model import joints as joint_types
 from governor_mechanism.model.curves import PolarHarmonics, PolarSpline, PolynomialCurve, SplineCurve
 from governor_mechanism.model.force_elements import Force, Spring, Torque, TorsionSpring
-from governor_mechanism.model.joints import (
-    GROUND,
-    ArcSlot,
-    CurveSlot,
-    Distance,
-    Gear,
-    Pin,
-    Point,
-    Prismatic,
-    ProportionalDisplacement,
-    RackAndPinion,
-    RotationalDriver,
-    Slider,
-    TranslationalDriver,
-    Weld,
-)
 from governor_mechanism.model.mechanism import Body, SecondMoments
 from governor_mechanism.model.part import TURNING_PLANE
 from governor_mechanism.model.time_functions import AngleHarmonic, InputFunction, PrescribedMotion
@@ -38,26 +23,26 @@ from reference import zehnder
 from rigid_link_governor import ARM_MASS, LINK_MASS, porter_with_rods
 from scene_parts import body_angle, make_mechanism, scene_of
 
-ON_BOTH = {"first": Point(body="a", x=0.31, y=-0.17), "second": Point(body="b", x=-0.23, y=0.29)}
+ON_BOTH = {"first": joint_types.Point(body="a", x=0.31, y=-0.17), "second": joint_types.Point(body="b", x=-0.23, y=0.29)}
 MOTION = PrescribedMotion(times=(0.0, 0.4, 1.1), values=(0.2, 0.9, -0.3))
 HARMONICS = (AngleHarmonic(amplitude=0.2, order=2, phase=0.3), AngleHarmonic(amplitude=-0.1, order=1, phase=-0.4))
 JOINTS = [
-    Pin(name="j", **ON_BOTH),
-    Weld(name="j", relative_angle=0.4, **ON_BOTH),
-    Distance(name="j", length=0.7, **ON_BOTH),
-    ArcSlot(name="j", radius=0.7, **ON_BOTH),
-    Slider(name="j", angle=0.6, **ON_BOTH),
-    Prismatic(name="j", angle=0.6, relative_angle=0.3, **ON_BOTH),
-    CurveSlot(name="j", angle=0.6, curve=PolynomialCurve(coefficients=(0.1, -0.4, 0.7, 0.9)), **ON_BOTH),
-    CurveSlot(name="j", angle=-0.2, curve=PolynomialCurve(coefficients=(0.1, -0.4, 0.3, 0.2, -0.1, 0.02)), **ON_BOTH),
-    CurveSlot(name="j", curve=SplineCurve(x=(-4.0, -1.0, 0.5, 4.0), y=(0.3, -0.5, 0.9, 0.2)), **ON_BOTH),
-    CurveSlot(name="j", angle=0.4, curve=PolarSpline(angles=(-2.0, -0.5, 1.0, 2.2), radii=(0.6, 0.9, 0.5, 0.8)), **ON_BOTH),
-    CurveSlot(name="j", curve=PolarHarmonics(radius=0.7, harmonics=HARMONICS), **ON_BOTH),
-    Gear(name="j", ratio=-1.7, offset=0.2, **ON_BOTH),
-    RackAndPinion(name="j", radius=0.3, angle=0.5, offset=0.1, **ON_BOTH),
-    ProportionalDisplacement(name="j", ratio=2.3, angle=0.8, offset=0.1, **ON_BOTH),
-    RotationalDriver(name="j", motion=MOTION, **ON_BOTH),
-    TranslationalDriver(name="j", motion=MOTION, angle=0.4, **ON_BOTH),
+    joint_types.Pin(name="j", **ON_BOTH),
+    joint_types.Weld(name="j", relative_angle=0.4, **ON_BOTH),
+    joint_types.Distance(name="j", length=0.7, **ON_BOTH),
+    joint_types.ArcSlot(name="j", radius=0.7, **ON_BOTH),
+    joint_types.Slider(name="j", angle=0.6, **ON_BOTH),
+    joint_types.Prismatic(name="j", angle=0.6, relative_angle=0.3, **ON_BOTH),
+    joint_types.CurveSlot(name="j", angle=0.6, curve=PolynomialCurve(coefficients=(0.1, -0.4, 0.7, 0.9)), **ON_BOTH),
+    joint_types.CurveSlot(name="j", angle=-0.2, curve=PolynomialCurve(coefficients=(0.1, -0.4, 0.3, 0.2, -0.1, 0.02)), **ON_BOTH),
+    joint_types.CurveSlot(name="j", curve=SplineCurve(x=(-4.0, -1.0, 0.5, 4.0), y=(0.3, -0.5, 0.9, 0.2)), **ON_BOTH),
+    joint_types.CurveSlot(name="j", angle=0.4, curve=PolarSpline(angles=(-2.0, -0.5, 1.0, 2.2), radii=(0.6, 0.9, 0.5, 0.8)), **ON_BOTH),
+    joint_types.CurveSlot(name="j", curve=PolarHarmonics(radius=0.7, harmonics=HARMONICS), **ON_BOTH),
+    joint_types.Gear(name="j", ratio=-1.7, offset=0.2, **ON_BOTH),
+    joint_types.RackAndPinion(name="j", radius=0.3, angle=0.5, offset=0.1, **ON_BOTH),
+    joint_types.ProportionalDisplacement(name="j", ratio=2.3, angle=0.8, offset=0.1, **ON_BOTH),
+    joint_types.RotationalDriver(name="j", motion=MOTION, **ON_BOTH),
+    joint_types.TranslationalDriver(name="j", motion=MOTION, angle=0.4, **ON_BOTH),
 ]
 STEP = 1e-3
 """Step of differences of fourth order: error 1e-12 times derivatives of order ten, and rounding of 1e-16 / STEP^2."""
@@ -115,14 +100,18 @@ def loaded_crank():
         Body(name="rod", mass=0.7, second_moments=SecondMoments(xx=0.05)),
     )
     joints = (
-        Pin(name="bearing", first=Point(body=GROUND), second=Point(body="crank", x=-0.1)),
-        Pin(name="crank pin", first=Point(body="crank", x=0.1), second=Point(body="rod", x=-0.3)),
-        Slider(name="guide", first=Point(body=GROUND, y=0.05), second=Point(body="rod", x=0.3), angle=0.1),
+        joint_types.Pin(name="bearing", first=joint_types.Point(body=joint_types.GROUND), second=joint_types.Point(body="crank", x=-0.1)),
+        joint_types.Pin(name="crank pin", first=joint_types.Point(body="crank", x=0.1), second=joint_types.Point(body="rod", x=-0.3)),
+        joint_types.Slider(
+            name="guide", first=joint_types.Point(body=joint_types.GROUND, y=0.05), second=joint_types.Point(body="rod", x=0.3), angle=0.1
+        ),
     )
-    corner = Point(body="rod", x=0.1, y=0.07)
+    corner = joint_types.Point(body="rod", x=0.1, y=0.07)
     loads = (
-        Spring(name="spring", first=Point(body=GROUND, x=0.5, y=0.9), second=corner, stiffness=70.0, free_length=0.3),
-        Spring(name="stay", first=Point(body="crank", y=0.2), second=corner, stiffness=40.0, free_length=0.5),
+        Spring(
+            name="spring", first=joint_types.Point(body=joint_types.GROUND, x=0.5, y=0.9), second=corner, stiffness=70.0, free_length=0.3
+        ),
+        Spring(name="stay", first=joint_types.Point(body="crank", y=0.2), second=corner, stiffness=40.0, free_length=0.5),
         TorsionSpring(name="coil", first="crank", second="rod", stiffness=3.0, free_angle=0.4),
         Torque(name="motor", first="rod", second="crank", moment=InputFunction(values=(1.3,))),
         Force(name="push", point=corner, x=InputFunction(values=(2.0,)), y=InputFunction(values=(-5.0,))),
@@ -193,10 +182,16 @@ def crosshead_in_a_turning_plane():
     moments = SecondMoments(xx=0.03, yy=0.01, xy=0.004, zz=0.02)
     bodies = [Body(name=name, mass=mass, second_moments=moments) for name, mass in (("crank", 1.0), ("rod", 0.7), ("crosshead", 2.0))]
     joints = [
-        Pin(name="bearing", first=Point(body=GROUND), second=Point(body="crank", x=-0.1)),
-        Pin(name="crank pin", first=Point(body="crank", x=0.1), second=Point(body="rod", x=-0.3)),
-        Pin(name="gudgeon", first=Point(body="rod", x=0.3), second=Point(body="crosshead")),
-        Prismatic(name="guide", first=Point(body=GROUND), second=Point(body="crosshead"), angle=0.1, relative_angle=0.2),
+        joint_types.Pin(name="bearing", first=joint_types.Point(body=joint_types.GROUND), second=joint_types.Point(body="crank", x=-0.1)),
+        joint_types.Pin(name="crank pin", first=joint_types.Point(body="crank", x=0.1), second=joint_types.Point(body="rod", x=-0.3)),
+        joint_types.Pin(name="gudgeon", first=joint_types.Point(body="rod", x=0.3), second=joint_types.Point(body="crosshead")),
+        joint_types.Prismatic(
+            name="guide",
+            first=joint_types.Point(body=joint_types.GROUND),
+            second=joint_types.Point(body="crosshead"),
+            angle=0.1,
+            relative_angle=0.2,
+        ),
     ]
     sketch = [(0.05, 0.09, 1.0), (0.4, 0.1, -0.2), (0.7, 0.07, 0.2)]
     scene = scene_of(make_mechanism(bodies, joints, [body_angle("crank", "turn")], sketch, size=0.6), Gravity(), Centrifugal())

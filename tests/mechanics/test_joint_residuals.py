@@ -9,54 +9,36 @@ from scipy.interpolate import CubicSpline
 
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.mechanics.kinematics.constraint_equations import ConstraintEquations
+from governor_mechanism.model import joints as joint_types
 from governor_mechanism.model.curves import PolynomialCurve, SplineCurve
-from governor_mechanism.model.joints import (
-    GROUND,
-    CurveSlot,
-    Distance,
-    Gear,
-    Joint,
-    Pin,
-    Point,
-    ProportionalDisplacement,
-    RackAndPinion,
-    RotationalDriver,
-    TranslationalDriver,
-    Weld,
-)
-from governor_mechanism.model.mechanism import Body, Mechanism, SecondMoments
-from governor_mechanism.model.output_variables import BodyAngle
 from governor_mechanism.model.time_functions import PrescribedMotion
-from scene_parts import body_point, make_mechanism, point_mass, x_reading
+from scene_parts import body_angle, body_point, make_mechanism, point_mass, rotating_body, x_reading
 
 LENGTH_SCALE = 0.4
 KNOTS, HEIGHTS = (-0.3, -0.1, 0.2, 0.35, 0.6), (0.1, -0.2, 0.3, 0.25, -0.1)
 POLYNOMIAL = (0.1, -0.4, 0.3, 0.2, -0.1, 0.02)
 
 
-def equations_of(*joints: Joint) -> ConstraintEquations:
+def equations_of(*joints: joint_types.Joint) -> ConstraintEquations:
     """Return the equations of joints between the bodies a and b."""
-    moments = SecondMoments(xx=1.0)
-    return ConstraintEquations(
-        Mechanism(
-            bodies=(Body(name="a", mass=1.0, second_moments=moments), Body(name="b", mass=1.0, second_moments=moments)),
-            joints=joints,
-            readings=(BodyAngle(name="turn", quantity="angle", body="a"),),
-            coordinate="turn",
-            length_scale=LENGTH_SCALE,
-            initial_guess=((0.0, 0.0, 0.0), (1.0, 0.0, 0.0)),
-        )
-    )
+    bodies = [rotating_body(name, 1.0, 1.0) for name in "ab"]
+    return ConstraintEquations(make_mechanism(bodies, joints, [body_angle("a")], [(0.0,) * 3, (1.0, 0.0, 0.0)], size=LENGTH_SCALE))
 
 
 @pytest.mark.parametrize("x", [-0.45, *KNOTS, -0.2, 0.05, 0.3, 0.5, 0.7])
 def test_slots_follow_their_curves_over_all_segments(x):
     """The slot of a turned and moved body, beside one of another degree."""
-    pin, angle, slope = Point(body="b"), 0.3, 0.6
+    pin, angle, slope = joint_types.Point(body="b"), 0.3, 0.6
     equations = equations_of(
-        CurveSlot(name="cam", first=Point(body="a"), second=pin, angle=slope, curve=PolynomialCurve(coefficients=POLYNOMIAL)),
-        CurveSlot(name="groove", first=Point(body="a"), second=pin, angle=slope, curve=SplineCurve(x=KNOTS, y=HEIGHTS)),
-        CurveSlot(name="guide", first=Point(body=GROUND), second=pin, curve=PolynomialCurve(coefficients=(0.2, 0.5))),
+        joint_types.CurveSlot(
+            name="cam", first=joint_types.Point(body="a"), second=pin, angle=slope, curve=PolynomialCurve(coefficients=POLYNOMIAL)
+        ),
+        joint_types.CurveSlot(
+            name="groove", first=joint_types.Point(body="a"), second=pin, angle=slope, curve=SplineCurve(x=KNOTS, y=HEIGHTS)
+        ),
+        joint_types.CurveSlot(
+            name="guide", first=joint_types.Point(body=joint_types.GROUND), second=pin, curve=PolynomialCurve(coefficients=(0.2, 0.5))
+        ),
     )
     curves = np.polynomial.Polynomial(POLYNOMIAL), CubicSpline(KNOTS, HEIGHTS)
     for k, curve in enumerate(curves):
@@ -66,7 +48,7 @@ def test_slots_follow_their_curves_over_all_segments(x):
         assert residuals[2] == pytest.approx(place.imag - (0.2 + 0.5 * place.real), abs=1e-15)
 
 
-ON_BOTH = {"first": Point(body="a", x=0.1), "second": Point(body="b", y=-0.2)}
+ON_BOTH = {"first": joint_types.Point(body="a", x=0.1), "second": joint_types.Point(body="b", y=-0.2)}
 LINE = PrescribedMotion(times=(0.0, 1.0), values=(0.2, 0.8))
 
 
@@ -74,11 +56,11 @@ LINE = PrescribedMotion(times=(0.0, 1.0), values=(0.2, 0.8))
     ("joint", "residual"),
     [
         # The angles are 0.5 and 0.3, the points at (1, 2) and (1.7, 1.4); angles count in length scales.
-        (Gear(name="j", ratio=-1.7, offset=0.2, **ON_BOTH), LENGTH_SCALE * (0.3 + 1.7 * 0.5 - 0.2)),
-        (RackAndPinion(name="j", radius=0.3, angle=math.pi / 2, offset=0.1, **ON_BOTH), -0.6 - 0.3 * 0.5 - 0.1),
-        (ProportionalDisplacement(name="j", ratio=2.5, angle=0.0, offset=0.1, **ON_BOTH), 1.7 - 2.5 * 1.0 - 0.1),
-        (RotationalDriver(name="j", motion=LINE, **ON_BOTH), LENGTH_SCALE * (0.3 - 0.5 - 0.5)),
-        (TranslationalDriver(name="j", motion=LINE, angle=-0.5, **ON_BOTH), 0.7 - 0.5),
+        (joint_types.Gear(name="j", ratio=-1.7, offset=0.2, **ON_BOTH), LENGTH_SCALE * (0.3 + 1.7 * 0.5 - 0.2)),
+        (joint_types.RackAndPinion(name="j", radius=0.3, angle=math.pi / 2, offset=0.1, **ON_BOTH), -0.6 - 0.3 * 0.5 - 0.1),
+        (joint_types.ProportionalDisplacement(name="j", ratio=2.5, angle=0.0, offset=0.1, **ON_BOTH), 1.7 - 2.5 * 1.0 - 0.1),
+        (joint_types.RotationalDriver(name="j", motion=LINE, **ON_BOTH), LENGTH_SCALE * (0.3 - 0.5 - 0.5)),
+        (joint_types.TranslationalDriver(name="j", motion=LINE, angle=-0.5, **ON_BOTH), 0.7 - 0.5),
     ],
 )
 def test_joints_of_displacements_and_angles(joint, residual):
@@ -88,7 +70,7 @@ def test_joints_of_displacements_and_angles(joint, residual):
 
 
 def test_a_weld_of_bodies_that_cannot_rotate_keeps_their_distance_alone():
-    weld = Weld(name="j", first=body_point("a"), second=body_point("b"))
+    weld = joint_types.Weld(name="j", first=body_point("a"), second=body_point("b"))
     mechanism = make_mechanism([point_mass(name, 1.0) for name in "ab"], [weld], [x_reading("a")], [(0.0,) * 3] * 2)
     assert ConstraintEquations(mechanism).joint_indices.tolist() == [0, 0]
     with pytest.raises(MechanismError, match="'j' prescribes a relative angle of two bodies that cannot rotate"):
@@ -96,8 +78,8 @@ def test_a_weld_of_bodies_that_cannot_rotate_keeps_their_distance_alone():
 
 
 def test_the_largest_gap_has_a_sign_where_it_is_a_single_number():
-    pin = Pin(name="pin", first=Point(body=GROUND), second=Point(body="a"))
-    rod = Distance(name="rod", length=2.0, first=Point(body=GROUND), second=Point(body="b"))
+    pin = joint_types.Pin(name="pin", first=joint_types.Point(body=joint_types.GROUND), second=joint_types.Point(body="a"))
+    rod = joint_types.Distance(name="rod", length=2.0, first=joint_types.Point(body=joint_types.GROUND), second=joint_types.Point(body="b"))
     equations = equations_of(pin, rod)
     for distance, expected in ((1.5, -0.5), (2.5, 0.5)):
         joint, gap = equations.largest_gap(np.array([[0.1, 0.0, 0.0], [0.0, distance, 0.0]]))

@@ -129,38 +129,18 @@ def test_an_undetermined_motion_is_refused(name, over, values, sentence):
         gm.kinematics(name, over, values)
 
 
-HANGING_FOLLOWER = {
-    "top": Point(body=GROUND, x=0.1, y=0.9),
-    "knee": Point(body="b", x=0.2, y=-0.1),
-    "fraction": 0.6,
-    "guide_x": 0.2,
-    "length": 3.0,
-}
+KNEE, HOOK, CENTRE = Point(body="b", x=0.2, y=-0.1), Point(body="b", x=0.2, y=0.1), Point(body="a", x=0.1, y=0.3)
+HANGING_FOLLOWER = {"top": Point(body=GROUND, x=0.1, y=0.9), "knee": KNEE, "fraction": 0.6, "guide_x": 0.2, "length": 3.0}
 READINGS = [
     LineAngle(name="r", quantity="angle", start=Point(body="a", x=0.2, y=0.1), end=Point(body="b", x=-0.3, y=0.2)),
     BodyAngle(name="r", quantity="angle", body="b", reference_body="a"),
     PointDistance(name="r", quantity="length", first=Point(body="a", y=0.4), second=Point(body="b", x=0.3)),
     PointCoordinate(name="r", quantity="length", point=Point(body="b", x=0.2), direction_x=0.6, direction_y=0.8),
-    PointCoordinate(
-        name="r",
-        quantity="length",
-        point=Point(body="b", x=0.2, y=0.1),
-        direction_x=0.6,
-        direction_y=-0.8,
-        origin=Point(body="a", x=0.1, y=-0.2),
-    ),
+    PointCoordinate(name="r", quantity="length", point=HOOK, direction_x=0.6, direction_y=-0.8, origin=Point(body="a", x=0.1, y=-0.2)),
     PointCoordinate(name="r", quantity="length", point=Point(body=GROUND, x=1.0), direction_x=1.0, direction_y=0.0, zero=0.3),
-    ArcPosition(
-        name="r",
-        quantity="length",
-        centre=Point(body="a", x=0.1, y=0.3),
-        point=Point(body="b", x=-0.2, y=0.1),
-        radius=-0.7,
-        angle=2.0,
-        zero=0.1,
-    ),
+    ArcPosition(name="r", quantity="length", centre=CENTRE, point=Point(body="b", x=-0.2, y=0.1), radius=-0.7, angle=2.0, zero=0.1),
     FollowerHeight(name="r", quantity="length", zero=0.2, **HANGING_FOLLOWER),
-    FollowerHeight(name="r", quantity="length", reference_point=Point(body="a", x=0.1, y=0.3), **HANGING_FOLLOWER),
+    FollowerHeight(name="r", quantity="length", reference_point=CENTRE, **HANGING_FOLLOWER),
 ]
 
 

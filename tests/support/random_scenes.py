@@ -68,18 +68,8 @@ def effect_sites(scene: Scene) -> list[EffectSite]:
         here = evaluate_output(mechanism, reading.name, poses)
         slope = float(np.sum(here.gradient * ways))
         if reading.name != CLEARANCE_READING and abs(slope) > 0.1 * (1.0 if reading.quantity == "angle" else mechanism.length_scale) / unit:
-            found.append(
-                EffectSite(
-                    name=reading.name,
-                    value=float(here.value),
-                    derivative=slope,
-                    span=0.1 * unit,
-                    weight=mass * G * reach,
-                    inertia=mass * reach**2,
-                    coordinate_scale=unit,
-                    rate=1 / time_scale(scene),
-                )
-            )
+            value = float(here.value)
+            found.append(EffectSite(reading.name, value, slope, 0.1 * unit, mass * G * reach, mass * reach**2, unit, 1 / time_scale(scene)))
     return found
 
 

@@ -7,19 +7,15 @@ import numpy as np
 
 from governor_mechanism.effects.body_forces import Gravity
 from governor_mechanism.model.curves import PolynomialCurve, SplineCurve
-from governor_mechanism.model.force_elements import Damper, Force, ForceElement, Spring, Torque, TorsionDamper, TorsionSpring
+from governor_mechanism.model.force_elements import Force, ForceElement, Spring, Torque, TorsionDamper, TorsionSpring
 from governor_mechanism.model.joints import (
     ArcSlot,
     CurveSlot,
-    Distance,
     Gear,
     Joint,
-    Pin,
-    Point,
     Prismatic,
     RackAndPinion,
     RotationalDriver,
-    Slider,
     TranslationalDriver,
     Weld,
 )
@@ -29,8 +25,23 @@ from governor_mechanism.model.results.records import Energy, Outcome
 from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.model.time_functions import InputFunction, PrescribedMotion
 from governor_mechanism.types import FloatArray
-from scene_parts import body_point, ground_point, make_mechanism, point_mass, rotating_body, scene_of
+from scene_parts import (
+    body_point,
+    constant,
+    damper,
+    ground_point,
+    link,
+    make_mechanism,
+    pin,
+    point_mass,
+    rotating_body,
+    scene_of,
+    slider,
+    spring,
+)
 from stub_run import FAKE_COST
+
+MOTOR = PrescribedMotion.constant_rate(0.0, 3.0)
 
 MachineDescription = tuple[list[Body], list[Joint], list[ForceElement], Mapping[str, FloatArray]]
 
@@ -73,26 +84,26 @@ def fake_machine_run(name: str, duration: float = 2.0, count: int = 201, *, read
 def slider_crank(phase: FloatArray) -> MachineDescription:
     crank, rod, lag = 0.1, 0.3, 0.4
     angle = phase + lag
-    pin = crank * np.cos(angle), crank * np.sin(angle)
-    lean = -np.arcsin(pin[1] / rod)
-    piston = pin[0] + rod * np.cos(lean)
+    knee = crank * np.cos(angle), crank * np.sin(angle)
+    lean = -np.arcsin(knee[1] / rod)
+    piston = knee[0] + rod * np.cos(lean)
     bodies = [plate("crank", 1.0), plate("rod", 1.0), point_mass("piston", 2.0)]
     joints: list[Joint] = [
-        Pin(name="main", first=ground_point(), second=body_point("crank", -crank / 2)),
-        Pin(name="crank pin", first=body_point("crank", crank / 2), second=body_point("rod", -rod / 2)),
-        Pin(name="wrist pin", first=body_point("rod", rod / 2), second=body_point("piston")),
-        Slider(name="guide", first=ground_point(), second=body_point("piston"), angle=0.0),
+        pin("main", ground_point(), body_point("crank", -crank / 2)),
+        pin("crank knee", body_point("crank", crank / 2), body_point("rod", -rod / 2)),
+        pin("wrist knee", body_point("rod", rod / 2), body_point("piston")),
+        slider("guide", ground_point(), body_point("piston")),
     ]
     loads: list[ForceElement] = [
         Torque(name="drive", second="crank", moment=InputFunction(times=(0.0, 1.0, 2.0), values=(0.0, 5.0, -2.0))),
-        Spring(name="return", first=body_point("piston"), second=ground_point(0.62, 0.0), stiffness=100.0, free_length=0.2),
+        spring("return", body_point("piston"), ground_point(0.62, 0.0), 100.0, 0.2),
         Force(name="gas", point=body_point("piston"), x=InputFunction(times=(0.0, 1.0), values=(-10.0, 0.0)), y=InputFunction()),
     ]
     return (
         bodies,
         joints,
         loads,
-        {"crank": (pin[0] / 2, pin[1] / 2, angle), "rod": ((pin[0] + piston) / 2, pin[1] / 2, lean), "piston": (piston, 0.0, 0.0)},
+        {"crank": (knee[0] / 2, knee[1] / 2, angle), "rod": ((knee[0] + piston) / 2, knee[1] / 2, lean), "piston": (piston, 0.0, 0.0)},
     )
 
 
@@ -108,52 +119,41 @@ def four_bar(phase: FloatArray) -> MachineDescription:
     bodies = [plate(name, 1.0) for name in ("crank", "coupler", "rocker")]
     centre = (0.12, 0.03)
     joints: list[Joint] = [
-        Pin(name="a", first=ground_point(), second=body_point("crank", -crank / 2)),
+        pin("a", ground_point(), body_point("crank", -crank / 2)),
         RotationalDriver(name="motor", first=ground_point(), second=body_point("crank"), motion=PrescribedMotion.constant_rate(0.0, 3.0)),
-        Pin(name="b", first=body_point("crank", crank / 2), second=body_point("coupler", -centre[0], -centre[1])),
-        Pin(name="c", first=body_point("coupler", coupler - centre[0], -centre[1]), second=body_point("rocker", rocker / 2)),
-        Pin(name="d", first=ground_point(base), second=body_point("rocker", -rocker / 2)),
+        pin("b", body_point("crank", crank / 2), body_point("coupler", -centre[0], -centre[1])),
+        pin("c", body_point("coupler", coupler - centre[0], -centre[1]), body_point("rocker", rocker / 2)),
+        pin("d", ground_point(base), body_point("rocker", -rocker / 2)),
     ]
     loads: list[ForceElement] = [
         TorsionSpring(name="spiral", second="rocker", stiffness=1.0),
         TorsionDamper(name="drum", first="coupler", second="rocker", damping=1.0),
     ]
     c, s = np.cos(turn), np.sin(turn)
-    return (
-        bodies,
-        joints,
-        loads,
-        {
-            "crank": (x / 2, y / 2, phase),
-            "coupler": (x + c * centre[0] - s * centre[1], y + s * centre[0] + c * centre[1], turn),
-            "rocker": ((base + top[0]) / 2, top[1] / 2, back),
-        },
-    )
+    middle = x + c * centre[0] - s * centre[1], y + s * centre[0] + c * centre[1], turn
+    places = {"crank": (x / 2, y / 2, phase), "coupler": middle, "rocker": ((base + top[0]) / 2, top[1] / 2, back)}
+    return bodies, joints, loads, places
 
 
 def two_gears(phase: FloatArray) -> MachineDescription:
     bodies = [plate(name, 1.0) for name in ("wheel", "pinion", "arm")]
     joints: list[Joint] = [
-        Pin(name="a", first=ground_point(), second=body_point("wheel")),
-        Pin(name="b", first=ground_point(0.24), second=body_point("pinion")),
+        pin("a", ground_point(), body_point("wheel")),
+        pin("b", ground_point(0.24), body_point("pinion")),
         Gear(name="mesh", first=body_point("wheel"), second=body_point("pinion"), ratio=-2.0),
         Weld(name="weld", first=body_point("pinion"), second=body_point("arm", -0.1), relative_angle=0.3),
     ]
     turn = -2 * phase + 0.3
-    loads: list[ForceElement] = [Torque(name="load", second="wheel", moment=InputFunction(values=(3.0,)))]
-    return (
-        bodies,
-        joints,
-        loads,
-        {"wheel": (0.0, 0.0, phase), "pinion": (0.24, 0.0, -2 * phase), "arm": (0.24 + 0.1 * np.cos(turn), 0.1 * np.sin(turn), turn)},
-    )
+    loads: list[ForceElement] = [Torque(name="load", second="wheel", moment=constant(3.0))]
+    arm = 0.24 + 0.1 * np.cos(turn), 0.1 * np.sin(turn), turn
+    return bodies, joints, loads, {"wheel": (0.0, 0.0, phase), "pinion": (0.24, 0.0, -2 * phase), "arm": arm}
 
 
 def inside_gear(phase: FloatArray) -> MachineDescription:
     bodies = [plate(name, 1.0) for name in ("ring", "pinion")]
     joints: list[Joint] = [
-        Pin(name="a", first=ground_point(), second=body_point("ring")),
-        Pin(name="b", first=ground_point(0.1, 0.1), second=body_point("pinion")),
+        pin("a", ground_point(), body_point("ring")),
+        pin("b", ground_point(0.1, 0.1), body_point("pinion")),
         Gear(name="mesh", first=body_point("ring"), second=body_point("pinion"), ratio=3.0),
     ]
     return bodies, joints, [], {"ring": (0.0, 0.0, phase), "pinion": (0.1, 0.1, 3 * phase)}
@@ -164,7 +164,7 @@ def rack(phase: FloatArray) -> MachineDescription:
     angle = 1.2 * np.sin(phase)
     bodies = [plate("pinion", 1.0), point_mass("rack", 1.0)]
     joints: list[Joint] = [
-        Pin(name="a", first=ground_point(), second=body_point("pinion")),
+        pin("a", ground_point(), body_point("pinion")),
         Prismatic(name="guide", first=ground_point(0.0, -radius), second=body_point("rack"), angle=0.0),
         RackAndPinion(name="mesh", first=body_point("pinion"), second=body_point("rack"), radius=radius),
     ]
@@ -185,16 +185,10 @@ def cam(phase: FloatArray) -> MachineDescription:
     from scipy.interpolate import CubicSpline
 
     way = 0.15 * np.sin(phase)
-    bodies = [point_mass("cam", 1.0), point_mass("follower", 1.0)]
+    bodies, bed, foot = [point_mass("cam", 1.0), point_mass("follower", 1.0)], ground_point(0.0, -0.12), body_point("cam", 0.0, -0.12)
     joints: list[Joint] = [
-        Prismatic(name="bed", first=ground_point(0.0, -0.12), second=body_point("cam", 0.0, -0.12), angle=0.0),
-        TranslationalDriver(
-            name="push",
-            first=ground_point(0.0, -0.12),
-            second=body_point("cam", 0.0, -0.12),
-            angle=0.0,
-            motion=PrescribedMotion.constant_rate(0.0, 1.0),
-        ),
+        Prismatic(name="bed", first=bed, second=foot, angle=0.0),
+        TranslationalDriver(name="push", first=bed, second=foot, angle=0.0, motion=PrescribedMotion.constant_rate(0.0, 1.0)),
         CurveSlot(name="groove", first=body_point("cam"), second=body_point("follower"), curve=curve),
         Prismatic(name="stem", first=ground_point(), second=body_point("follower", 0.0, 0.25), angle=np.pi / 2),
     ]
@@ -214,10 +208,10 @@ def arc(phase: FloatArray) -> MachineDescription:
 def hung_mass(phase: FloatArray) -> MachineDescription:
     y = -0.35 + 0.08 * np.sin(phase)
     bodies = [point_mass("mass", 1.0), Body(name="below", mass=1.0)]
-    joints: list[Joint] = [Slider(name="guide", first=ground_point(), second=body_point("mass"), angle=np.pi / 2)]
+    joints: list[Joint] = [slider("guide", ground_point(), body_point("mass"), np.pi / 2)]
     loads: list[ForceElement] = [
         Spring(name="spring", first=ground_point(), second=body_point("mass"), stiffness=100.0),
-        Damper(name="damper", first=ground_point(), second=body_point("mass"), damping=1.0),
+        damper("damper", ground_point(), body_point("mass"), 1.0),
         Spring(name="lower", first=body_point("mass"), second=body_point("below"), stiffness=100.0),
     ]
     return bodies, joints, loads, {"mass": (0.0, y, 0.0), "below": (0.05 * np.sin(phase), y - 0.2, 0.0)}
@@ -228,21 +222,14 @@ def quick_return(phase: FloatArray) -> MachineDescription:
     lean = np.arctan2(y, x)
     bodies = [plate("crank", 1.0), plate("lever", 1.0), point_mass("bob", 2.0)]
     joints: list[Joint] = [
-        Pin(name="a", first=ground_point(0.0, 0.2), second=body_point("crank", -0.04)),
-        Pin(name="o", first=ground_point(), second=body_point("lever", -0.2)),
-        Slider(name="slot", first=body_point("lever", -0.2), second=body_point("crank", 0.04), angle=0.0),
-        Distance(name="string", first=body_point("lever", 0.16), second=body_point("bob"), length=0.2),
+        pin("a", ground_point(0.0, 0.2), body_point("crank", -0.04)),
+        pin("o", ground_point(), body_point("lever", -0.2)),
+        slider("slot", body_point("lever", -0.2), body_point("crank", 0.04)),
+        link("string", body_point("lever", 0.16), body_point("bob"), 0.2),
     ]
-    return (
-        bodies,
-        joints,
-        [Force(name="wind", point=body_point("bob"), x=InputFunction(values=(2.0,)), y=InputFunction(values=(1.0,)))],
-        {
-            "crank": (x / 2, 0.1 + y / 2, phase),
-            "lever": (0.2 * np.cos(lean), 0.2 * np.sin(lean), lean),
-            "bob": (0.36 * np.cos(lean) + 0.2, 0.36 * np.sin(lean), 0.0),
-        },
-    )
+    loads: list[ForceElement] = [Force(name="wind", point=body_point("bob"), x=constant(2.0), y=constant(1.0))]
+    lever, bob = (0.2 * np.cos(lean), 0.2 * np.sin(lean), lean), (0.36 * np.cos(lean) + 0.2, 0.36 * np.sin(lean), 0.0)
+    return bodies, joints, loads, {"crank": (x / 2, 0.1 + y / 2, phase), "lever": lever, "bob": bob}
 
 
 MACHINES: dict[str, Callable[[FloatArray], MachineDescription]] = {
@@ -259,7 +246,5 @@ MACHINES: dict[str, Callable[[FloatArray], MachineDescription]] = {
 }
 
 TRACED_READINGS: dict[str, tuple[Reading, ...]] = {
-    "four-bar": (
-        PointCoordinate(name="x", quantity="length", point=Point(body="coupler", x=-0.01, y=0.1), direction_x=1.0, direction_y=0.0),
-    )
+    "four-bar": (PointCoordinate(name="x", quantity="length", point=body_point("coupler", -0.01, 0.1), direction_x=1.0, direction_y=0.0),)
 }

@@ -127,34 +127,21 @@ def draw_governed_engine(random: machines.Random) -> machines.Document:
         effects["dashpot"] = {"sleeve_lift": governor["sleeve_mass"] * spindle_speed * machines.draw_uniform(random, 0.2, 1.0)}
     if machines.draw_bool(random, 0.2):
         effects["stops"] = {"arm_angle": [angle - 0.05, angle + 0.05]}
+    engine_start = {"crank_angle": machines.draw_uniform(random, 0.0, 6.0), "crank_rate": crank_rate}
+    start = {"arm_angle": angle, "arm_rate": machines.draw_uniform(random, -0.2, 0.2)}
+    rod = {"type": "control", "reading": "governor.sleeve_lift", "scales": "engine.throttle"}
+    rod["table"] = [[0.3 * lift, 1.0], [2.0 * lift, machines.draw_uniform(random, 0.4, 0.8)]]
+    fraction = [[0.0, 1.0], [step_time, 1.0], [step_time, step]]
     return {
         "part": {
-            "engine": {
-                "machine": "flywheel_engine",
-                "dimensions": engine,
-                "start": {"crank_angle": machines.draw_uniform(random, 0.0, 6.0), "crank_rate": crank_rate},
-            },
-            "governor": {
-                "machine": "pendulum_governor",
-                "dimensions": governor,
-                "effects": effects,
-                "start": {"arm_angle": angle, "arm_rate": machines.draw_uniform(random, -0.2, 0.2)},
-            },
+            "engine": {"machine": "flywheel_engine", "dimensions": engine, "start": engine_start},
+            "governor": {"machine": "pendulum_governor", "dimensions": governor, "effects": effects, "start": start},
         },
         "coupling": {
             "gear": {"type": "gear", "first": "engine.crank_angle", "second": "governor.spindle_angle", "ratio": ratio},
-            "rod": {
-                "type": "control",
-                "reading": "governor.sleeve_lift",
-                "scales": "engine.throttle",
-                "table": [[0.3 * lift, 1.0], [2.0 * lift, machines.draw_uniform(random, 0.4, 0.8)]],
-            },
+            "rod": rod,
         },
-        "load": {
-            "angle": "engine.crank_angle",
-            "rated_torque": 0.8 * torque,
-            "fraction": [[0.0, 1.0], [step_time, 1.0], [step_time, step]],
-        },
+        "load": {"angle": "engine.crank_angle", "rated_torque": 0.8 * torque, "fraction": fraction},
         "run": {"duration": duration},
     }
 
