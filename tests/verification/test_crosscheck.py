@@ -207,6 +207,7 @@ def test_a_kernel_that_gives_no_number_fails_its_row_only():
     ("kernel", "options", "sentence"),
     [
         (lambda arm_angel: 1.0, {}, r"unknown parameter 'arm_angel'.*Did you mean 'arm_angle'"),
+        (lambda arm_angel, gravitas: 1.0, {}, r"(?s)'arm_angel'.*'gravitas'.*Did you mean 'gravity'"),
         (lambda *values: 1.0, {}, "cannot be matched by name"),
         (lambda arm_angle: "fast", {}, "must return one real number"),
         (zehnder, {"quantity": "equilibrium_sped"}, "Did you mean 'equilibrium_speed'"),

@@ -216,8 +216,8 @@ def place_bodies(
     """Return a document in which each body has a position and an angle with which the joints close.
 
     Given angles are kept in their order, as many as the mechanism has degrees of freedom; further ones tell which configuration is meant.
-    Without these it is the one whose mass centres lie highest, and of several the one farthest right. Where the joints leave a motion, the
-    bodies that were added first take an angle near 0.
+    Without these, and of several equally near, it is the one whose mass centres lie highest, and then the one
+    farthest right. Where the joints leave a motion, the bodies that were added first take an angle near 0.
 
     Raises MechanismError if the document has mistakes, or no configuration is found; the message names a
     joint that stays open, its gap and direction.
@@ -358,7 +358,8 @@ def _choose_first(
     if take is None and further:
         deviations = [_largest_deviation(sketch, poses, further) for poses in configurations.poses]
         is_decided = sum(deviation < DECIDING_DEVIATION for deviation in deviations) == 1
-        index = min(range(len(deviations)), key=lambda k: _sum_of_squared_deviations(sketch, configurations.poses[k], further))
+        squares = [_sum_of_squared_deviations(sketch, poses, further) for poses in configurations.poses]
+        index = configurations.find_highest(k for k, square in enumerate(squares) if square < min(squares) + DECIDING_DEVIATION**2)
         chosen: int | str | None = None if is_decided else NEAREST
     else:
         chosen = take or HIGHEST

@@ -171,17 +171,11 @@ class BuiltBody:
         """Names of its points."""
         return (*self.shape_points, *self.table.get("points", ()), *OWN_POINTS)
 
-    def point(
-        self,
-        # coordinate x in the axes of the body, m or text with a unit. A rod lies along x from its start
-        x: Quantity,
-        y: Quantity = 0.0,
-        name: str = "",  # name of the point in the document; none if empty
-    ) -> BuiltPoint:
-        """Return a point of the body.
+    def point(self, x: Quantity, y: Quantity = 0.0, name: str = "") -> BuiltPoint:
+        """Return a point at [x, y] in the axes of the body, m or texts with a unit; a rod lies along x from its start.
 
-        Raises MechanismError if a coordinate is no length, the name is none, or the body has a point of this
-        name.
+        With a name it stands in the document, and `body[name]` returns it again. Raises MechanismError if a coordinate
+        is no length, the name is none, or the body has a point of this name.
         """
         if not isinstance(name, str) or name:
             check_name(f"a point of body {self.name!r}", name)
@@ -195,14 +189,12 @@ class BuiltBody:
         self.table["points"] = points
         return BuiltPoint(self.name, f"{self.name}.{name}")
 
-    def add_mass(
-        self,
-        mass: Quantity,  # mass, kg or text with a unit
-        at: BuiltPoint | Sequence[Quantity],  # position [x, y] in the axes of the body, or a point of `point`
-        # radius of a solid ball, m or text with a unit; None for a mass in a point
-        radius: Quantity | None = None,
-    ) -> None:
-        """Add a mass that is fixed to the body; raise MechanismError if the position is none of this body, or a quantity is wrong."""
+    def add_mass(self, mass: Quantity, at: BuiltPoint | Sequence[Quantity], radius: Quantity | None = None) -> None:
+        """Fix a mass (kg or text with a unit) to the body, at [x, y] in its axes or one of its points.
+
+        With a `radius`, m or text with a unit, it is a solid ball. Raises MechanismError if the position is none of
+        this body, or a quantity is wrong.
+        """
         position = self._position_of(at) if isinstance(at, BuiltPoint) else list(at) if isinstance(at, Iterable) else at
         ball = {"mass": mass, "at": position} | ({} if radius is None else {"radius": radius})
         check_mass(f"mass on body {self.name!r}", ball)
@@ -210,13 +202,12 @@ class BuiltBody:
         self.check({**self.table, "point_masses": balls})
         self.table["point_masses"] = balls
 
-    def set_outline(
-        self,
-        # corners [x, y], or [x, y, radius] where an arc begins, or {"curve": ..., "inset": ...} for a closed
-        # curve, as in scene files
-        outline: Sequence[Any] | Mapping[str, Any],
-    ) -> None:
-        """Give the body an outline for rollers of other bodies; raise MechanismError if it crosses itself, or a value is wrong."""
+    def set_outline(self, outline: Sequence[Any] | Mapping[str, Any]) -> None:
+        """Give the body an outline for rollers of other bodies; raise MechanismError if it crosses itself, or a value is wrong.
+
+        It is a list of corners [x, y], or [x, y, radius] where an arc begins, or {"curve": ..., "inset": ...} for a
+        closed curve, as in scene files.
+        """
         table = {**self.table, "outline": plain_list(outline)}
         self.check(table)
         self.table["outline"] = table["outline"]

@@ -48,11 +48,15 @@ class ClosedConfigurations:
     complete: bool  # whether there are certainly no others
     closing: IntArray  # numbers of the bodies that take part in the closing
 
-    def find_highest(self) -> int:
-        """Return the index of the configuration with the highest mass centres, or farthest right; singular ones are the last choice."""
+    def find_highest(self, among: Iterable[int] | None = None) -> int:
+        """Return the index of the configuration with the highest mass centres, or farthest right; singular ones are the last choice.
+
+        It is one of all, or of those with given indices.
+        """
         # Bodies that take no part in the closing do not count.
-        mobilities = [self.solver.count_degrees_of_freedom(one) for one in self.poses]
-        regular = [k for k, mobility in enumerate(mobilities) if mobility == min(mobilities)]
+        indices = range(len(self.poses)) if among is None else among
+        mobilities = {k: self.solver.count_degrees_of_freedom(self.poses[k]) for k in indices}
+        regular = [k for k, mobility in mobilities.items() if mobility == min(mobilities.values())]
         reach, height = self.poses[:, self.closing, :2].sum(axis=1).T
         highest = max(float(height[k]) for k in regular)
         tolerance = HEIGHT_TOLERANCE * self.solver.mechanism.length_scale

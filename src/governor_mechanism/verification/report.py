@@ -10,7 +10,7 @@ from governor_mechanism.files.writing import atomic_write
 from governor_mechanism.model.results.result import Column, Result, format_columns
 from governor_mechanism.units.text_table import short_repr
 
-MAX_PRINTED_ROWS = 24
+MAX_PRINTED_ROWS = 25
 """Printed rows; a longer report shows the rows with the largest deviations only."""
 
 

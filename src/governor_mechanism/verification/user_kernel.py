@@ -116,10 +116,11 @@ def match_arguments(
             raise MechanismError(
                 f"names gives {theirs!r}, which is no parameter of the kernel; it has {known}.{did_you_mean(theirs, parameters)}"
             )
-    selected = {}
+    selected, problems = dict[str, Series](), list[str]()
     for name, parameter in parameters.items():
         if parameter.kind in (parameter.VAR_POSITIONAL, parameter.VAR_KEYWORD, parameter.POSITIONAL_ONLY):
-            raise MechanismError(f"the kernel's parameter {name!r} cannot be matched by name; use plain named parameters")
+            problems.append(f"the kernel's parameter {name!r} cannot be matched by name; use plain named parameters")
+            continue
         ours, _, unit = (part.strip() for part in str(names.get(name, name)).partition(" in "))
         if ours in available:
             column = available[ours]
@@ -128,9 +129,9 @@ def match_arguments(
         elif name in names or parameter.default is parameter.empty:
             known = ", ".join(sorted(available))
             remedy = "" if name in names else f'; another name is given by names={{"{name}": "..."}} or --map {name}=...'
-            raise MechanismError(
-                f"the kernel has an unknown parameter {ours!r}; available: {known}{remedy}.{did_you_mean(ours, available)}"
-            )
+            problems.append(f"the kernel has an unknown parameter {ours!r}; available: {known}{remedy}.{did_you_mean(ours, available)}")
+    if problems:
+        raise MechanismError(*problems)
     return selected
 
 
@@ -291,7 +292,8 @@ def _wrong_inputs(quantity: Quantity, unknown: Sequence[str], missing: Sequence[
     sentence = f"`over` must give values of {wanted} for {quantity.name}"
     sentence += f", and may give {' and '.join(map(repr, optional))}" if optional else ""
     if missing and not unknown:
-        return f"{sentence}; {' and '.join(map(repr, missing))} is missing: crosscheck needs over={{{missing[0]!r}: [...]}}"
+        cure = f"crosscheck needs over={{{missing[0]!r}: [...]}} or --over {missing[0]}=first:last:count"
+        return f"{sentence}; {' and '.join(map(repr, missing))} is missing: {cure}"
     return f"{sentence}; got {list(unknown)}.{did_you_mean(unknown[0], quantity.inputs)}"
 
 

@@ -186,7 +186,7 @@ def _note(configurations: ClosedConfigurations, index: int, take: str, held_by: 
     where = f" with {' and '.join(held_by)}" if held_by else ""
     return (
         f"the joints close in {at_least}{count} ways{where}: assembly {index + 1}, {reason}, is taken; "
-        f"assembly = 1 to {count} chooses another"
+        f"assembly = 1 to {count} chooses another, and the command assemblies draws them and says how far a motor turns in each"
     )
 
 
