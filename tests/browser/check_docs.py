@@ -2,7 +2,6 @@
 
 import re
 import threading
-import time
 from functools import partial
 from html.parser import HTMLParser
 from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
@@ -107,12 +106,7 @@ def test_nothing_comes_from_another_site(links):
 def test_search_finds(tab, address, word, page):
     tab.open(f"{address}search.html?q={word}", reduced_motion=True)
     listed = "[...document.querySelectorAll('#search-results li a')].map((link) => link.getAttribute('href'))"
-    deadline = time.monotonic() + SEARCH_TIME
-    found: list[str] = []
-    while not any(f"machines/{page}" in link for link in found) and time.monotonic() < deadline:
-        time.sleep(0.1)
-        found = tab.evaluate(listed)
-    assert any(f"machines/{page}" in link for link in found), found
+    tab.wait_until(f"{listed}.some((link) => link.includes('machines/{page}'))", SEARCH_TIME)
 
 
 @pytest.mark.parametrize("dark", [False, True])

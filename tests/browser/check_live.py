@@ -1,17 +1,14 @@
 """The live page in a browser: real mouse and keyboard change the scene, and its readings are those of the same scene in Python."""
 
-import asyncio
 import json
 import random
 import re
-import socket
-import threading
 import time
 from base64 import b64encode
+from typing import Any
 
 import numpy as np
 import pytest
-import uvicorn
 
 import governor_mechanism as gm
 from chromium import Tab, open_browser
@@ -19,6 +16,7 @@ from governor_mechanism.live.describing import show_whole_run
 from governor_mechanism.live.server import HOST, Workbench
 from governor_mechanism.live.session import Session
 from governor_mechanism.notebook.exploration import make_widget
+from workbench_server import serve
 
 SCENES = ("porter", "hartung_dubois", "stephenson_arc_middle", "jansen", "governed_engine")
 N_CHANGES = 20
@@ -30,15 +28,8 @@ def bench():
     """A server of the scenes, each for a short run."""
     shorter = {"run.duration": "0.5 s"}
     workbench = Workbench("token", {name: Session(gm.load(name).replace(shorter)) for name in (*SCENES, "scott_russell")})
-    with socket.socket() as listener:
-        listener.bind((HOST, 0))
-        port = listener.getsockname()[1]
-        server = uvicorn.Server(uvicorn.Config(workbench.make_app(port), log_level="error", ws="websockets-sansio"))
-        thread = threading.Thread(target=lambda: asyncio.run(server.serve(sockets=[listener])))
-        thread.start()
+    with serve(workbench) as port:
         yield workbench, f"http://{HOST}:{port}/token/"
-        server.should_exit = True
-        thread.join(WAITING_TIME)
 
 
 @pytest.fixture(scope="module")
@@ -50,10 +41,18 @@ def tab():
 
 def wait_for(tab: Tab, session: Session) -> None:
     """Wait until the page shows the newest state."""
-    deadline = time.monotonic() + WAITING_TIME
-    while tab.evaluate("Number(document.documentElement?.dataset.number ?? -1)") < session.solve().number:
-        assert time.monotonic() < deadline
-        time.sleep(0.02)
+    shown = "Number(document.documentElement?.dataset.number ?? -1)"
+    tab.wait_until(lambda: tab.evaluate(shown) >= session.solve().number)
+
+
+def open_scene(tab: Tab, bench, name: str, **options: Any) -> Session:
+    """Open the page of a scene as it was, and wait for it."""
+    workbench, address = bench
+    session: Session = workbench.sessions[name]
+    session.reset()
+    tab.open(f"{address}{name}/", **{"width": 1366, **options})
+    wait_for(tab, session)
+    return session
 
 
 def place_of(tab: Tab, selector: str) -> tuple[float, float]:
@@ -67,9 +66,13 @@ def place_of(tab: Tab, selector: str) -> tuple[float, float]:
 
 
 def click(tab: Tab, selector: str) -> None:
-    x, y = place_of(tab, selector)
-    for kind in ("mouseMoved", "mousePressed", "mouseReleased"):
-        tab.point(kind, x, y)
+    tab.click(*place_of(tab, selector))
+
+
+def type_text(tab: Tab, text: str) -> None:
+    """Press the keys of a text."""
+    for letter in text:
+        tab.press(letter, letter)
 
 
 def type_value(tab: Tab, key: str, value: float) -> None:
@@ -78,8 +81,7 @@ def type_value(tab: Tab, key: str, value: float) -> None:
     tab.evaluate(f"document.querySelector({selector!r}).closest('details').open = true")
     click(tab, selector)
     tab.evaluate(f"document.querySelector({selector!r}).select()")
-    for letter in f"{value:.6g}":
-        tab.press(letter, letter)
+    type_text(tab, f"{value:.6g}")
     tab.press("Enter", "\r")
 
 
@@ -91,14 +93,6 @@ def check_readings(tab: Tab, session: Session) -> None:
     assert shown
     for name, value in shown.items():
         assert value == pytest.approx(run.readings[name][-1], rel=1e-12, abs=1e-12)
-
-
-def wait_for_change(session: Session, before) -> None:
-    """Wait until a change has reached the session."""
-    deadline = time.monotonic() + WAITING_TIME
-    while session.document == before:
-        assert time.monotonic() < deadline
-        time.sleep(0.02)
 
 
 def move_slider(tab: Tab, key: str, steps: int) -> None:
@@ -119,18 +113,12 @@ def drag_slider(tab: Tab, key: str, shift: float) -> None:
         " return [box.x + thumb / 2 + share * (box.width - thumb), box.y + box.height / 2]; })()"
     )
     x, y = tab.evaluate(script)
-    tab.point("mouseMoved", x, y)
-    tab.point("mousePressed", x, y)
-    tab.command("Input.dispatchMouseEvent", type="mouseMoved", x=x + shift, y=y, button="left", buttons=1)
-    tab.point("mouseReleased", x + shift, y)
+    tab.drag((x, y), (x + shift, y))
 
 
 @pytest.mark.parametrize("name", SCENES)
 def test_random_changes_are_answered_by_the_run_of_the_same_scene(tab, bench, name):
-    workbench, address = bench
-    session = workbench.sessions[name]
-    tab.open(f"{address}{name}/", width=1366)
-    wait_for(tab, session)
+    session = open_scene(tab, bench, name)
     choice = random.Random(name)
     quantities = [one for one in session.find_quantities().values() if re.search("dimensions|spindle", one.key) and one.value]
     n_possible = 0
@@ -147,7 +135,7 @@ def test_random_changes_are_answered_by_the_run_of_the_same_scene(tab, bench, na
             case 3:  # back to where two changes before led
                 tab.command("Input.dispatchKeyEvent", type="keyDown", key="z", modifiers=2)
                 tab.command("Input.dispatchKeyEvent", type="keyUp", key="z", modifiers=2)
-        wait_for_change(session, before)
+        tab.wait_until(lambda before=before: session.document != before)
         time.sleep(0.05)  # the end of a drag is a message of its own
         wait_for(tab, session)
         if not session.solve().problem:
@@ -160,10 +148,7 @@ def test_random_changes_are_answered_by_the_run_of_the_same_scene(tab, bench, na
 
 
 def test_the_keyboard_reaches_and_does_all(tab, bench):
-    workbench, address = bench
-    session = workbench.sessions["scott_russell"]
-    tab.open(f"{address}scott_russell/", width=1366, reduced_motion=True)
-    wait_for(tab, session)
+    session = open_scene(tab, bench, "scott_russell", reduced_motion=True)
     tab.evaluate("document.querySelectorAll('#workbench details').forEach((one) => { one.open = true; })")
     wanted = (
         "[...document.querySelectorAll('button, input, select, a[href], summary, [tabindex]')]"
@@ -177,31 +162,23 @@ def test_the_keyboard_reaches_and_does_all(tab, bench):
     before = session.document
     tab.evaluate("document.getElementById('value of dimensions.crank').focus()")
     tab.evaluate("document.activeElement.select()")
-    for letter in "-1.1":
-        tab.press(letter, letter)
+    type_text(tab, "-1.1")
     assert tab.evaluate("document.activeElement.value") == "-1.1"  # no key of the clock is taken from what is typed
-    for letter in ("Backspace", "Backspace", "Backspace", "Backspace"):
-        tab.command("Input.dispatchKeyEvent", type="keyDown", key=letter, windowsVirtualKeyCode=8)
-        tab.command("Input.dispatchKeyEvent", type="keyUp", key=letter, windowsVirtualKeyCode=8)
-    for letter in "1.1":
-        tab.press(letter, letter)
+    for kind in 4 * ("keyDown", "keyUp"):
+        tab.command("Input.dispatchKeyEvent", type=kind, key="Backspace", windowsVirtualKeyCode=8)
+    type_text(tab, "1.1")
     tab.press("Enter", "\r")
-    wait_for_change(session, before)
+    tab.wait_until(lambda: session.document != before)
     wait_for(tab, session)
     assert session.find_quantities()["dimensions.crank"].value == 1.1
     tab.evaluate("[...document.querySelectorAll('#workbench button')].find((one) => one.textContent === 'Undo').focus()")
     tab.press("Enter", "\r")
-    deadline = time.monotonic() + WAITING_TIME
-    while session.document != before:
-        assert time.monotonic() < deadline
-        time.sleep(0.02)
+    tab.wait_until(lambda: session.document == before)
     assert not tab.problems
 
 
 def test_a_telephone_in_the_dark_shows_all(tab, bench):
-    workbench, address = bench
-    tab.open(f"{address}porter/", width=390, height=844, dark=True)
-    wait_for(tab, workbench.sessions["porter"])
+    open_scene(tab, bench, "porter", width=390, height=844, dark=True)
     assert tab.evaluate("document.documentElement.scrollWidth") <= 390
     light = "getComputedStyle(document.documentElement).backgroundColor.match(/\\d+/g).map(Number)"
     assert max(tab.evaluate(light)) < 80
@@ -214,37 +191,20 @@ def test_the_address_holds_the_changes_and_a_link_to_it_makes_them(tab, bench):
     session.reset()
     tab.open("about:blank")
     tab.open(f"{address}scott_russell/#dimensions.crank=1.05", width=1366)
-    deadline = time.monotonic() + WAITING_TIME
-    while session.find_quantities()["dimensions.crank"].value != 1.05:
-        assert time.monotonic() < deadline
-        time.sleep(0.02)
+    tab.wait_until(lambda: session.find_quantities()["dimensions.crank"].value == 1.05)
     wait_for(tab, session)
     assert tab.evaluate("document.querySelector('.ghost-layer') !== null")
     session.reset()
-    while tab.evaluate("location.hash"):
-        assert time.monotonic() < deadline
-        time.sleep(0.02)
+    tab.wait_until("!location.hash")
     assert not tab.problems
 
 
 def test_a_dragged_pivot_moves_its_dimensions_and_an_arrow_key_too(tab, bench):
-    workbench, address = bench
-    session = workbench.sessions["jansen"]
-    session.reset()
-    tab.open(f"{address}jansen/", width=1366)
-    wait_for(tab, session)
+    session = open_scene(tab, bench, "jansen")
     values = {key: one.value for key, one in session.find_quantities().items()}
     x, y = place_of(tab, '[data-grip="pivot B"]')
-    tab.point("mouseMoved", x, y)
-    tab.point("mousePressed", x, y)
-    for step in range(1, 6):
-        tab.point("mouseMoved", x - 2 * step, y + step)
-        time.sleep(0.05)
-    tab.point("mouseReleased", x - 10, y + 5)
-    deadline = time.monotonic() + WAITING_TIME
-    while session.find_quantities()["dimensions.down"].value == values["dimensions.down"]:
-        assert time.monotonic() < deadline
-        time.sleep(0.02)
+    tab.drag(*((x - 2 * step, y + step) for step in range(6)), pause=0.05)
+    tab.wait_until(lambda: session.find_quantities()["dimensions.down"].value != values["dimensions.down"])
     time.sleep(0.5)
     wait_for(tab, session)
     moved = {key: one.value for key, one in session.find_quantities().items()}
@@ -254,21 +214,10 @@ def test_a_dragged_pivot_moves_its_dimensions_and_an_arrow_key_too(tab, bench):
     check_readings(tab, session)
     tab.evaluate("document.querySelector('[data-grip=\"pivot B\"]').focus()")
     tab.press("ArrowLeft")
-    while session.find_quantities()["dimensions.across"].value == moved["dimensions.across"]:
-        assert time.monotonic() < deadline + WAITING_TIME
-        time.sleep(0.02)
+    tab.wait_until(lambda: session.find_quantities()["dimensions.across"].value != moved["dimensions.across"])
     wait_for(tab, session)
     assert tab.evaluate("document.activeElement.dataset.grip") == "pivot B"  # also after the drawing was made again
     assert not tab.problems
-
-
-def drag_along(tab: Tab, x: float, y: float, steps: list[tuple[float, float]]) -> None:
-    """Drag what is at a place of the window by steps (pixels) from it."""
-    tab.point("mouseMoved", x, y)
-    tab.point("mousePressed", x, y)
-    for dx, dy in steps:
-        tab.command("Input.dispatchMouseEvent", type="mouseMoved", x=x + dx, y=y + dy, button="left", buttons=1)
-    tab.point("mouseReleased", x + steps[-1][0], y + steps[-1][1])
 
 
 def place_in_window(tab: Tab, place) -> tuple[float, float]:
@@ -279,43 +228,29 @@ def place_in_window(tab: Tab, place) -> tuple[float, float]:
 
 
 def test_a_dragged_coupler_point_turns_a_driven_mechanism_along_its_motion(tab, bench):
-    workbench, address = bench
-    session = workbench.sessions["jansen"]
-    session.reset()
-    tab.open(f"{address}jansen/", width=1366, reduced_motion=True)
-    wait_for(tab, session)
+    session = open_scene(tab, bench, "jansen", reduced_motion=True)
     run = session.run
     picture = show_whole_run(run)[0].views[0].picture
-    sought = run.times[15]
-    places = [place_in_window(tab, picture.place(run.paths["foot"][k])) for k in range(16)]
-    steps = [(x - places[0][0], y - places[0][1]) for x, y in places[1:]]
-    drag_along(tab, *places[0], steps)
+    tab.drag(*(place_in_window(tab, picture.place(run.paths["foot"][k])) for k in range(16)))
     shown = float(tab.evaluate("document.getElementById('scrub').value"))
-    assert shown == pytest.approx(sought, abs=2e-3)  # the hand moves in pixels
+    assert shown == pytest.approx(run.times[15], abs=2e-3)  # the hand moves in pixels
     assert session.find_changes() == {}
     assert not tab.problems
 
 
 def test_a_pulled_sleeve_becomes_the_start_and_ends_at_its_dead_centre(tab, bench):
-    workbench, address = bench
-    session = workbench.sessions["porter"]
-    session.reset()
-    tab.open(f"{address}porter/", width=1366, reduced_motion=True)
-    wait_for(tab, session)
+    session = open_scene(tab, bench, "porter", reduced_motion=True)
     picture = show_whole_run(session.run)[0].views[0].picture
     study = gm.kinematics("porter", "arm_angle", ["40 deg", "30 deg"])
     sleeve = [body.name for body in session.run.scene.mechanism.bodies].index("sleeve")
     before, after = (np.array(place_in_window(tab, picture.place(study.poses[k, sleeve, :2]))) for k in range(2))
     before += [12.0, 8.0]  # anywhere on the sleeve
-    steps = [(0.0, share * (after[1] - before[1] + 8.0)) for share in (0.25, 0.5, 0.75, 1.0)]
+    places = [(before[0], before[1] + share * (after[1] - before[1] + 8.0)) for share in (0.0, 0.25, 0.5, 0.75, 1.0)]
     document = session.document
     tab.point("mouseMoved", *before)
-    deadline = time.monotonic() + WAITING_TIME
-    while tab.evaluate("document.documentElement.dataset.travel") != "start.arm_angle":
-        assert time.monotonic() < deadline
-        time.sleep(0.02)
-    drag_along(tab, *before, steps)
-    wait_for_change(session, document)
+    tab.wait_until("document.documentElement.dataset.travel === 'start.arm_angle'")
+    tab.drag(*places)
+    tab.wait_until(lambda: session.document != document)
     time.sleep(0.1)
     assert session.find_quantities()["start.arm_angle"].value == pytest.approx(30.0, abs=0.4)  # the hand moves in pixels
     session.undo()
@@ -324,16 +259,9 @@ def test_a_pulled_sleeve_becomes_the_start_and_ends_at_its_dead_centre(tab, benc
 
 
 def test_an_impossible_length_is_a_sentence_that_a_reader_hears(tab, bench):
-    workbench, address = bench
-    session = workbench.sessions["jansen"]
-    session.reset()
-    tab.open(f"{address}jansen/", width=390)
-    wait_for(tab, session)
+    open_scene(tab, bench, "jansen", width=390)
     type_value(tab, "dimensions.j", 300.0)
-    deadline = time.monotonic() + WAITING_TIME
-    while not re.search("stays open", tab.evaluate("document.querySelector('#workbench [role=status]').textContent")):
-        assert time.monotonic() < deadline
-        time.sleep(0.02)
+    tab.wait_until("/stays open/.test(document.querySelector('#workbench [role=status]').textContent)")
     assert tab.evaluate("document.getElementById('stage').classList.contains('is-past')")
     assert tab.evaluate("document.documentElement.scrollWidth") <= 390
     assert not tab.problems
@@ -374,9 +302,9 @@ def test_the_page_lives_in_an_output_cell(tab, tmp_path):
     path.write_text(NOTEBOOK % b64encode(type(widget)._esm.encode()).decode(), encoding="utf-8")
     tab.open(path, width=1366, height=900)
     tab.evaluate(f"window.start({json.dumps(widget.fields)})")
-    before, deadline = session.document, time.monotonic() + WAITING_TIME
-    while session.document == before:  # the keyboard walks through the frame until it meets the only slider
-        assert time.monotonic() < deadline
+    before = session.document
+
+    def walk():  # the keyboard walks through the frame until it meets the only slider
         for text in tab.evaluate("window.outbox.splice(0)"):
             widget.hear(widget, text, [])
         while widget.sent:
@@ -384,30 +312,23 @@ def test_the_page_lives_in_an_output_cell(tab, tmp_path):
         tab.evaluate("document.activeElement === document.querySelector('iframe') || document.querySelector('iframe').focus()")
         tab.press("Tab")
         tab.press("ArrowRight")
-        time.sleep(0.05)
+        return session.document != before
+
+    tab.wait_until(walk)
     assert 1.0 < session.find_quantities()["dimensions.crank"].value < 1.02
     assert not tab.problems
 
 
 def test_a_motion_goes_on_from_what_is_shown_and_takes_a_change_at_once(tab, bench):
-    workbench, address = bench
-    session = workbench.sessions["porter"]
-    session.reset()
-    tab.open(f"{address}porter/", width=1366)
-    wait_for(tab, session)
+    open_scene(tab, bench, "porter")
     button = "[...document.querySelectorAll('#workbench button')].find((one) => /Let it move|Back to the run/.test(one.textContent))"
     end = "Number(document.getElementById('scrub').max)"
     stop = tab.evaluate(end)
     tab.evaluate("(() => { const one = document.getElementById('speed'); one.value = one.max; one.dispatchEvent(new Event('input')); })()")
     tab.evaluate(f"{button}.click()")
-    deadline = time.monotonic() + WAITING_TIME
-    while tab.evaluate(end) < stop + 0.2:  # the run is over, and the motion goes on
-        assert time.monotonic() < deadline
-        time.sleep(0.05)
+    tab.wait_until(f"{end} >= {stop} + 0.2")  # the run is over, and the motion goes on
     type_value(tab, "spindle.speed", 125.0)
-    while not re.search("125", tab.evaluate("document.querySelector('#workbench td[data-reading=spindle_speed]').textContent")):
-        assert time.monotonic() < deadline
-        time.sleep(0.05)
+    tab.wait_until("/125/.test(document.querySelector('#workbench td[data-reading=spindle_speed]').textContent)")
     assert re.search("pieces add up to", tab.evaluate("document.querySelector('#workbench [role=status]').textContent"))
     tab.evaluate(f"{button}.click()")
     assert tab.evaluate(end) == stop

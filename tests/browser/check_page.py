@@ -43,13 +43,24 @@ def tab(browser):
     assert browser.problems == []
 
 
+@pytest.fixture
+def still(tab, pages):
+    """The page of a Porter governor, which waits."""
+    tab.open(pages["porter"], reduced_motion=True)
+    return tab
+
+
 def seek(tab, time):
     """Move the slider of time as a pointer does."""
     tab.evaluate(f"(() => {{ const s = document.getElementById('scrub'); s.value = {time}; s.dispatchEvent(new Event('input')); }})()")
 
 
+def text_of(tab, name):
+    return tab.evaluate(f"document.getElementById('{name}').textContent")
+
+
 def shown_time(tab):
-    return float(tab.evaluate("document.getElementById('time').textContent").removesuffix(" s").replace("−", "-"))
+    return float(text_of(tab, "time").removesuffix(" s").replace("−", "-"))
 
 
 def box_of(tab, selector):
@@ -86,11 +97,7 @@ def test_a_part_that_is_taken_turns_the_clock_along_its_path(tab, pages, runs):
     for k in range(first, last + 1):
         x, y = picture.place(run.paths["crank pin"][k])
         places.append(tab.evaluate(f"(() => {{ const one = new DOMPoint({x}, {y}).matrixTransform({matrix}); return [one.x, one.y]; }})()"))
-    tab.point("mouseMoved", *places[0])
-    tab.point("mousePressed", *places[0])
-    for x, y in places[1:]:
-        tab.command("Input.dispatchMouseEvent", type="mouseMoved", x=x, y=y, button="left", buttons=1)
-    tab.point("mouseReleased", *places[-1])
+    tab.drag(*places)
     clock = "Number(document.getElementById('scrub').value)"
     assert tab.evaluate(clock) == pytest.approx(run.times[last], abs=3e-3)  # the hand moves in pixels
     tab.point("mouseMoved", places[-1][0] + 50.0, places[-1][1])  # it was let go
@@ -104,36 +111,33 @@ def test_it_plays_in_true_time(tab, pages):
     passed, elapsed = shown_time(tab) - first, time.monotonic() - began
     # A busy machine may leave out frames, and the clock of the page then waits; it never runs ahead.
     assert 0.3 < passed < elapsed + 0.1
-    assert tab.evaluate("document.getElementById('rate').textContent") == "true time"
+    assert text_of(tab, "rate") == "true time"
 
 
-def test_it_waits_where_motion_is_unwelcome(tab, pages):
-    tab.open(pages["porter"], reduced_motion=True)
+def test_it_waits_where_motion_is_unwelcome(still):
     time.sleep(0.3)
-    assert shown_time(tab) == 0.0
-    tab.press(" ", " ")
+    assert shown_time(still) == 0.0
+    still.press(" ", " ")
     time.sleep(0.5)
-    assert shown_time(tab) > 0.0
+    assert shown_time(still) > 0.0
 
 
 @pytest.mark.parametrize("moment", [0.0, 1.237, 10.0])
-def test_the_drawn_balls_stand_where_the_run_says(tab, pages, runs, moment):
+def test_the_drawn_balls_stand_where_the_run_says(still, runs, moment):
     run = runs["porter"]
-    tab.open(pages["porter"], reduced_motion=True)
-    seek(tab, moment)
+    seek(still, moment)
     drawing = show_run(run, None, (0.0, 10.0), np.array([moment]), 1.0)
     poses = drawing.parts[0].poses[0]
     picture = Picture(box=drawing.views[0].box)
     expected = sorted(picture.place(poses[:2, :2]).tolist())
     # Rounding to a unit for outline and track, and to a tenth of a unit for the attribute.
-    np.testing.assert_allclose([ball[:2] for ball in sorted(balls(tab, "plane"))], expected, atol=1.5)
+    np.testing.assert_allclose([ball[:2] for ball in sorted(balls(still, "plane"))], expected, atol=1.5)
 
 
-def test_from_outside_the_ball_in_front_covers_the_spindle(tab, pages, runs):
+def test_from_outside_the_ball_in_front_covers_the_spindle(still, runs):
     """The poses projected at the spindle angle, 120 rpm times the time, as seen from twelve times the reach of the machine."""
     run, moment = runs["porter"], 0.1
-    tab.open(pages["porter"], reduced_motion=True)
-    seek(tab, moment)
+    seek(still, moment)
     view = show_run(run, None, (0.0, 10.0), np.array([moment]), 1.0).views[0]
     picture = Picture(box=view.box)
     angle, axis = 4 * np.pi * moment, float(picture.place(np.zeros(2))[0])
@@ -146,30 +150,29 @@ def test_from_outside_the_ball_in_front_covers_the_spindle(tab, pages, runs):
         size = 1 / (1 - depth / eye)
         y = float(picture.place(view.data.poses[0, 0, :2])[1])
         expected.append([axis + side * radius * np.cos(angle) * size, height / 2 + (y - height / 2) * size])
-    drawn = balls(tab, "outside")
+    drawn = balls(still, "outside")
     # The ball behind is drawn first. Rounding of axis, track and spindle angle: a few units.
     np.testing.assert_allclose([ball[:2] for ball in drawn], expected, atol=4.0)
     assert drawn[0][2] < drawn[1][2]
-    order = tab.evaluate("[...document.querySelectorAll('.outside .role-ball, .outside .role-spindle')].map((e) => e.classList[0])")
+    order = still.evaluate("[...document.querySelectorAll('.outside .role-ball, .outside .role-spindle')].map((e) => e.classList[0])")
     assert order[0] == order[-1] == "role-ball"
     assert "role-spindle" in order
 
 
-def test_keys(tab, pages):
-    tab.open(pages["porter"], reduced_motion=True)
-    tab.press("End")
-    assert shown_time(tab) == 10.0
-    tab.press("ArrowLeft")
-    assert 9.9 < shown_time(tab) < 10.0
-    tab.press("Home")
-    assert shown_time(tab) == 0.0
-    tab.press("+", "+")
-    assert tab.evaluate("document.getElementById('rate').textContent") == "sped up 2×"
-    tab.press("-", "-")
-    tab.press("-", "-")
-    assert tab.evaluate("document.getElementById('rate').textContent") == "slowed 2×"
-    tab.press("f", "f")
-    assert tab.evaluate("document.getElementById('forces').checked") is True
+def test_keys(still):
+    still.press("End")
+    assert shown_time(still) == 10.0
+    still.press("ArrowLeft")
+    assert 9.9 < shown_time(still) < 10.0
+    still.press("Home")
+    assert shown_time(still) == 0.0
+    still.press("+", "+")
+    assert text_of(still, "rate") == "sped up 2×"
+    still.press("-", "-")
+    still.press("-", "-")
+    assert text_of(still, "rate") == "slowed 2×"
+    still.press("f", "f")
+    assert still.evaluate("document.getElementById('forces').checked") is True
 
 
 def is_playing(tab):
@@ -180,40 +183,35 @@ def is_dark(tab):
     return tab.evaluate("document.getElementById('theme').getAttribute('aria-pressed')") == "true"
 
 
-def test_the_space_bar_presses_a_button_reached_by_keys_and_else_plays(tab, pages):
-    tab.open(pages["porter"], reduced_motion=True)
-    tab.press("Tab")
-    assert tab.evaluate("document.activeElement.id") == "theme"
-    tab.press(" ", " ")
-    assert (is_dark(tab), is_playing(tab)) == (True, False)
-    x, y = middle_of(tab, "#theme")
-    for kind in ("mousePressed", "mouseReleased"):
-        tab.point(kind, x, y)
-    assert (is_dark(tab), is_playing(tab)) == (False, False)
-    tab.press(" ", " ")  # the pointer has pressed that button: the space bar is for the film
-    assert (is_dark(tab), is_playing(tab)) == (False, True)
-    tab.press(" ", " ")
-    assert (is_dark(tab), is_playing(tab)) == (False, False)
-    tab.evaluate("document.getElementById('play').focus()")
-    tab.press("Tab")
-    tab.evaluate("document.getElementById('forces').focus()")
-    was_checked = tab.evaluate("document.getElementById('forces').checked")
-    tab.press(" ", " ")
-    assert tab.evaluate("document.getElementById('forces').checked") is not was_checked
-    assert not is_playing(tab)
+def test_the_space_bar_presses_a_button_reached_by_keys_and_else_plays(still):
+    still.press("Tab")
+    assert still.evaluate("document.activeElement.id") == "theme"
+    still.press(" ", " ")
+    assert (is_dark(still), is_playing(still)) == (True, False)
+    still.click(*middle_of(still, "#theme"))
+    assert (is_dark(still), is_playing(still)) == (False, False)
+    still.press(" ", " ")  # the pointer has pressed that button: the space bar is for the film
+    assert (is_dark(still), is_playing(still)) == (False, True)
+    still.press(" ", " ")
+    assert (is_dark(still), is_playing(still)) == (False, False)
+    still.evaluate("document.getElementById('play').focus()")
+    still.press("Tab")
+    still.evaluate("document.getElementById('forces').focus()")
+    was_checked = still.evaluate("document.getElementById('forces').checked")
+    still.press(" ", " ")
+    assert still.evaluate("document.getElementById('forces').checked") is not was_checked
+    assert not is_playing(still)
 
 
-def test_a_click_in_a_plot_goes_there_and_a_pointer_reads_it(tab, pages, runs):
-    tab.open(pages["porter"], reduced_motion=True)
-    x, y = middle_of(tab, ".plot .frame")
-    tab.point("mouseMoved", x, y)
-    assert shown_time(tab) == 0.0
-    value = float(tab.evaluate("document.querySelector('.plot .value').textContent").rstrip("°"))
+def test_a_click_in_a_plot_goes_there_and_a_pointer_reads_it(still, runs):
+    x, y = middle_of(still, ".plot .frame")
+    still.point("mouseMoved", x, y)
+    assert shown_time(still) == 0.0
+    value = float(still.evaluate("document.querySelector('.plot .value').textContent").rstrip("°"))
     assert value == pytest.approx(np.degrees(np.interp(5.0, runs["porter"].times, runs["porter"].readings["arm_angle"])), abs=0.2)
-    tab.point("mousePressed", x, y)
-    tab.point("mouseReleased", x, y)
+    still.click(x, y)
     # A pixel of the plot is 10 s / 300.
-    assert shown_time(tab) == pytest.approx(5.0, abs=0.05)
+    assert shown_time(still) == pytest.approx(5.0, abs=0.05)
 
 
 @pytest.mark.parametrize("is_dark", [False, True])
@@ -239,19 +237,17 @@ def test_oscillations_too_narrow_for_a_plot_are_a_band_with_its_mean(tab, tmp_pa
     assert tab.evaluate("document.querySelector('.time-axis').innerText").split("\n")[1] == "band: range within a turn"
 
 
-def test_parts_have_names(tab, pages):
-    tab.open(pages["porter"], reduced_motion=True)
-    tab.point("mouseMoved", *middle_of(tab, ".plane .role-pointer"))
-    assert tab.evaluate("document.getElementById('part-name').textContent") == "pointer"
-    tab.evaluate("[...document.querySelectorAll('#parts button')].find((b) => b.textContent === 'link').click()")
-    assert tab.evaluate("document.querySelectorAll('.plane .marked').length") == 2
+def test_parts_have_names(still):
+    still.point("mouseMoved", *middle_of(still, ".plane .role-pointer"))
+    assert still.evaluate("document.getElementById('part-name').textContent") == "pointer"
+    still.evaluate("[...document.querySelectorAll('#parts button')].find((b) => b.textContent === 'link').click()")
+    assert still.evaluate("document.querySelectorAll('.plane .marked').length") == 2
 
 
-def test_forces_are_drawn_to_scale(tab, pages, runs):
-    tab.open(pages["porter"], reduced_motion=True)
-    assert tab.evaluate("getComputedStyle(document.querySelector('.forces')).display") == "none"
-    tab.evaluate("document.getElementById('forces').click()")
-    lengths = tab.evaluate(
+def test_forces_are_drawn_to_scale(still, runs):
+    assert still.evaluate("getComputedStyle(document.querySelector('.forces')).display") == "none"
+    still.evaluate("document.getElementById('forces').click()")
+    lengths = still.evaluate(
         "Object.fromEntries([...document.querySelectorAll('.forces g')].map((g) => {"
         " const [shaft, head] = g.querySelectorAll('path'); const a = shaft.getPointAtLength(0), b = head.getPointAtLength(0);"
         " return [g.dataset.name, Math.hypot(a.x - b.x, a.y - b.y)]; }))"
@@ -285,6 +281,6 @@ def test_light_and_dark(tab, pages):
 
 def test_a_short_run_is_slowed_and_says_so(tab, pages):
     tab.open(pages["andrews_squeezer"], reduced_motion=True)
-    assert tab.evaluate("document.getElementById('rate').textContent") == "slowed 200×"
+    assert text_of(tab, "rate") == "slowed 200×"
     seek(tab, 0.03)
     assert shown_time(tab) == 0.03

@@ -17,18 +17,8 @@ EXAMPLES = sorted(FOLDER.rglob("*.py"))
 LONGEST = 25
 """Largest number of lines with code: one sees at a glance what an example does."""
 DEAR = {
-    *(
-        "accuracy_and_time",
-        "before_and_after",
-        "cam",
-        "clock",
-        "crosscheck",
-        "first_governor",
-        "fit",
-        "flywheel",
-        "function",
-        "geneva_wheel",
-    ),
+    *("accuracy_and_time", "before_and_after", "cam", "clock", "crosscheck", "first_governor", "fit", "flywheel", "function"),
+    "geneva_wheel",
     *("governed_engine", "heat_map", "optimise", "path", "sensitivities", "slide_valve", "stability_border", "stability_map"),
     *("straight_lines", "valve_gears", "valve_timing", "velocities", "walking_leg"),
 }

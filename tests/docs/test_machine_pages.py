@@ -1,13 +1,12 @@
 """Every machine has a page that names all its dimensions, readings, effects and shipped scenes, and the source of its formulas."""
 
 import dataclasses
-import importlib.util
 import re
 from functools import cache
 
 import pytest
 
-from documentation_pages import ROOT
+from documentation_pages import ROOT, load_script
 from generators.readings import SPINDLE_READINGS, find_reading_units
 from governor_mechanism.machines.registry import MACHINES
 from governor_mechanism.model.part import TURNING_PLANE
@@ -103,11 +102,7 @@ def test_formulas_have_a_source_with_its_year_or_chapter(path):
 
 
 def test_the_sketches_are_those_of_their_script(tmp_path, monkeypatch):
-    spec = importlib.util.spec_from_file_location("sketches", FOLDER / "sketches.py")
-    assert spec
-    assert spec.loader
-    script = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(script)
+    script = load_script(FOLDER / "sketches.py")
     monkeypatch.setattr(script, "FOLDER", tmp_path)
     script.draw_all()
     folders = tmp_path, FOLDER / "sketches"

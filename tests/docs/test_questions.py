@@ -1,15 +1,13 @@
 """Every number on the pages that answer a question, computed again: by a formula written here, and by the package."""
 
-import importlib.util
 import math
 import re
-import sys
 
 import numpy as np
 import pytest
 
 import governor_mechanism as gm
-from documentation_pages import ROOT
+from documentation_pages import ROOT, load_script
 from governor_mechanism.scenes.library import shipped_scenes
 
 FOLDER = ROOT / "docs" / "questions"
@@ -18,15 +16,7 @@ RPM = 30.0 / math.pi
 GRAVITY = 9.81
 
 
-def load_module(name):
-    spec = importlib.util.spec_from_file_location(name, FOLDER / f"{name}.py")
-    module = importlib.util.module_from_spec(spec)
-    sys.modules[name] = module
-    spec.loader.exec_module(module)
-    return module
-
-
-scenes = load_module("question_scenes")
+scenes = load_script(FOLDER / "question_scenes.py")
 
 
 def numbers_of(name):
@@ -167,7 +157,7 @@ def test_flywheel():
 @pytest.mark.long
 def test_the_drawings_are_those_of_their_script(tmp_path, monkeypatch):
     """Up to a tenth of a pixel, by which processors may differ."""
-    drawings = load_module("drawings")
+    drawings = load_script(FOLDER / "drawings.py")
     monkeypatch.setattr(drawings, "FOLDER", tmp_path)
     for draw in drawings.DRAWINGS:
         path = draw()

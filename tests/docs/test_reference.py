@@ -269,10 +269,8 @@ def test_navigation_follows_the_links_of_an_index(tmp_path):
 
 def test_links_to_scripts_of_examples_lead_to_their_pages():
     text = "[all](examples/), [one](../examples/studies/gate.py), [file](examples/ruff.toml)"
-    assert (
-        link_made_examples(text)
-        == "[all](_generated/examples/index.rst), [one](../_generated/examples/studies/gate.rst), [file](examples/ruff.toml)"
-    )
+    expected = "[all](_generated/examples/index.rst), [one](../_generated/examples/studies/gate.rst), [file](examples/ruff.toml)"
+    assert link_made_examples(text) == expected
 
 
 def test_tables_keep_their_cells():

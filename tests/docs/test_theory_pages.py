@@ -2,8 +2,6 @@
 
 import re
 
-import pytest
-
 from documentation_pages import ROOT
 from governor_mechanism.effects.registry import EFFECTS
 from governor_mechanism.engines.certificate import JOINTS_OF_FIXED_WORK
@@ -33,12 +31,8 @@ def first_codes(page):
     return {match[1] for row in rows(read(page)) if (match := re.match(r"`([^`]+)`", row[0]))}
 
 
-def test_outcomes_of_the_limits_are_those_of_the_code():
-    named = {name for name in first_codes("limits.md") if name.isupper()}
-    assert named == {outcome.name for outcome in Outcome}
-
-
-def test_outcomes_of_the_limits_have_cause_and_cure():
+def test_outcomes_of_the_limits_are_those_of_the_code_and_have_cause_and_cure():
+    assert {name for name in first_codes("limits.md") if name.isupper()} == {outcome.name for outcome in Outcome}
     table = [row for row in rows(read("limits.md")) if row[0].strip("`") in Outcome.__members__]
     assert all(len(row) == 3 and all(row) for row in table)
 
@@ -48,12 +42,9 @@ def test_events_are_those_of_the_code():
     assert printed == {kind.name: kind.value for kind in EventKind}
 
 
-def test_every_engine_has_a_section():
+def test_every_engine_has_a_section_and_every_effect_a_law():
     headings = re.findall(r"^## `(\w+)`", read("engines.md"), flags=re.MULTILINE)
     assert sorted(headings) == sorted(ENGINES)
-
-
-def test_every_effect_has_a_law():
     assert {effect.key for effect in EFFECTS} <= first_codes("effects.md")
 
 
@@ -68,19 +59,10 @@ def test_bounds_are_those_of_the_code():
     assert rf"\frac{{N}}{{{JOINTS_OF_FIXED_WORK} + n}}" in read("limits.md")
 
 
-@pytest.mark.parametrize(
-    "name",
-    [
-        "CONTACT_TOLERANCE",
-        "REST_TOLERANCE",
-        "STICTION_RATE_TOLERANCE",
-        "SIMULTANEITY_TOLERANCE",
-        "MIN_REBOUND_HEIGHT",
-        "MODE_CONSISTENCY_TOLERANCE",
-    ],
-)
-def test_contact_tolerances_are_those_of_the_code(name):
-    assert f"{getattr(tolerances, name):g}".replace("e-0", "e-") in read("events_and_contact.md")
+def test_contact_tolerances_are_those_of_the_code():
+    names = ("CONTACT", "REST", "STICTION_RATE", "SIMULTANEITY", "MODE_CONSISTENCY")
+    for value in (*(getattr(tolerances, f"{name}_TOLERANCE") for name in names), tolerances.MIN_REBOUND_HEIGHT):
+        assert f"{value:g}".replace("e-0", "e-") in read("events_and_contact.md")
 
 
 def test_every_theory_page_is_in_the_index():
@@ -88,14 +70,10 @@ def test_every_theory_page_is_in_the_index():
     assert pages == set(re.findall(r"^\| \[.*?\]\((\w+\.md)\)", read("index.md"), flags=re.MULTILINE))
 
 
-def test_glossary_is_sorted_without_double_entries():
+def test_glossary_is_sorted_without_double_entries_and_its_references_exist():
     head, *entries = rows((DOCS / "glossary.md").read_text(encoding="utf-8"))
     assert all(len(entry) == len(head) == 4 and entry[1] for entry in entries)
     terms = [entry[0].casefold() for entry in entries]
     assert terms == sorted(set(terms))
-
-
-def test_references_of_the_glossary_exist():
-    _, *entries = rows((DOCS / "glossary.md").read_text(encoding="utf-8"))
-    terms = {entry[0] for entry in entries}
-    assert {entry[1].removeprefix("see ") for entry in entries if entry[1].startswith("see ")} <= terms
+    referred = {entry[1].removeprefix("see ") for entry in entries if entry[1].startswith("see ")}
+    assert referred <= {entry[0] for entry in entries}

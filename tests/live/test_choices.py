@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 import governor_mechanism as gm
-from governor_mechanism.errors import MechanismError
 from governor_mechanism.live.conversation import respond
 from governor_mechanism.live.quantities import find_choices
 from governor_mechanism.live.session import Session, write_scene
@@ -67,17 +66,14 @@ def test_an_effect_acts_along_another_reading_with_a_load_of_its_kind(session):
     session.choose("effects.dry_friction along", "sleeve_lift")
 
 
-@pytest.mark.parametrize(
-    ("name", "key", "word"),
-    [
-        ("stephenson_arc_middle", "dimensions.rods", "crossed"),
-        ("stephenson_arc_middle", "dimensions.connecting_rod", "endless"),
-        ("slide_valve_30", "dimensions.setting", "equal cut-offs"),
-        ("governed_engine", "part.engine.dimensions.gas_torque", "mean"),
-        ("governed_engine", "events.overspeed.direction", "both"),
-        ("porter", "start.arm_angle", "equilibrium"),
-    ],
-)
+@pytest.mark.parametrize(("name", "key", "word"), [
+    ("stephenson_arc_middle", "dimensions.rods", "crossed"),
+    ("stephenson_arc_middle", "dimensions.connecting_rod", "endless"),
+    ("slide_valve_30", "dimensions.setting", "equal cut-offs"),
+    ("governed_engine", "part.engine.dimensions.gas_torque", "mean"),
+    ("governed_engine", "events.overspeed.direction", "both"),
+    ("porter", "start.arm_angle", "equilibrium"),
+])  # fmt: skip
 def test_a_word_of_the_file_is_chosen_and_taken_back(name, key, word):
     scene = gm.load(name).replace({"run.duration": "10 ms", "run.output_interval": "1 ms"})
     session = Session(scene)
@@ -135,18 +131,15 @@ def test_a_refused_combination_is_a_sentence():
     assert session.solve().problem.startswith("Engine 'reduced' integrates one free coordinate, but drives move this mechanism")
 
 
-@pytest.mark.parametrize(
-    ("key", "value", "sentence"),
-    [
-        ("run.engine", "newton", "engine is one of auto, impulse, multibody, reduced; found .newton."),
-        ("run.engine", True, "engine is one of auto"),
-        ("effects.gravity", "yes", "gravity is one of True, False; found .yes."),
-        ("title", "mine", "'title' is no choice of this scene"),
-        ("effects.link_masses", True, "'effects.link_masses' is no choice of this scene"),
-    ],
-)
+@pytest.mark.parametrize(("key", "value", "sentence"), [
+    ("run.engine", "newton", "engine is one of auto, impulse, multibody, reduced; found .newton."),
+    ("run.engine", True, "engine is one of auto"),
+    ("effects.gravity", "yes", "gravity is one of True, False; found .yes."),
+    ("title", "mine", "'title' is no choice of this scene"),
+    ("effects.link_masses", True, "'effects.link_masses' is no choice of this scene"),
+])  # fmt: skip
 def test_other_choices_are_refused(session, key, value, sentence):
-    with pytest.raises(MechanismError, match=sentence):
+    with pytest.raises(gm.MechanismError, match=sentence):
         session.choose(key, value)
 
 

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 import governor_mechanism as gm
-from governor_mechanism.errors import MechanismError
 from governor_mechanism.live.conversation import respond
 from governor_mechanism.live.motion import MAX_DURATION
 from governor_mechanism.live.session import Session
@@ -128,7 +127,7 @@ def test_what_cannot_go_on_is_a_sentence(session):
     assert "ball_mass" in piece["problem"]  # and the motion is that of the last possible scene
     session.reset()
     session.change({"spindle.speed": 900.0})
-    with pytest.raises(MechanismError, match="does not go on"):
+    with pytest.raises(gm.MechanismError, match="does not go on"):
         go_on(session, 20)
 
 

@@ -69,21 +69,11 @@ def test_another_file_is_not_overwritten_unasked(session, path):
     assert gm.load(other).document == session.document
 
 
-@pytest.mark.parametrize(
-    "name",
-    [
-        "../out.toml",
-        "/tmp/out.toml",
-        "sub/out.toml",
-        "..\\out.toml",
-        "C:out.toml",
-        "out.py",
-        ".toml",
-        ".hidden.toml",
-        "a\nb.toml",
-        "a\0.toml",
-    ],
-)
+PATHS = ("../out.toml", "/tmp/out.toml", "sub/out.toml", "..\\out.toml", "C:out.toml")
+OTHERS = ("out.py", ".toml", ".hidden.toml", "a\nb.toml", "a\0.toml")
+
+
+@pytest.mark.parametrize("name", PATHS + OTHERS)
 def test_paths_and_other_files_are_refused(session, path, name):
     before = sorted(path.parents[1].rglob("*"))
     assert "is no path" in save(session, name, overwrites=True)["refused"]

@@ -1,6 +1,5 @@
 """The local server: it answers its own page, and refuses everything else."""
 
-import asyncio
 import json
 import re
 import signal
@@ -8,7 +7,6 @@ import socket
 import subprocess
 import sys
 import threading
-import time
 import tomllib
 from base64 import b64decode
 from contextlib import closing
@@ -16,39 +14,25 @@ from http.client import HTTPConnection
 from urllib.parse import urljoin, urlsplit
 
 import pytest
-import uvicorn
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 from websockets.sync.client import connect
 
 import governor_mechanism as gm
-from governor_mechanism.live.conversation import MAX_MESSAGE_SIZE, parse_message
+from governor_mechanism.live.conversation import parse_message
 from governor_mechanism.live.server import HOST, MAX_WAITING, Workbench, serve
 from governor_mechanism.live.session import Session
+from workbench_server import WAITING_TIME
+from workbench_server import serve as run_server
 
 TOKEN = "token-of-the-test"
-WAITING_TIME = 60.0
-"""Longest time (s) for an answer on a busy machine."""
 
 
 @pytest.fixture(scope="module")
 def port():
     """A server of one scene."""
     session = Session(gm.load("scott_russell").replace({"run.duration": "0.2 s"}))
-    with socket.socket() as listener:
-        listener.bind((HOST, 0))
-        number = listener.getsockname()[1]
-        app = Workbench(TOKEN, {"mine": session}).make_app(number)
-        config = uvicorn.Config(app, log_level="critical", ws="websockets-sansio", ws_max_size=MAX_MESSAGE_SIZE)
-        server = uvicorn.Server(config)
-        thread = threading.Thread(target=lambda: asyncio.run(server.serve(sockets=[listener])))
-        thread.start()
-        deadline = time.monotonic() + WAITING_TIME
-        while not server.started:
-            assert time.monotonic() < deadline
-            time.sleep(0.01)
+    with run_server(Workbench(TOKEN, {"mine": session})) as number:
         yield number
-        server.should_exit = True
-        thread.join(WAITING_TIME)
 
 
 def ask(port: int, path: str, **headers: str):
@@ -62,21 +46,32 @@ def talk(port: int, **settings):
     return connect(f"ws://{HOST}:{port}/{TOKEN}/mine/live", origin=f"http://{HOST}:{port}", max_size=None, **settings)
 
 
+def next_answer(connection, is_meant) -> dict:
+    """The first answer that is meant."""
+    while not is_meant(answer := json.loads(connection.recv(timeout=WAITING_TIME))):
+        pass
+    return answer
+
+
 def next_state(connection, number: int) -> dict:
     """The first answer to a change of a number, or to a later one."""
-    while True:
-        state = json.loads(connection.recv(timeout=WAITING_TIME))
-        if state.get("number", -1) >= number:
-            return state
+    return next_answer(connection, lambda answer: answer.get("number", -1) >= number)
+
+
+def next_refusal(connection) -> str:
+    return next_answer(connection, lambda answer: "refused" in answer)["refused"]
+
+
+def send(connection, action: str, **message) -> None:
+    connection.send(json.dumps({"action": action, **message}))
 
 
 def export(connection, ending: str) -> bytes:
     """The content of a file that the browser saves."""
-    connection.send(json.dumps({"action": "export", "ending": ending}))
-    while "file" not in (answer := json.loads(connection.recv(timeout=WAITING_TIME))):
-        pass
-    assert answer["file"]["name"] == f"scene.{ending}"
-    return b64decode(answer["file"]["content"])
+    send(connection, "export", ending=ending)
+    file = next_answer(connection, lambda answer: "file" in answer)["file"]
+    assert file["name"] == f"scene.{ending}"
+    return b64decode(file["content"])
 
 
 def value_of(state: dict, key: str) -> float:
@@ -84,12 +79,10 @@ def value_of(state: dict, key: str) -> float:
 
 
 def test_the_page_and_the_list_are_served(port):
-    answer, text = ask(port, f"/{TOKEN}/mine/")
-    assert answer.status == 200
-    assert b"connect-src 'self'" in text
-    answer, text = ask(port, f"/{TOKEN}/")
-    assert answer.status == 200
-    assert b'href="jansen/"' in text
+    for path, expected in ((f"/{TOKEN}/mine/", b"connect-src 'self'"), (f"/{TOKEN}/", b'href="jansen/"')):
+        answer, text = ask(port, path)
+        assert answer.status == 200
+        assert expected in text
 
 
 def test_two_scenes_stand_beside_each_other(port):
@@ -126,13 +119,13 @@ def test_a_foreign_page_cannot_connect(port, origin):
 def test_a_change_is_answered_in_all_tabs_and_saved(port):
     with talk(port) as first, talk(port) as second:
         number = next_state(first, 0)["number"]
-        first.send(json.dumps({"action": "change", "values": {"dimensions.crank": 1.25}}))
+        send(first, "change", values={"dimensions.crank": 1.25})
         for connection in (first, second):
             assert value_of(next_state(connection, number + 1), "dimensions.crank") == 1.25
         assert tomllib.loads(export(first, "toml").decode())["dimensions"]["crank"] == "1.25 m"
         assert b"time,crank_angle,pen_x,pen_y" in export(first, "csv")
         assert b"<svg" in export(first, "svg")
-        first.send(json.dumps({"action": "reset"}))
+        send(first, "reset")
         next_state(first, number + 2)
 
 
@@ -141,12 +134,12 @@ def test_a_thousand_changes_are_answered_by_few_runs(port):
         state = next_state(connection, 0)
         number, before = state["number"], value_of(state, "dimensions.crank")
         for k in range(1000):
-            connection.send(json.dumps({"action": "change", "values": {"dimensions.crank": 1.0 + k / 1000}, "isLast": k == 999}))
+            send(connection, "change", values={"dimensions.crank": 1.0 + k / 1000}, isLast=k == 999)
         n_answers = 1
         while next_state(connection, 0)["number"] < number + 1000:
             n_answers += 1
         assert n_answers < 500
-        connection.send(json.dumps({"action": "undo"}))
+        send(connection, "undo")
         assert value_of(next_state(connection, number + 1001), "dimensions.crank") == before
 
 
@@ -157,28 +150,25 @@ def test_too_large_a_message_closes_the_connection(port):
             next_state(connection, 10**9)
 
 
-@pytest.mark.parametrize(
-    ("message", "sentence"),
-    [
-        ("{", "JSON"),
-        ("[" * 30_000, "JSON"),
-        ("[]", "has an action"),
-        ('{"action": "delete"}', "has an action"),
-        ('{"action": "undo", "path": "/etc"}', 'takes no "path"'),
-        ('{"action": "change", "values": {}}', "numbers by key"),
-        ('{"action": "change", "values": {"dimensions.crank": 1}, "isLast": 1}', "true or false"),
-        ('{"action": ["change"]}', "has an action"),
-        ('{"action": "export", "ending": "exe"}', "one of toml"),
-        ('{"action": "assemble", "assembly": 0}', "whole number"),
-        ('{"action": "assemble", "assembly": 1.5}', "whole number"),
-        ('{"action": "save", "name": 3}', "a name is a text"),
-        ('{"action": "change", "values": {"dimensions.crank": NaN}}', "NaN is no number"),
-        ('{"action": "change", "values": {"dimensions.crank": 1e999}}', "finite number"),
-        ('{"action": "change", "values": {"dimensions.crank": "1 m"}}', "finite number"),
-        ('{"action": "change", "values": {"dimensions.crank": true}}', "finite number"),
-        ('{"action": "change", "values": {"' + "x" * 300 + '": 1}}', "finite number"),
-    ],
-)
+@pytest.mark.parametrize(("message", "sentence"), [
+    ("{", "JSON"),
+    ("[" * 30_000, "JSON"),
+    ("[]", "has an action"),
+    ('{"action": "delete"}', "has an action"),
+    ('{"action": "undo", "path": "/etc"}', 'takes no "path"'),
+    ('{"action": "change", "values": {}}', "numbers by key"),
+    ('{"action": "change", "values": {"dimensions.crank": 1}, "isLast": 1}', "true or false"),
+    ('{"action": ["change"]}', "has an action"),
+    ('{"action": "export", "ending": "exe"}', "one of toml"),
+    ('{"action": "assemble", "assembly": 0}', "whole number"),
+    ('{"action": "assemble", "assembly": 1.5}', "whole number"),
+    ('{"action": "save", "name": 3}', "a name is a text"),
+    ('{"action": "change", "values": {"dimensions.crank": NaN}}', "NaN is no number"),
+    ('{"action": "change", "values": {"dimensions.crank": 1e999}}', "finite number"),
+    ('{"action": "change", "values": {"dimensions.crank": "1 m"}}', "finite number"),
+    ('{"action": "change", "values": {"dimensions.crank": true}}', "finite number"),
+    ('{"action": "change", "values": {"' + "x" * 300 + '": 1}}', "finite number"),
+])  # fmt: skip
 def test_malformed_messages_are_refused(message, sentence):
     with pytest.raises(gm.MechanismError, match=sentence):
         parse_message(message)
@@ -189,9 +179,7 @@ def test_a_refusal_is_answered_and_the_connection_goes_on(port):
         next_state(connection, 0)
         for message in ("{", '{"action": "change", "values": {"title": 1}}'):
             connection.send(message)
-            while "refused" not in (answer := json.loads(connection.recv(timeout=WAITING_TIME))):
-                pass
-            assert answer["refused"]
+            assert next_refusal(connection)
 
 
 def test_a_failure_of_the_program_is_a_sentence_and_the_page_goes_on(port, monkeypatch):
@@ -203,12 +191,10 @@ def test_a_failure_of_the_program_is_a_sentence_and_the_page_goes_on(port, monke
 
         with monkeypatch.context() as broken:
             broken.setattr(Session, "describe_moment", fail)
-            connection.send(json.dumps({"action": "change", "values": {"dimensions.crank": 1.1}}))
-            while "refused" not in (answer := json.loads(connection.recv(timeout=WAITING_TIME))):
-                pass
-            assert "ZeroDivisionError: no length" in answer["refused"]
+            send(connection, "change", values={"dimensions.crank": 1.1})
+            assert "ZeroDivisionError: no length" in next_refusal(connection)
             next_state(connection, number + 1)
-        connection.send(json.dumps({"action": "reset"}))
+        send(connection, "reset")
         assert value_of(next_state(connection, number + 2), "dimensions.crank") == 1.0
 
 
@@ -218,10 +204,8 @@ def test_more_requests_than_can_wait_are_refused(port, monkeypatch):
     with talk(port) as connection:
         next_state(connection, 0)
         for _ in range(MAX_WAITING + 1):
-            connection.send(json.dumps({"action": "travel"}))
-        while "refused" not in (answer := json.loads(connection.recv(timeout=WAITING_TIME))):
-            pass
-        assert "wait already" in answer["refused"]
+            send(connection, "travel")
+        assert "wait already" in next_refusal(connection)
         gate.set()
         for _ in range(MAX_WAITING):
             assert json.loads(connection.recv(timeout=WAITING_TIME)) == {"travel": None}

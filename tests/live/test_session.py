@@ -21,9 +21,16 @@ from governor_mechanism.model.events import EventKind
 from governor_mechanism.render.style import colour_rules
 
 
+def open_session(name, duration, output_interval=None):
+    """A session of a shipped scene that runs shortly."""
+    return Session(
+        gm.load(name).replace({"run.duration": duration} | ({"run.output_interval": output_interval} if output_interval else {}))
+    )
+
+
 @pytest.fixture
 def session():
-    return Session(gm.load("scott_russell").replace({"run.duration": "0.2 s"}))
+    return open_session("scott_russell", "0.2 s")
 
 
 def test_quantities_are_those_of_the_file_in_its_units():
@@ -86,14 +93,13 @@ def test_an_impossible_geometry_is_a_sentence_and_the_last_possible_state(sessio
 
 
 def test_what_is_no_quantity_is_refused(session):
-    with pytest.raises(gm.MechanismError, match="no quantity of this scene"):
-        session.change({"title": 1.0})
-    with pytest.raises(gm.MechanismError, match="no quantity of this scene"):
-        session.change({"dimensions.nothing": 1.0})
+    for key in ("title", "dimensions.nothing"):
+        with pytest.raises(gm.MechanismError, match="no quantity of this scene"):
+            session.change({key: 1.0})
 
 
 def test_a_pivot_follows_the_hand_in_the_picture():
-    session = Session(gm.load("jansen").replace({"run.duration": "0.1 s"}))
+    session = open_session("jansen", "0.1 s")
     state = session.describe(session.solve())
     (grip,) = (one for one in state["grips"] if one["name"] == "pivot B")
     scale = show_whole_run(session.run)[0].views[0].picture.scale
@@ -161,7 +167,7 @@ def test_a_travel_ends_at_stops_and_at_dead_centres_and_closes_after_a_turn():
 
 
 def test_a_start_in_equilibrium_becomes_a_number_where_it_is_pulled():
-    session = Session(gm.load("hartung_dubois").replace({"run.duration": "10 ms", "run.output_interval": "1 ms"}))
+    session = open_session("hartung_dubois", "10 ms", "1 ms")
     assert session.document["start"]["lever_angle"] == "equilibrium"
     session.change({"start.lever_angle": 5.0})
     assert session.document["start"]["lever_angle"] == "5 deg"
@@ -170,7 +176,7 @@ def test_a_start_in_equilibrium_becomes_a_number_where_it_is_pulled():
 
 
 def test_a_run_that_locks_takes_few_steps_while_a_hand_holds_it():
-    session = Session(gm.load("jansen").replace({"run.duration": "2 s"}))
+    session = open_session("jansen", "2 s")
     usual = session.run.cost.steps
     session.change({"dimensions.crank": 17.0}, is_last=False)  # its joints stay open from 0.98 s on
     held = session.solve()
@@ -182,7 +188,7 @@ def test_a_run_that_locks_takes_few_steps_while_a_hand_holds_it():
 
 
 def test_a_run_that_takes_long_goes_to_the_shown_time_while_a_hand_moves(monkeypatch):
-    session = Session(gm.load("porter").replace({"run.duration": "2 s"}))
+    session = open_session("porter", "2 s")
     monkeypatch.setattr("governor_mechanism.live.session.HELD_TIME", 0.5 * session.run.cost.wall_time)
     session.shown_time = 0.4
     session.change({"dimensions.sleeve_mass": 21.0}, is_last=False)
@@ -230,7 +236,7 @@ def test_a_moment_is_drawn_without_a_search_for_events_and_shows_what_strikes(mo
 
 
 def test_the_equilibria_follow_a_hand_that_moves():
-    session = Session(gm.load("porter").replace({"run.duration": "0.1 s"}))
+    session = open_session("porter", "0.1 s")
     session.describe(session.solve())
     session.change({"spindle.speed": 130.0}, is_last=False)
     moment = session.describe_moment(session.solve(is_brief=True))
@@ -239,7 +245,7 @@ def test_the_equilibria_follow_a_hand_that_moves():
 
 
 def test_a_governor_shows_its_equilibria_and_the_curve_as_opened():
-    session = Session(gm.load("porter").replace({"run.duration": "0.1 s"}))
+    session = open_session("porter", "0.1 s")
     state = session.describe(session.solve())
     assert "stable equilibrium" in state["equilibria"]["sentences"]
     assert "as opened" not in state["equilibria"]["picture"]
@@ -263,7 +269,7 @@ def test_dry_friction_shows_the_speeds_between_which_it_holds():
 
 def test_a_saved_scene_is_the_opened_file_with_the_changed_values_alone_changed(tmp_path):
     source = Path(gm.load("jansen").source).read_text(encoding="utf-8")
-    session = Session(gm.load("jansen").replace({"run.duration": "4 s"}))
+    session = open_session("jansen", "4 s")
     assert write_scene(source, session.document) == source
     session.change({"dimensions.crank": 16.0, "body.shank.mass": 60.0, "ground.O.2": 0.001})
     saved = write_scene(source, session.document).splitlines()
@@ -283,7 +289,7 @@ def ask(session, **message):
 
 
 def test_another_assembly_is_taken_and_undone():
-    session = Session(gm.load("quick_return").replace({"run.duration": "0.1 s"}))
+    session = open_session("quick_return", "0.1 s")
     state = session.describe(session.solve())
     assert state["inspections"] == ["assemblies"]
     found = ask(session, action="assemblies")["assemblies"]
@@ -320,7 +326,7 @@ def test_changes_are_those_from_the_opened_scene(session):
 
 
 def test_two_runs_are_drawn_to_one_scale_by_their_frames():
-    session = Session(gm.load("scott_russell").replace({"run.duration": "0.2 s"}))
+    session = open_session("scott_russell", "0.2 s")
     first = session.describe(session.solve())
     ((scale, left, top),) = first["frames"]
     picture = show_whole_run(session.run)[0].views[0].picture
@@ -334,11 +340,9 @@ def test_a_long_cause_of_an_early_end_is_one_sentence():
 
 
 def test_quantities_of_couplings_change_too():
-    session = Session(gm.load("governed_engine").replace({"run.duration": "0.2 s"}))
+    session = open_session("governed_engine", "0.2 s")
     found = session.find_quantities()
     assert found["coupling.throttle_rod.table.2.1"].words == "throttle rod table reading 2"
     session.change({"coupling.gear.ratio": 1.1, "coupling.throttle_rod.table.2.2": 0.7})
-    expected = gm.load("governed_engine").replace(
-        {"run.duration": "0.2 s", "coupling.gear.ratio": 1.1, "coupling.throttle_rod.table.2.2": 0.7}
-    )
+    expected = gm.load("governed_engine").replace({"coupling.gear.ratio": 1.1, "coupling.throttle_rod.table.2.2": 0.7})
     assert session.solve().run.scene.couplings == expected.couplings

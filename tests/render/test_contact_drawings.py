@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 import governor_mechanism as gm
-from decoding import unpack_numbers
+from decoding import curve_of
+from drawing_checks import Drawn, of_role
 from governor_mechanism.render.geometry.primitives import Polygon
-from governor_mechanism.render.machines.registry import drawing_of
 from governor_mechanism.render.page.page_data import collect_data
 from governor_mechanism.render.page.views import show_run
 from governor_mechanism.render.page.writer import choose_sample_times
@@ -35,19 +35,12 @@ run = { duration = "0.2 s", output_interval = "20 ms", readings = ["contact.disc
 def slope(tmp_path_factory):
     path = tmp_path_factory.mktemp("slope") / "slope.toml"
     path.write_text(SLOPE)
-    run = gm.run(gm.load(path), certify=False)
-    return run, drawing_of(run, run.scene.part)
-
-
-def of_role(shapes, role):
-    return [shape for shape in shapes if shape.role == role]
+    return Drawn(gm.run(gm.load(path), certify=False))
 
 
 def test_a_weld_is_a_floor_along_the_underside_and_no_pivot(slope):
-    _, drawing = slope
-    still = list(drawing.background_shapes())
-    assert not of_role(still, "frame")
-    (floor,) = of_role(still, "wall")
+    assert not of_role(slope.still, "frame")
+    (floor,) = of_role(slope.still, "wall")
     line, *hatching = floor.lines
     assert sorted(x for x, _ in line) == pytest.approx([-0.3, 0.5])
     assert [y for _, y in line] == pytest.approx([-0.2, -0.2])
@@ -55,18 +48,15 @@ def test_a_weld_is_a_floor_along_the_underside_and_no_pivot(slope):
 
 
 def test_a_disc_that_rolls_has_a_radius_that_turns_with_it_and_no_letters_cover_it(slope):
-    run, drawing = slope
-    disc = run.scene.part.mechanism.body_index("disc")
-    for pose, time in zip(run.poses, run.times, strict=True):
-        shapes = list(drawing.moving_shapes(pose, float(time)))
+    disc = slope.run.scene.part.mechanism.body_index("disc")
+    for pose, shapes in zip(slope.run.poses, slope.moving, strict=True):
         (mark,) = of_role(shapes, "marked spoke")
         ((x0, y0), (x1, y1)) = mark.lines[0]
         x, y, angle = pose[disc]
         assert (x0, y0) == pytest.approx((x, y))
         assert (x1 - x0, y1 - y0) == pytest.approx((0.03 * math.cos(angle), 0.03 * math.sin(angle)))
-        assert not of_role(shapes, "letter")
-        assert not of_role(shapes, "ball")
-    assert abs(run.poses[-1, disc, 2]) > 0.5
+        assert not {"letter", "ball"} & {shape.role for shape in shapes}
+    assert abs(slope.run.poses[-1, disc, 2]) > 0.5
 
 
 def test_the_outline_of_a_follower_stands_in_front_of_its_block():
@@ -74,19 +64,16 @@ def test_the_outline_of_a_follower_stands_in_front_of_its_block():
     on_the_flat = {"type": "prismatic", "second": "follower.origin"}
     joints = [{**joint, **on_the_flat} if joint.get("name") == "guide" else joint for joint in document["joint"]]
     run = gm.run(gm.Scene.from_dict({**document, "joint": joints, "run": {"duration": "2 ms", "output_interval": "1 ms"}}), certify=False)
-    drawing = drawing_of(run, run.scene.part)
-    shapes = list(drawing.moving_shapes(run.poses[0], 0.0))
+    shapes = Drawn(run).at(0)
     block = next(number for number, shape in enumerate(shapes) if shape.role == "block")
     outlines = [number for number, shape in enumerate(shapes) if isinstance(shape, Polygon) and shape.role == "plate"]
-    assert outlines
     assert block < min(outlines)
 
 
 def test_a_page_has_the_profile_that_is_touched_and_the_forces_of_the_contact(slope):
     """A disc that rolls presses with m g cos(a), and a third of m g sin(a) keeps it from sliding; the film draws the same profile."""
-    run, _ = slope
-    span = 0.0, float(run.times[-1])
-    shown = show_run(run, None, span, choose_sample_times(run, span, 1.0), 1.0)
+    span = 0.0, float(slope.run.times[-1])
+    shown = show_run(slope.run, None, span, choose_sample_times(slope.run, span, 1.0), 1.0)
     data = json.loads(json.dumps(collect_data(shown, 1.0)))
     corners = [(-0.3, -0.2), (0.5, -0.2), (0.5, -0.1), (-0.3, 0.0)]
     expected = {tuple(np.round(point)) for point in shown.views[0].picture.place(np.array(corners))}
@@ -96,6 +83,5 @@ def test_a_page_has_the_profile_that_is_touched_and_the_forces_of_the_contact(sl
     slope_angle = math.atan(0.125)
     for name, force in (("force", 0.2 * 9.81 * math.cos(slope_angle)), ("friction", 0.2 * 9.81 * math.sin(slope_angle) / 3)):
         plot = next(plot for plot in data["plots"] if name in plot["name"])
-        curve = plot["curves"][0]
-        values = plot["limits"][0] + curve["quantum"] * unpack_numbers(curve["values"], curve["count"])
-        assert np.abs(values) == pytest.approx(force, abs=max(curve["quantum"], 1e-6))
+        values, quantum = curve_of(plot)
+        assert np.abs(values) == pytest.approx(force, abs=max(quantum, 1e-6))

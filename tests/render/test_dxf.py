@@ -1,7 +1,5 @@
 """Drawings in DXF have the pins and paths of the run, in millimetres."""
 
-from __future__ import annotations
-
 import sys
 
 import numpy as np
@@ -31,15 +29,12 @@ def test_pins_and_paths_stand_where_the_run_has_them(leg, tmp_path):
     assert not document.audit().errors
 
 
-@pytest.mark.parametrize(
-    ("options", "sentence"),
-    [
-        ({"path": "leg.svg"}, "a drawing's name must end in .dxf; got 'leg.svg'"),
-        ({"time": 5.0}, r"time of a drawing must lie within the run, 0..4 s; got 5 s"),
-        ({"paths": ["fot"]}, r"no point has this name.*Did you mean 'foot'"),
-        ({"part": "leg"}, "the scene has no part 'leg'"),
-    ],
-)
+@pytest.mark.parametrize(("options", "sentence"), [
+    ({"path": "leg.svg"}, "a drawing's name must end in .dxf; got 'leg.svg'"),
+    ({"time": 5.0}, r"time of a drawing must lie within the run, 0..4 s; got 5 s"),
+    ({"paths": ["fot"]}, r"no point has this name.*Did you mean 'foot'"),
+    ({"part": "leg"}, "the scene has no part 'leg'"),
+])  # fmt: skip
 def test_wrong_arguments_are_refused(leg, tmp_path, options, sentence):
     with pytest.raises(gm.MechanismError, match=sentence):
         leg.save_dxf(**{"path": tmp_path / "leg.dxf", **options})

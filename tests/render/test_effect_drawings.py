@@ -7,7 +7,8 @@ import math
 import numpy as np
 import pytest
 
-from decoding import paint_frames, words_of
+from decoding import assert_words_are_apart, boxes_of, paint_frames, painter_of
+from drawing_checks import Drawn, assert_shapes_keep, assert_within, of_role
 from governor_mechanism.effects.dashpot import Dashpot
 from governor_mechanism.effects.holding import Clearance, DryFriction, Stops
 from governor_mechanism.effects.masses import RodMasses
@@ -16,8 +17,6 @@ from governor_mechanism.model.events import Event
 from governor_mechanism.model.joints import Point
 from governor_mechanism.model.output_variables import PointCoordinate
 from governor_mechanism.model.time_functions import InputFunction
-from governor_mechanism.render.film.frame_painter import FramePainter
-from governor_mechanism.render.frame_data import FrameData
 from governor_mechanism.render.geometry.primitives import Circle, Lines, bounding_box
 from governor_mechanism.render.machines.pendulum import clearance_magnification
 from governor_mechanism.render.machines.registry import drawing_of
@@ -52,39 +51,22 @@ LISTED = {
 """Effects, and the roles that only they add."""
 
 EVERYTHING = [
-    RodMasses(arm_mass=0.6, ball_radius=0.05),
-    OutputSpring(reading="sleeve_lift", rate=2e3),
-    DryFriction(reading="sleeve_lift", force=FRICTION_FORCE),
-    DryFriction(reading="arm_angle", force=FRICTION_FORCE),
-    Dashpot(reading="sleeve_lift", linear=120.0),
-    Dashpot(reading="arm_angle", linear=2.0),
-    SLEEVE_STOPS,
-    ARM_STOPS,
-    Clearance(width=5e-4),
-]
+    RodMasses(arm_mass=0.6, ball_radius=0.05), OutputSpring(reading="sleeve_lift", rate=2e3),
+    *(DryFriction(reading=reading, force=FRICTION_FORCE) for reading in ("sleeve_lift", "arm_angle")),
+    Dashpot(reading="sleeve_lift", linear=120.0), Dashpot(reading="arm_angle", linear=2.0),
+    SLEEVE_STOPS, ARM_STOPS, Clearance(width=5e-4),
+]  # fmt: skip
 
 
-def shapes_of(run):
-    """Return the static shapes, and the moving shapes at every reported time."""
-    drawing = drawing_of(run, run.scene.part)
-    moving = [list(drawing.moving_shapes(pose, float(time))) for pose, time in zip(run.poses, run.times, strict=True)]
-    return list(drawing.background_shapes()), moving
-
-
-def roles(run):
-    still, moving = shapes_of(run)
-    return {shape.role for shape in (*still, *moving[0])}
-
-
-def of_role(shapes, role):
-    return [shape for shape in shapes if shape.role == role]
+def draw(effects, events=(), duration=1.0, **options):
+    """Return the drawing of a Porter governor with effects, which swings."""
+    return Drawn(fake_run_with_effects(PORTER, effects, events, duration=duration, **options))
 
 
 @pytest.mark.parametrize("name", LISTED)
 def test_only_listed_effects_are_drawn(name):
     effects, expected_roles = LISTED[name]
-    bare = roles(fake_run(PORTER, duration=1.0, output_interval=0.1))
-    shown = roles(fake_run_with_effects(PORTER, effects, duration=1.0, output_interval=0.1))
+    bare, shown = draw([]).roles(), draw(effects).roles()
     assert shown - bare == expected_roles
     assert bare - shown == ({"link"} if "rod" in expected_roles else set())
 
@@ -98,42 +80,31 @@ def test_all_shapes_stay_within_the_view_and_keep_their_types(case, name):
     impacts = [Event(time=0.3, kind="strikes its stop", subject=each.reading) for each in effects
              if isinstance(each, Stops)]  # fmt: skip
     motion = {"duration": 1.0, "output_interval": 0.05, "mean_angle": 35.0, "amplitude": 8.0}
-    run = fake_run_with_effects(GOVERNOR_DIMENSIONS[case], effects, impacts, **motion)
-    still, moving = shapes_of(run)
-    left, right, bottom, top = drawing_of(run, run.scene.part).bounds
-    x0, x1, y0, y1 = bounding_box([*still, *itertools.chain(*moving)])
-    assert left < x0 < x1 < right
-    assert bottom < y0 < y1 < top
-    assert len({tuple((type(s), s.role) for s in shapes) for shapes in moving}) == 1
+    assert_shapes_keep(Drawn(fake_run_with_effects(GOVERNOR_DIMENSIONS[case], effects, impacts, **motion)))
 
 
 def test_no_texts_overlap_with_every_effect_in_the_frame():
-    run = fake_run_with_effects(PORTER, EVERYTHING, duration=1.0, output_interval=0.05)
-    picture = FramePainter(run, [FrameData(run, run.scene.part, (0.0, 1.0), np.linspace(0, 1, 26))])
+    picture = painter_of(draw(EVERYTHING, output_interval=0.05).run, 26)
     picture.update(25)
-    boxes = words_of(picture)
+    boxes = boxes_of(picture.figure)
     assert any(words.startswith("clearance, ") for words, _ in boxes)
-    for (words, box), (others, other) in itertools.combinations(boxes, 2):
-        assert not box.padded(-1.0).overlaps(other.padded(-1.0)), f"{words!r} overlaps {others!r}"
+    assert_words_are_apart(boxes)
 
 
 def test_a_ball_on_a_heavy_arm_is_drawn_at_the_arms_end_and_in_its_own_size():
-    run, bare = fake_run_with_effects(PORTER, [RODS], duration=1.0), fake_run(PORTER, duration=1.0)
-    assert not np.allclose(run.poses[7, 0, :2], bare.poses[7, 0, :2], atol=1e-3)  # the mass centres differ
-    seen = {s.role: s for s in shapes_of(run)[1][7]}
-    ball = of_role(shapes_of(run)[1][7], "ball")[1]
+    drawn, bare = draw([RODS]), fake_run(PORTER, duration=1.0)
+    assert not np.allclose(drawn.run.poses[7, 0, :2], bare.poses[7, 0, :2], atol=1e-3)  # the mass centres differ
+    _, ball, *_ = balls = of_role(drawn.at(7), "ball")
     assert (ball.x, ball.y) == pytest.approx(tuple(bare.poses[7, 0, :2]), abs=1e-12)
-    assert ball.radius == 0.05
-    assert seen["ball"].radius == 0.05
-    mark = of_role(drawing_of(run, run.scene.part).dial_shapes(run.poses[7], 0.0, 0.1, 1.0), "mark")[0]
+    assert {one.radius for one in balls} == {0.05}
+    mark = of_role(drawn.drawing.dial_shapes(drawn.run.poses[7], 0.0, 0.1, 1.0), "mark")[0]
     assert mark.x == pytest.approx(bare.poses[7, 0, 0], abs=1e-12)
 
 
 def test_links_with_mass_are_centred_on_their_bodies():
-    run = fake_run_with_effects(PORTER, [RODS], duration=1.0)
+    drawn = draw([RODS])
     for k in (0, 50):
-        rods = of_role(shapes_of(run)[1][k], "rod")
-        for rod, body in zip(rods, (run.poses[k, 4], run.poses[k, 3]), strict=True):
+        for rod, body in zip(of_role(drawn.at(k), "rod"), drawn.run.poses[k, [4, 3]], strict=True):
             x0, x1, y0, y1 = bounding_box([rod])
             assert ((x0 + x1) / 2, (y0 + y1) / 2) == pytest.approx(tuple(body[:2]), abs=1e-9)
 
@@ -144,8 +115,8 @@ def test_a_shoe_is_coloured_while_it_sticks():
         Event(time=0.4, kind="sticks", subject="arm_angle"),
         Event(time=0.6, kind="slips", subject="sleeve_lift"),
     ]
-    run = fake_run_with_effects(PORTER, [DryFriction(reading="sleeve_lift", force=FRICTION_FORCE)], events, duration=1.0)
-    for shapes, time in zip(shapes_of(run)[1], run.times, strict=True):
+    drawn = draw([DryFriction(reading="sleeve_lift", force=FRICTION_FORCE)], events)
+    for shapes, time in zip(drawn.moving, drawn.run.times, strict=True):
         held = 0.3 <= time < 0.6
         assert all(bool(shoe.points) == held for shoe in of_role(shapes, "held shoe"))
         assert all(bool(shoe.points) != held for shoe in of_role(shapes, "shoe"))
@@ -158,37 +129,27 @@ def test_a_shoe_is_coloured_while_it_sticks():
 ])  # fmt: skip
 def test_the_initial_hold_follows_from_motion_and_events(swing, events, held):
     friction = [DryFriction(reading="sleeve_lift", force=FRICTION_FORCE)]
-    run = fake_run_with_effects(PORTER, friction, events, duration=1.0, amplitude=swing)
-    assert drawing_of(run, run.scene.part).is_held("sleeve_lift", 0.1) == held
+    assert draw(friction, events, amplitude=swing).drawing.is_held("sleeve_lift", 0.1) == held
 
 
 @pytest.mark.parametrize(("zero", "sign"), [(0.0, -1), (0.3, 1)])
 def test_a_spring_over_the_sleeve_is_shortened_by_the_lift_and_one_under_it_lengthened(zero, sign):
-    run = fake_run_with_effects(PORTER, [OutputSpring(reading="sleeve_lift", rate=2e3, zero=zero)], duration=2.0)
-    long = []
-    for shapes in shapes_of(run)[1]:
-        _, _, low, high = bounding_box(of_role(shapes, "spring"))
-        long.append(high - low)
-    change = np.diff(long)
-    np.testing.assert_allclose(change, sign * np.diff(run.readings["sleeve_lift"]), atol=1e-9)
+    drawn = draw([OutputSpring(reading="sleeve_lift", rate=2e3, zero=zero)], duration=2.0)
+    long = [np.ptp(bounding_box(of_role(shapes, "spring"))[2:]) for shapes in drawn.moving]
+    np.testing.assert_allclose(np.diff(long), sign * np.diff(drawn.run.readings["sleeve_lift"]), atol=1e-9)
     assert min(long) > 0.02
 
 
 def test_the_piston_stays_in_its_cylinder_and_moves_with_the_sleeve():
-    run = fake_run_with_effects(PORTER, [Dashpot(reading="sleeve_lift", linear=120.0)], duration=2.0)
-    still, moving = shapes_of(run)
-    left, right, bottom, top = bounding_box(of_role(still, "bore"))
-    pistons = np.array([bounding_box(of_role(shapes, "piston")) for shapes in moving])
-    assert (pistons[:, 0] > left).all()
-    assert (pistons[:, 1] < right).all()
-    assert (pistons[:, 2] > bottom).all()
-    assert (pistons[:, 3] < top).all()
-    np.testing.assert_allclose(np.diff(pistons[:, 2]), np.diff(run.readings["sleeve_lift"]), atol=1e-12)
+    drawn = draw([Dashpot(reading="sleeve_lift", linear=120.0)], duration=2.0)
+    pistons = [of_role(shapes, "piston") for shapes in drawn.moving]
+    assert_within(itertools.chain(*pistons), bounding_box(of_role(drawn.still, "bore")))
+    bottoms = [bounding_box(one)[2] for one in pistons]
+    np.testing.assert_allclose(np.diff(bottoms), np.diff(drawn.run.readings["sleeve_lift"]), atol=1e-12)
 
 
 def test_the_arms_meet_their_blocks_at_the_angles_of_the_stops():
-    run = fake_run_with_effects(PORTER, [ARM_STOPS], duration=1.0)
-    blocks = of_role(shapes_of(run)[0], "stop")
+    blocks = of_role(draw([ARM_STOPS]).still, "stop")
     assert len(blocks) == 4
     half = 0.058 * 0.3 / 2
     distances = []
@@ -200,34 +161,24 @@ def test_the_arms_meet_their_blocks_at_the_angles_of_the_stops():
 
 
 def test_the_sleeve_meets_its_collars_at_its_stops():
-    run = fake_run_with_effects(PORTER, [SLEEVE_STOPS], duration=2.0)
-    still, moving = shapes_of(run)
-    blocks = [bounding_box([block]) for block in of_role(still, "stop")]
+    drawn = draw([SLEEVE_STOPS], duration=2.0)
+    blocks = [bounding_box([block]) for block in of_role(drawn.still, "stop")]
     top = max(high for _, _, _, high in blocks if high < -0.5)
     base = min(low for _, _, low, _ in blocks if low > -0.5)
     for k in (0, 90):
-        drum = of_role(moving[k], "sleeve")[-1]
-        _, _, low, high = bounding_box([drum])
-        lift = run.readings["sleeve_lift"][k]
+        _, _, low, high = bounding_box(of_role(drawn.at(k), "sleeve")[-1:])
+        lift = drawn.run.readings["sleeve_lift"][k]
         assert low - top == pytest.approx(lift - SLEEVE_STOPS.low)
         assert base - high == pytest.approx(SLEEVE_STOPS.high - lift)
 
 
 def test_impacts_flash_at_their_stop():
     impact = Event(time=0.425, kind="strikes its stop", subject="arm_angle")  # the swing is highest there
-    run = fake_run_with_effects(PORTER, [ARM_STOPS], [impact], duration=1.0)
-    still, moving = shapes_of(run)
-    high = of_role(still, "stop")[3]
-    for shapes, time in zip(moving, run.times, strict=True):
-        (rays,) = of_role(shapes, "burst")
-        assert isinstance(rays, Lines)
-        assert bool(rays.lines) == (0.425 <= time < 0.675)
-    x0, x1, y0, y1 = bounding_box([high])
-    assert any(x0 - 0.03 < x < x1 + 0.03 and y0 - 0.03 < y < y1 + 0.03 for line in rays_at(moving[45]) for x, y in line)
-
-
-def rays_at(shapes):
-    return of_role(shapes, "burst")[0].lines
+    drawn = draw([ARM_STOPS], [impact])
+    bursts = [of_role(shapes, "burst", Lines) for shapes in drawn.moving]
+    assert [bool(rays.lines) for (rays,) in bursts] == [0.425 <= time < 0.675 for time in drawn.run.times]
+    x0, x1, y0, y1 = bounding_box(of_role(drawn.still, "stop")[3:4])
+    assert any(x0 - 0.03 < x < x1 + 0.03 and y0 - 0.03 < y < y1 + 0.03 for line in bursts[45][0].lines for x, y in line)
 
 
 def test_a_slowed_film_flashes_for_the_same_film_time():
@@ -239,26 +190,22 @@ def test_a_slowed_film_flashes_for_the_same_film_time():
 
 
 def test_the_clearance_is_drawn_with_the_stated_magnification():
-    run = fake_run_with_effects(PORTER, [Clearance(width=5e-4)], duration=1.0)
-    _, moving = shapes_of(run)
-    magnification = clearance_magnification(drawing_of(run, run.scene.part))
+    drawn = draw([Clearance(width=5e-4)])
+    magnification = clearance_magnification(drawn.drawing)
     assert magnification == 100.0  # the roundest that draws 0.5 mm as at most 72 mm, 0.24 of the arm
-    eyes = np.array([of_role(shapes, "eyelet")[0].y for shapes in moving])
+    eyes = np.array([of_role(shapes, "eyelet")[0].y for shapes in drawn.moving])
     # A sleeve high in its clearance has the eye low in its slot.
-    np.testing.assert_allclose(eyes - eyes.mean(), -magnification * run.readings["sleeve_clearance"], atol=1e-4)
-    slot = bounding_box([of_role(moving[0], "slot")[-1]])
-    eye = of_role(moving[0], "eyelet")[0]
-    assert slot[2] == pytest.approx(eyes.min() - eye.radius, abs=2e-5)  # the samples miss the exact ends
-    assert slot[3] == pytest.approx(eyes.max() + eye.radius, abs=2e-5)
+    np.testing.assert_allclose(eyes - eyes.mean(), -magnification * drawn.run.readings["sleeve_clearance"], atol=1e-4)
+    slot, radius = of_role(drawn.at(0), "slot")[-1], of_role(drawn.at(0), "eyelet")[0].radius
+    ends = eyes.min() - radius, eyes.max() + radius  # the samples miss the exact ones
+    assert bounding_box([slot])[2:] == pytest.approx(ends, abs=2e-5)
 
 
 def test_an_eye_flashes_at_an_impact():
     impact = Event(time=0.5, kind="strikes its stop", subject="sleeve_clearance")
-    run = fake_run_with_effects(PORTER, [Clearance(width=5e-4)], [impact], duration=1.0)
-    for shapes, time in zip(shapes_of(run)[1], run.times, strict=True):
-        (flash,) = of_role(shapes, "struck")
-        assert isinstance(flash, Circle)
-        assert (flash.radius > 0) == (0.5 <= time < 0.75)
+    drawn = draw([Clearance(width=5e-4)], [impact])
+    flashes = [of_role(shapes, "struck", Circle) for shapes in drawn.moving]
+    assert [flash.radius > 0 for (flash,) in flashes] == [0.5 <= time < 0.75 for time in drawn.run.times]
 
 
 def along(run, effects, events=()):
@@ -283,15 +230,10 @@ def test_effects_on_a_point_coordinate_are_drawn_for_any_mechanism():
         Dashpot(reading="turn_of_crank", linear=1.0),
     ]
     run = along(bare, effects, [Event(time=0.0, kind="strikes its stop", subject="displacement")])
-    added = roles(run) - roles(bare)
-    assert added == {"shoe", "held shoe", "burst", "damper"}
-    still, moving = shapes_of(run)
-    left, right, bottom, top = drawing_of(run, run.scene.part).bounds
-    x0, x1, y0, y1 = bounding_box([*still, *itertools.chain(*moving)])
-    assert left < x0 < x1 < right
-    assert bottom < y0 < y1 < top
-    assert len({tuple((type(s), s.role) for s in shapes) for shapes in moving}) == 1
+    drawn = Drawn(run)
+    assert drawn.roles() - Drawn(bare).roles() == {"shoe", "held shoe", "burst", "damper"}
+    assert_shapes_keep(drawn)
     # The walls are fixed, although they are drawn from the moving point.
-    first, last = (np.array(of_role(moving[k], "wall")[0].lines[0]) for k in (0, 30))
+    first, last = (np.array(of_role(drawn.at(k), "wall")[0].lines[0]) for k in (0, 30))
     np.testing.assert_allclose(first, last, atol=1e-12)
     assert len(paint_frames(run)[0]) == 480

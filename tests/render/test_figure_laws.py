@@ -9,6 +9,7 @@ from matplotlib.colors import to_hex
 
 import governor_mechanism as gm
 from colour_vision import MIN_CONTRAST, contrast
+from decoding import texts_of
 from governor_mechanism.model.results.pictures import Theme
 from governor_mechanism.render.artists import OVER_COLOUR_MAP, themed, themed_colour
 from governor_mechanism.render.figures.designs.governors import sleeve_force_figure, spring_lines_figure
@@ -31,12 +32,6 @@ PLATES = ("Zeuner's plate", "Marks' plate", "Zehnder's plate")
 @pytest.fixture(scope="module", params=FIGURES)
 def figure(request):
     return FIGURES[request.param]()
-
-
-def words_of(figure):
-    """Return the texts that are drawn."""
-    axes_texts = [text for axes in figure.axes for text in axes.findobj(lambda artist: hasattr(artist, "get_fontsize"))]
-    return [text for text in (*figure.texts, *axes_texts) if text.get_visible() and text.get_text().strip()]
 
 
 def pixels_of(figure):
@@ -65,7 +60,7 @@ def ground_colours(figure, texts):
 def test_every_text_has_contrast_to_its_ground(figure, theme):
     with themed(figure, theme):
         figure.draw_without_rendering()  # creates the ticks and their labels
-        texts = words_of(figure)
+        texts = texts_of(figure)
         assert len(texts) > 20
         for text, ground in zip(texts, ground_colours(figure, texts), strict=True):
             if ground is None:

@@ -9,19 +9,21 @@ import numpy as np
 import pytest
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
-from matplotlib.text import Text
 from PIL import Image
 
 import governor_mechanism as gm
-from governor_mechanism.errors import MechanismError
+from decoding import words_of
 from governor_mechanism.model.events import Event, EventKind
-from governor_mechanism.model.results.records import Outcome
 from governor_mechanism.render.figures.page import format_power
 from governor_mechanism.render.figures.time_series import diagnostics_figure, readings_figure
 from governor_mechanism.render.shown_readings import choose_multiple, format_numbers, format_rounded_up
 from governor_mechanism.render.style import PAPER, parse_rgb
 from stub_effects import ListedEvents
 from stub_run import GOVERNOR_DIMENSIONS, fake_run
+
+
+def with_readings(run, **readings):
+    return dataclasses.replace(run, readings={**run.readings, **readings})
 
 
 @pytest.fixture(scope="module")
@@ -38,29 +40,27 @@ def test_a_figure_is_a_png_and_equal_for_equal_runs(tmp_path, porter):
 
 
 def test_every_reading_stands_in_everyday_units(porter):
-    words = [text.get_text() for axes in readings_figure(porter).axes for text in axes.texts]
-    for label in ("Arm angle [deg]", "Ball radius [mm]", "Sleeve lift [mm]", "Spindle torque [N m]"):
-        assert label in words
+    expected = {"Arm angle [deg]", "Ball radius [mm]", "Sleeve lift [mm]", "Spindle torque [N m]"}
+    assert expected <= set(words_of(readings_figure(porter)))
 
 
 def test_a_constant_reading_has_a_line_instead_of_a_panel_unless_it_is_chosen(porter):
-    steady = dataclasses.replace(porter, readings={**porter.readings, "spindle_speed": np.full(len(porter.times), 4 * np.pi)})
+    steady = with_readings(porter, spindle_speed=np.full(len(porter.times), 4 * np.pi))
     figure = readings_figure(steady)
     assert len(figure.axes) == len(porter.readings) - 1
-    assert "constant: spindle speed 120 rpm" in [text.get_text() for text in figure.texts]
+    assert "constant: spindle speed 120 rpm" in words_of(figure)
     assert len(readings_figure(steady, ["spindle_speed"]).axes) == 1
 
 
 def test_a_constant_below_the_rounding_of_its_scale_is_zero(porter):
-    noise = np.full(len(porter.times), -7.6e-17)
-    rest = dataclasses.replace(porter, readings={**porter.readings, "sleeve_lift": noise})
-    assert "constant: sleeve lift 0 mm" in [text.get_text() for text in readings_figure(rest).texts]
+    rest = with_readings(porter, sleeve_lift=np.full(len(porter.times), -7.6e-17))
+    assert "constant: sleeve lift 0 mm" in words_of(readings_figure(rest))
 
 
 def test_an_angle_that_turns_evenly_is_stated_with_its_speed():
     run = gm.run("astroid", times=np.linspace(0.0, 2.1, 43))
     overview, asked = readings_figure(run), readings_figure(run, ["arm_angle"])
-    assert "turning evenly: arm angle at 30 rpm" in [text.get_text() for text in overview.texts]
+    assert "turning evenly: arm angle at 30 rpm" in words_of(overview)
     assert [len(page.axes) for page in (overview, asked)] == [2, 1]
     slow = gm.run("astroid", times=np.linspace(0.0, 1.9, 39))  # less than a turn
     assert len(readings_figure(slow).axes) == 3
@@ -103,15 +103,12 @@ def test_an_exact_run_can_be_drawn_on_logarithmic_axes(tmp_path, porter):
     assert figure.save(tmp_path / "a.png").exists()
     assert len(figure.axes) == 2
     assert all("zero to rounding" in [text.get_text() for text in axes.texts] for axes in figure.axes)
-    words = [text.get_text() for axes in diagnostics_figure(porter).axes for text in axes.texts]
-    assert "Widest joint gap [mm]" in words
-    assert "Energy drift, relative to the energy scale" in words
+    assert {"Widest joint gap [mm]", "Energy drift, relative to the energy scale"} <= set(words_of(diagnostics_figure(porter)))
 
 
 def test_rounding_noise_is_a_flat_line_and_no_factor_is_printed_over_a_heading(porter):
     noise = 1e-17 * np.sin(50 * porter.times)
-    rest = dataclasses.replace(porter, readings={**porter.readings, "spindle_torque": noise})
-    figure = readings_figure(rest, ["spindle_torque"])
+    figure = readings_figure(with_readings(porter, spindle_torque=noise), ["spindle_torque"])
     FigureCanvasAgg(figure).draw()
     (torque,) = figure.axes
     low, high = torque.get_ylim()
@@ -121,7 +118,7 @@ def test_rounding_noise_is_a_flat_line_and_no_factor_is_printed_over_a_heading(p
 
 def test_the_cause_of_an_early_end_comes_first_and_stays_within_the_figure(porter):
     for detail in ("arm_angle: the arms are at 90 degrees", 30 * "a cause told at length, "):
-        figure = readings_figure(dataclasses.replace(porter, outcome=Outcome.LEFT_RANGE, detail=detail))
+        figure = readings_figure(dataclasses.replace(porter, outcome=gm.Outcome.LEFT_RANGE, detail=detail))
         renderer = FigureCanvasAgg(figure).get_renderer()
         first, second = figure.texts[-2:]
         assert first.get_text().startswith(detail[:30])
@@ -135,13 +132,8 @@ def test_a_run_of_one_report_can_be_drawn(tmp_path):
     run = fake_run(GOVERNOR_DIMENSIONS["porter"], duration=1.0)
     names = ("kinetic", "potential", "rotation", "jacobi", "dissipated_energy")
     energy = dataclasses.replace(run.energy, **{name: getattr(run.energy, name)[:1] for name in names})
-    one = dataclasses.replace(
-        run,
-        times=run.times[:1],
-        readings={name: values[:1] for name, values in run.readings.items()},
-        joint_gap=run.joint_gap[:1],
-        energy=energy,
-    )
+    one = dataclasses.replace(run, times=run.times[:1], joint_gap=run.joint_gap[:1], energy=energy)
+    one = with_readings(one, **{name: values[:1] for name, values in run.readings.items()})
     assert readings_figure(one).save(tmp_path / "a.png").exists()
 
 
@@ -212,17 +204,18 @@ def test_an_exception_leaves_no_file(tmp_path, porter, monkeypatch):
 
 
 def test_wrong_names_and_empty_runs_are_refused(tmp_path, porter):
-    with pytest.raises(MechanismError, match=r"must end in one of \.png, \.svg, \.pdf; got 'a\.jpg'"):
-        readings_figure(porter).save(tmp_path / "a.jpg")
-    with pytest.raises(MechanismError, match="theme must be one of light, dark, transparent; got 'sepia'"):
-        readings_figure(porter).save(tmp_path / "a.png", theme="sepia")
-    with pytest.raises(MechanismError, match="path must be a path; found None"):
-        readings_figure(porter).save(None)
-    with pytest.raises(MechanismError, match="a reading is given by its name"):
+    for path, theme, message in (
+        (tmp_path / "a.jpg", "light", r"must end in one of \.png, \.svg, \.pdf; got 'a\.jpg'"),
+        (tmp_path / "a.png", "sepia", "theme must be one of light, dark, transparent; got 'sepia'"),
+        (None, "light", "path must be a path; found None"),
+    ):
+        with pytest.raises(gm.MechanismError, match=message):
+            readings_figure(porter).save(path, theme=theme)
+    with pytest.raises(gm.MechanismError, match="a reading is given by its name"):
         porter.plot(["arm_angle"])
-    with pytest.raises(MechanismError, match=r"'crank pin' is a joint: plot_reactions\('crank pin'\) draws its force"):
+    with pytest.raises(gm.MechanismError, match=r"'crank pin' is a joint: plot_reactions\('crank pin'\) draws its force"):
         gm.run("slider_crank", times=[0.0, 0.01]).plot("crank pin")
-    with pytest.raises(MechanismError, match="no reported time"):
+    with pytest.raises(gm.MechanismError, match="no reported time"):
         readings_figure(dataclasses.replace(porter, times=porter.times[:0])).save(tmp_path / "a.png")
 
 
@@ -269,7 +262,7 @@ def test_a_polar_plot_stays_on_its_sheet_and_states_how_coarse_it_is():
     scene = gm.load("slider_crank").replace({"dimensions.crank_speed": "3000 rpm", "run.duration": "0.06 s"})
     for interval, is_coarse in (("2 ms", True), ("0.5 ms", False)):
         page = gm.run(scene.replace({"run.output_interval": interval}), certify=False).plot_reactions("crank pin", axes="body")
-        words = " ".join(text.get_text() for text in page.findobj(Text))
+        words = " ".join(words_of(page))
         assert ("only 10 points a turn" in words) == is_coarse
         assert "e+0" not in words
         page.draw_without_rendering()

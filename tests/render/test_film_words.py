@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from matplotlib.text import Text
 
+from decoding import data_of, painter_of, texts_of, words_of
 from governor_mechanism.model.results.pictures import FilmLayout, FilmOptions
 from governor_mechanism.render.film.frame_canvas import NAME_HEIGHTS, FrameCanvas, HeadingRow, PlotHeading
-from governor_mechanism.render.film.frame_painter import ElevationOverlay, FramePainter
+from governor_mechanism.render.film.frame_painter import ElevationOverlay
 from governor_mechanism.render.film.labels import (
     LABEL_PITCH,
     Label,
@@ -42,7 +42,7 @@ def fitted_height(heading, canvas, width):
     return HeadingRow.fit(canvas, [heading], width).height
 
 
-def texts_of(heading, canvas, width, height):
+def words_above(heading, canvas, width, height):
     """Write a heading, and return its words with their boxes (left, bottom, right, top; pixels of the frame)."""
     before = len(canvas.figure.artists)
     heading.write(canvas, (10.0, 10.0 + width), 300.0, height)
@@ -63,7 +63,7 @@ def are_apart(first, second):
 def test_names_above_plots_are_whole_and_beside_nothing(canvases, size, name, number, unit):
     canvas = canvases[size]
     heading = PlotHeading(names=(name,), numbers=[number], unit=unit, colour="#000000")
-    words = texts_of(heading, canvas, COLUMN, fitted_height(heading, canvas, COLUMN))
+    words = words_above(heading, canvas, COLUMN, fitted_height(heading, canvas, COLUMN))
     assert " ".join(text for text, *_ in words[2:]) == name
     boxes = [box for _, box, _ in words]
     # A blank of a pixel: boxes of lines reach as far as ascenders and descenders, which no two lines have at one place.
@@ -98,14 +98,14 @@ def test_columns_are_as_wide_as_their_headings_need_and_else_equal(canvases, wid
 def test_a_name_too_long_for_a_line_goes_on_beside_the_number(canvases):
     name = "rate of displacement of the upper end of the lever"
     heading = PlotHeading(names=(name,), numbers=["1.0"], unit="m/s", colour="#000000")
-    words = [text for text, *_ in texts_of(heading, canvases[480], 170.0, None)]
+    words = [text for text, *_ in words_above(heading, canvases[480], 170.0, None)]
     assert len(words) == 4  # unit, number, and two lines
     assert f"{words[2]} {words[3]}" == name
 
 
 def test_several_names_have_their_colours(canvases):
     heading = PlotHeading(names=("torque", "load"), numbers=["150"], unit="N m", colour="#1371d5", name_colours=("#1371d5", "#b9500a"))
-    words = [text for text, *_ in texts_of(heading, canvases[480], 170.0, NAME_HEIGHTS[0])]
+    words = [text for text, *_ in words_above(heading, canvases[480], 170.0, NAME_HEIGHTS[0])]
     assert words[2:] == ["torque,", "load"]
 
 
@@ -114,11 +114,9 @@ def porter():
     return fake_run(GOVERNOR_DIMENSIONS["porter"], duration=3.4, output_interval=0.02)
 
 
-@pytest.mark.parametrize("options", [FilmOptions(), FilmOptions(labels=True, forces=True, view="both")])
+@pytest.mark.parametrize("options", [{}, {"labels": True, "forces": True, "view": "both"}])
 def test_all_words_of_a_film_are_large_enough_to_be_read(porter, options):
-    data = FrameData(porter, porter.scene.part, (0.0, 3.4), np.linspace(0.0, 3.4, 11), 5.0)
-    painter = FramePainter(porter, [data], options=options)
-    heights = {text.get_text(): text.get_fontsize() * 64 / 72 for text in painter.figure.findobj(Text) if text.get_text().strip()}
+    heights = {text.get_text(): text.get_fontsize() * 64 / 72 for text in texts_of(painter_of(porter, 11, 5.0, **options).figure)}
     assert len(heights) > 20
     assert min(heights.values()) >= 0.99 * SMALL_TEXT, min(heights, key=heights.get)
 
@@ -126,17 +124,16 @@ def test_all_words_of_a_film_are_large_enough_to_be_read(porter, options):
 def test_a_constant_reading_is_stated_without_a_plot():
     run = fake_run(GOVERNOR_DIMENSIONS["porter"], duration=2.0, output_interval=0.02)
     run = dataclasses.replace(run, readings={**run.readings, "spindle_speed": np.full(len(run.times), 12.0)})
-    data = FrameData(run, run.scene.part, (0.0, 2.0), np.linspace(0.0, 2.0, 11))
     for readings, count in ((None, 2), (["arm_angle", "spindle_speed"], 2), (["spindle_speed"], 1)):
-        painter = FramePainter(run, [data], options=FilmOptions(readings=readings))
+        painter = painter_of(run, 11, readings=readings)
         assert sum(isinstance(panel, CurvePanel) for panel in painter.panels) == count
-        assert "spindle speed" in [text.get_text() for text in painter.figure.findobj(Text)]
+        assert "spindle speed" in words_of(painter.figure)
 
 
 def test_no_label_line_crosses_the_lift_scale_or_a_word(porter):
     """At each frame, whatever the height of the sleeve."""
-    data = FrameData(porter, porter.scene.part, (0.0, 3.4), np.linspace(0.0, 3.4, 41))
-    painter = FramePainter(porter, [data], options=FilmOptions(labels=True))
+    painter = painter_of(porter, 41, labels=True)
+    data = painter.frame_data
     overlay = ElevationOverlay(data, data.drawing.bounds, FilmOptions(labels=True))
     overlay.place_labels(painter.view, lambda *_, **__: None, 0.0)
     obstacles = [shape for shape in data.drawing.static_shapes if isinstance(shape, TextShape) or shape.role == "scale"]
@@ -154,12 +151,11 @@ def test_no_label_line_crosses_the_lift_scale_or_a_word(porter):
 
 
 def test_labels_stand_one_below_the_other(porter):
-    data = FrameData(porter, porter.scene.part, (0.0, 3.4), np.linspace(0.0, 3.4, 11))
-    painter = FramePainter(porter, [data], options=FilmOptions(labels=True))
+    painter = painter_of(porter, 11, labels=True)
+    data = painter.frame_data
     placed = place_labels(data, find_labels(data), painter.view, data.drawing.static_shapes)
-    heights = [label.height for label in placed]
     assert len(placed) > 5
-    assert np.diff(heights).min() >= LABEL_PITCH - 1e-9
+    assert np.diff([label.height for label in placed]).min() >= LABEL_PITCH - 1e-9
     assert {label.name for label in placed} >= {"arm", "ball", "link", "sleeve"}
 
 
@@ -180,7 +176,7 @@ PLACES = st.tuples(st.integers(-30, 25), st.integers(-30, 30))
 
 @given(st.lists(PLACES, min_size=2, max_size=8, unique=True))
 def test_lines_to_parts_at_rest_do_not_cross(porter, places):
-    data = FrameData(porter, porter.scene.part, (0.0, 3.4), np.linspace(0.0, 3.4, 3))
+    data = data_of(porter, 3)
     view = fit_view((-0.3, 0.3, -0.35, 0.35), (12.0, 40.0, 180.0, 400.0))
     labels = [Label(name=str(k), points=np.tile(place, (3, 1)) / 100) for k, place in enumerate(places)]
     placed = place_labels(data, labels, view, [])
@@ -205,8 +201,7 @@ def test_a_line_has_a_gap_where_another_crosses_it():
 
 @pytest.mark.parametrize("layout", FilmLayout)
 def test_names_take_no_room_from_the_machine_nor_from_a_frame_in_16_9(porter, layout):
-    data = FrameData(porter, porter.scene.part, (0.0, 3.4), np.linspace(0.0, 3.4, 3))
-    plain, named = (FramePainter(porter, [data], options=FilmOptions(layout=layout, labels=labels)) for labels in (False, True))
+    plain, named = (painter_of(porter, 3, layout=layout, labels=labels) for labels in (False, True))
     assert named.view.scale == pytest.approx(plain.view.scale)
     widths = [painter.draw(0).shape[1] for painter in (plain, named)]
     assert widths[0] == widths[1] if layout is FilmLayout.WIDE else widths[1] > widths[0] + 50

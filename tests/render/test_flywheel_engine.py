@@ -8,10 +8,11 @@ import pytest
 
 import governor_mechanism as gm
 from crank_scenes import air_engine_document, air_engine_scene
+from decoding import words_of
+from drawing_checks import Drawn, assert_shapes_keep, of_role
 from governor_mechanism.closed_form import flywheel_engine as closed
 from governor_mechanism.render.figures.plates.engines import draw_engine_plate, engine_plate_refusal
-from governor_mechanism.render.geometry.primitives import Circle, Lines
-from governor_mechanism.render.machines.registry import drawing_of
+from governor_mechanism.render.geometry.primitives import Circle
 from governor_mechanism.scenes.parser import parse_scene_document
 from reference import flywheel
 
@@ -20,54 +21,46 @@ NO_PUMP = dict.fromkeys(("pump_area", "pump_stroke", "pump_clearance"))
 
 
 @pytest.fixture(scope="module")
-def run():
-    return gm.run(air_engine_scene(accuracy=1e-6), engine="reduced")
+def drawn():
+    return Drawn(gm.run(air_engine_scene(accuracy=1e-6), engine="reduced"))
 
 
-def drawing(run):
-    return drawing_of(run, run.scene.part)
-
-
-def marks(run, k: int) -> list[Circle]:
+def marks(drawn, k: int) -> list[Circle]:
     """Indicator points at a reported time: those of the faces of both pistons, first toward the shaft."""
-    shapes = drawing(run).moving_shapes(run.poses[k], float(run.times[k]))
-    return [shape for shape in shapes if isinstance(shape, Circle) and shape.role.endswith(" mark")]
+    return [shape for shape in drawn.at(k) if isinstance(shape, Circle) and shape.role.endswith(" mark")]
 
 
 @pytest.mark.parametrize("k", [3, 20, 40, 62, 83, 120])
-def test_the_indicator_points_show_the_pressures_of_the_closed_form(run, k):
+def test_the_indicator_points_show_the_pressures_of_the_closed_form(drawn, k):
     engine = closed.AirEngine(**(flywheel.ENGINE | {"load_pressure": 4e4}))
-    angle = float(run.readings["crank_angle"][k])
-    driving, behind, before = (
-        float(law(engine, crank_angle=angle)) for law in (closed.expansion_pressure, closed.suction_pressure, closed.delivery_pressure)
-    )
+    angle = float(drawn.run.readings["crank_angle"][k])
+    laws = closed.expansion_pressure, closed.suction_pressure, closed.delivery_pressure
+    driving, behind, before = (float(law(engine, crank_angle=angle)) for law in laws)
     is_return = math.floor(angle / math.pi) % 2 == 1
     expected = [driving, 1.5e5, behind, before] if not is_return else [1.5e5, driving, before, behind]
-    heights = np.array([mark.y for mark in marks(run, k)])
-    zeros = np.array([drawing(run)._cylinders[i].diagram_base for i in (0, 0, 1, 1)])
+    heights = np.array([mark.y for mark in marks(drawn, k)])
+    zeros = np.array([drawn.drawing._cylinders[i].diagram_base for i in (0, 0, 1, 1)])
     scale = 0.36 * flywheel.ENGINE["stroke"] / 4e5  # metres of the picture for a pascal
     assert heights == pytest.approx(zeros + scale * np.array(expected), abs=1e-6 * 0.65)  # errors of the run
-    travel = float(run.readings["piston_travel"][k])
-    assert [mark.x for mark in marks(run, k)] == pytest.approx([travel] * 4, abs=1e-6)
+    assert [mark.x for mark in marks(drawn, k)] == pytest.approx([drawn.run.readings["piston_travel"][k]] * 4, abs=1e-6)
 
 
 MOVING = {"throttle": [[0.0, 1.0], [2.0, 0.5]], "cut_off": [[0.0, 0.15], [2.0, 0.6]], "load_torque": 200.0}
 
 
 def test_the_indicator_points_and_the_diagram_follow_throttle_and_cut_off():
-    moving = gm.run(air_engine_scene(MOVING, accuracy=1e-6))
-    scale, zero = 0.36 * flywheel.ENGINE["stroke"] / 4e5, drawing(moving)._cylinders[0].diagram_base
+    drawn = Drawn(gm.run(air_engine_scene(MOVING, accuracy=1e-6)))
+    readings = drawn.run.readings
+    scale, zero = 0.36 * flywheel.ENGINE["stroke"] / 4e5, drawn.drawing._cylinders[0].diagram_base
     highest = []
-    for k in range(3, len(moving.times), 20):
-        is_return = math.floor(moving.readings["crank_angle"][k] / math.pi) % 2 == 1
-        driving = marks(moving, k)[1 if is_return else 0]
-        pressure = float(moving.readings["expansion_pressure"][k])
+    for k in range(3, len(drawn.run.times), 20):
+        is_return = math.floor(readings["crank_angle"][k] / math.pi) % 2 == 1
+        driving = marks(drawn, k)[1 if is_return else 0]
+        pressure = float(readings["expansion_pressure"][k])
         assert driving.y == pytest.approx(zero + scale * pressure, abs=1e-6 * 0.65)  # errors of the run
-        loops = [
-            shape for shape in drawing(moving).moving_shapes(moving.poses[k], float(moving.times[k])) if shape.role == "head end curve"
-        ]
-        highest.append((max(y for _, y in loops[0].lines[0]) - zero) / scale)
-    openings = moving.readings["throttle_opening"][3::20]
+        loop = of_role(drawn.at(k), "head end curve")[0]
+        highest.append((max(y for _, y in loop.lines[0]) - zero) / scale)
+    openings = readings["throttle_opening"][3::20]
     assert highest == pytest.approx(1.5e5 + openings * 2.5e5, rel=1e-12)
 
 
@@ -76,18 +69,15 @@ def test_the_indicator_points_and_the_diagram_follow_throttle_and_cut_off():
 )
 def test_every_pose_gives_the_same_shapes_within_the_bounds(changes, effects):
     result = gm.run(parse_scene_document(air_engine_document(changes, effects, duration=1.1, accuracy=1e-6)))
-    picture = drawing(result)
-    frames = [list(picture.moving_shapes(pose, float(time))) for pose, time in zip(result.poses, result.times, strict=True)]
-    assert len({tuple((type(shape), shape.role) for shape in frame) for frame in frames}) == 1
-    left, right, bottom, top = picture.bounds
-    points = [point for frame in frames for shape in frame if isinstance(shape, Lines) for line in shape.lines for point in line]
-    assert all(left <= x <= right and bottom <= y <= top for x, y in points)
+    drawn = Drawn(result)
+    assert_shapes_keep(drawn)
+    left, right, bottom, top = drawn.drawing.bounds
     assert 0.5 < (right - left) / (top - bottom) < 1.8
 
 
-def test_the_plate_marks_the_angles_of_extreme_speed(run, tmp_path: Path):
-    plate = draw_engine_plate(run)
-    texts = {text.get_text() for axes in plate.axes for text in axes.texts}
+def test_the_plate_marks_the_angles_of_extreme_speed(drawn, tmp_path: Path):
+    plate = draw_engine_plate(drawn.run)
+    texts = words_of(plate)
     found = {letter: next(float(text.split(" = ")[1][:-1]) for text in texts if letter in text) for letter in ("alpha", "beta")}
     _, _, alpha, beta, _, _ = flywheel.CASES["closed by the load"]
     assert found["alpha"] % 180 == pytest.approx(alpha, abs=0.06)  # digits of the plate; either stroke has it

@@ -9,18 +9,17 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import governor_mechanism as gm
-from decoding import decode_film
+from decoding import data_of, decode_film
+from drawing_checks import Drawn
 from governor_mechanism.render.artists import artist_paths, group_shapes
 from governor_mechanism.render.film.moving_parts import PartPaths
 from governor_mechanism.render.film.outside_view import area_of
 from governor_mechanism.render.film.painters import make_painter
 from governor_mechanism.render.film.writer import schedule_frames
-from governor_mechanism.render.frame_data import FrameData
 from governor_mechanism.render.geometry.attached import shapes_of
 from governor_mechanism.render.geometry.outlines import shrink_convex
 from governor_mechanism.render.geometry.primitives import Circle, Polygon, TextShape
 from governor_mechanism.render.machines.generic.bodies import body_outline_shapes
-from governor_mechanism.render.machines.registry import drawing_of
 from governor_mechanism.render.part_run import motion_at_rest
 from governor_mechanism.render.style import PAPER, ROLE_STYLES, parse_rgb
 
@@ -46,10 +45,9 @@ def _hides(shape, point):
 def test_no_frame_hides_a_pin_or_a_point(name):
     scene = gm.load(name)
     motion = gm.kinematics(scene, over="time", values=np.linspace(0.0, scene.run.duration, 13))
-    drawing = drawing_of(motion_at_rest(scene, motion.poses, motion.readings), scene.part)
-    assert any(shape.role == "plate web" for shape in drawing.moving_shapes(motion.poses[0], 0.0))
-    for pose in motion.poses:
-        shapes = list(drawing.moving_shapes(pose, 0.0))
+    drawn = Drawn(motion_at_rest(scene, motion.poses, motion.readings))
+    assert len(drawn.moving) == 13
+    for shapes in drawn.moving:
         for k, shape in enumerate(shapes):
             if shape.role in ("pivot", "tracer"):
                 assert not any(_hides(above, (shape.x, shape.y)) for above in shapes[k + 1 :] if above.role not in ("pivot", "tracer"))
@@ -91,17 +89,14 @@ def test_a_regular_polygon_shrinks_by_the_distance_of_its_edges(n_corners, share
 
 def test_a_gif_shows_webs_without_traces_of_earlier_ones(tmp_path):
     run = gm.run("jansen", certify=False)
-    options = gm.FilmOptions(layout="machine", stop=1.0, slow_down=1.0, frames_per_second=10, paths=[])
-    decoded, _ = decode_film(run.film(tmp_path / "leg.gif", layout="machine", stop=1.0, slow_down=1.0, frames_per_second=10, paths=[]))
-    times = schedule_frames(0.0, 1.0, 10.0)
-    painter = make_painter((run,), (0.0, 1.0), times, 1.0, options)
-    style = ROLE_STYLES["plate web"]
-    web = np.rint(
-        [style.opacity * one + (1.0 - style.opacity) * paper for one, paper in zip(parse_rgb(style.fill), parse_rgb(PAPER), strict=True)]
-    )
+    options = {"layout": "machine", "stop": 1.0, "slow_down": 1.0, "frames_per_second": 10, "paths": []}
+    decoded, _ = decode_film(run.film(tmp_path / "leg.gif", **options))
+    painter = make_painter((run,), (0.0, 1.0), schedule_frames(0.0, 1.0, 10.0), 1.0, gm.FilmOptions(**options))
+    style, paper = ROLE_STYLES["plate web"], np.array(parse_rgb(PAPER))
+    web = np.rint(style.opacity * np.array(parse_rgb(style.fill)) + (1.0 - style.opacity) * paper)
     for k, shown in enumerate(decoded):
         painted = painter.paint(k)[..., :3].astype(int)
-        for colour in (web, np.array(parse_rgb(PAPER))):
+        for colour in (web, paper):
             is_flat = np.abs(painted - colour).max(axis=2) <= 1
             assert is_flat.sum() > 1000
             assert np.abs(shown[is_flat] - colour).max() <= 1
@@ -110,8 +105,7 @@ def test_a_gif_shows_webs_without_traces_of_earlier_ones(tmp_path):
 @pytest.mark.parametrize("name", ["porter_clearance", "andrews_squeezer", "anchor_escapement", "ratchet"])
 def test_paths_that_are_moved_are_those_of_the_shapes_that_are_drawn_anew(name):
     run = gm.run(gm.load(name).replace({"run.duration": "10 ms" if name == "andrews_squeezer" else "0.4 s"}), certify=False)
-    first, last = run.times[[0, -1]]
-    data = FrameData(run, run.scene.part, (first, last), np.linspace(first, last, 7))
+    data = data_of(run, 7)
     parts = data.moving_parts()
     paths_at = PartPaths(parts)
     for k in (0, 3, 6, 2):

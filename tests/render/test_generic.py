@@ -8,15 +8,13 @@ import numpy as np
 import pytest
 
 import governor_mechanism as gm
-from decoding import decode_film
-from governor_mechanism.errors import MechanismError
+from decoding import assert_words_are_apart, assert_words_are_within, boxes_of, decode_film, painter_of
+from drawing_checks import Drawn, assert_shapes_keep, of_role
 from governor_mechanism.mechanics.kinematics.constraint_rows import point_path
 from governor_mechanism.model.force_elements import Damper, Spring
 from governor_mechanism.model.joints import Distance, Pin, RotationalDriver, TranslationalDriver, Weld
-from governor_mechanism.render.film.frame_painter import FramePainter
 from governor_mechanism.render.film.timing import choose_slow_down
 from governor_mechanism.render.film.writer import schedule_frames
-from governor_mechanism.render.frame_data import FrameData
 from governor_mechanism.render.geometry.outlines import make_arrow, make_band, make_plate_outline
 from governor_mechanism.render.geometry.primitives import Circle, Lines, Polygon, bounding_box, convex_hull, wheel_radii
 from governor_mechanism.render.machines.registry import drawing_of
@@ -26,22 +24,16 @@ from stub_machines import MACHINES, fake_machine_run
 
 @pytest.fixture(scope="module", params=MACHINES)
 def drawn(request):
-    """The run, its part, and the shapes that move, by report."""
-    run = fake_machine_run(request.param, count=101)
-    return run, run.scene.part, shapes_of(run)
+    return Drawn(fake_machine_run(request.param, count=101))
 
 
 def shapes_of(run):
-    drawing = drawing_of(run, run.scene.part)
-    return [list(drawing.moving_shapes(pose, float(time))) for pose, time in zip(run.poses, run.times, strict=True)]
+    """Return the shapes that move, by report."""
+    return Drawn(run).moving
 
 
 def background_of(run):
-    return list(drawing_of(run, run.scene.part).background_shapes())
-
-
-def of_role(shapes, role):
-    return [shape for shape in shapes if shape.role == role]
+    return Drawn(run).still
 
 
 def points_of(shape):
@@ -56,27 +48,14 @@ def points_of(shape):
 
 
 def test_every_shape_stays_within_the_view_of_a_long_run(drawn):
-    run, part, shown = drawn
     # Fewer reports than the run has are looked at for the box.
-    long = fake_machine_run(run.scene.title.lower(), count=1001)
-    left, right, bottom, top = drawing_of(long, part).bounds
-    shapes = [*background_of(long), *itertools.chain(*shown)]
-    x0, x1, y0, y1 = bounding_box(shapes)
-    assert left < x0 < x1 < right
-    assert bottom < y0 < y1 < top
+    assert_shapes_keep(Drawn(fake_machine_run(drawn.run.scene.title.lower(), count=1001)), every=10)
 
 
-def test_shapes_are_finite_and_keep_their_kinds_and_roles(drawn):
-    run, _, shown = drawn
-    still = background_of(run)
-    for shape in itertools.chain(still, *shown):
+def test_shapes_are_finite_and_a_fixed_plane_has_no_axis(drawn):
+    for shape in itertools.chain(drawn.still, *drawn.moving):
         assert np.isfinite(np.array(points_of(shape), dtype=float)).all(), shape
-    assert len({tuple((type(s), s.role) for s in shapes) for shapes in shown}) == 1
-
-
-def test_a_fixed_plane_has_no_axis(drawn):
-    run, _, _ = drawn
-    assert not of_role(background_of(run), "axis")
+    assert not of_role(drawn.still, "axis")
 
 
 @pytest.mark.parametrize("name", ["slider-crank", "hung mass"])
@@ -95,14 +74,9 @@ def test_springs_and_dampers_end_at_their_points_at_every_pose(name):
 
 def test_a_spring_stretches_but_keeps_its_coils_and_width():
     run = fake_machine_run("hung mass", count=41)
-    widths, counts, lengths = [], set(), []
-    for shapes in shapes_of(run):
-        zigzag = np.array(of_role(shapes, "spring")[0].lines[0])
-        widths.append(np.ptp(zigzag[:, 0]))
-        lengths.append(np.ptp(zigzag[:, 1]))
-        counts.add(len(zigzag))
+    zigzags = np.array([of_role(shapes, "spring")[0].lines[0] for shapes in shapes_of(run)])  # all of as many points
+    widths, lengths = np.ptp(zigzags, axis=1).T
     assert np.ptp(widths) < 1e-12
-    assert len(counts) == 1
     assert np.ptp(lengths) == pytest.approx(0.16, rel=0.01)
 
 
@@ -165,9 +139,8 @@ def test_what_runs_in_a_slot_is_seen_within_it(name):
 
 
 def test_a_pin_has_a_circle_a_weld_has_none_and_a_drive_has_a_ring(drawn):
-    run, part, shown = drawn
-    mechanism = part.mechanism
-    for pose, shapes in zip(run.poses[::20], shown[::20], strict=True):
+    mechanism, shown = drawn.run.scene.part.mechanism, drawn.moving
+    for pose, shapes in zip(drawn.run.poses[::20], shown[::20], strict=True):
         spots = [(s.x, s.y) for s in of_role(shapes, "pivot")]
         for joint in mechanism.joints:
             near = min((math.dist(point_path(mechanism, pose[None], joint.second)[0], s) for s in spots), default=1.0)
@@ -253,18 +226,8 @@ def test_short_runs_are_slowed_unless_told_otherwise(tmp_path):
     _, durations = decode_film(gm.film(run, tmp_path / "a.gif", slow_down=1))
     assert durations == pytest.approx([0.03])
     for wrong in (0.0, -1.0, math.nan, 1e9):
-        with pytest.raises(MechanismError, match="slow_down"):
+        with pytest.raises(gm.MechanismError, match="slow_down"):
             gm.film(run, tmp_path / "b.gif", slow_down=wrong)
-
-
-def words_of(run, slow=1.0):
-    span = (float(run.times[0]), float(run.times[-1]))
-    shown = FrameData(run, run.scene.part, span, np.linspace(*span, 151), slow)
-    picture = FramePainter(run, [shown])
-    picture.update(70)
-    renderer = picture.figure.canvas.get_renderer()
-    texts = (text for text in picture.figure.findobj(lambda artist: hasattr(artist, "get_text")) if text.get_visible())
-    return [(text.get_text(), text.get_window_extent(renderer)) for text in texts if text.get_text().strip()]
 
 
 @pytest.mark.parametrize(
@@ -274,14 +237,13 @@ def words_of(run, slow=1.0):
 )
 def test_no_words_overlap_whatever_title_and_readings(title, readings, duration, slow):
     run = fake_machine_run("four-bar", duration=duration, readings=readings, title=title)
-    boxes = words_of(run, slow)
+    picture = painter_of(run, 151, slow)
+    picture.update(70)
+    boxes = boxes_of(picture.figure)
     assert sum(words.startswith("reading") for words, _ in boxes) == min(readings, 4)
     assert slow == 1.0 or format_film_speed(slow) in [words for words, _ in boxes]
-    for words, box in boxes:
-        assert 0 <= box.x0 <= box.x1 <= 480, words
-        assert 0 <= box.y0 <= box.y1 <= 480, words
-    for (words, box), (others, other) in itertools.combinations(boxes, 2):
-        assert not box.padded(-1.0).overlaps(other.padded(-1.0)), f"{words!r} overlaps {others!r}"
+    assert_words_are_within(boxes)
+    assert_words_are_apart(boxes)
 
 
 def test_the_pace_is_put_into_words():
@@ -364,12 +326,10 @@ def test_the_whole_groove_of_a_cam_turns_with_it_and_holds_the_roller():
 
 def test_a_cam_is_drawn_as_its_outline_and_the_roller_touches_it():
     run = gm.run("disc_cam", times=[0.0, 0.02, 0.05])
-    drawing = drawing_of(run, run.scene.part)
-    for pose, time in zip(run.poses, run.times, strict=True):
-        shapes = list(drawing.moving_shapes(pose, float(time)))
-        (roller,) = [shape for shape in of_role(shapes, "wheel") if isinstance(shape, Circle)]
-        (cam,) = [shape for shape in of_role(shapes, "plate") if isinstance(shape, Polygon) and len(shape.points) > 200]
-        assert (roller.x, roller.y) == pytest.approx((0.0, 0.04 + run.readings["lift"][list(run.times).index(time)]), abs=1e-12)
+    for shapes, lift in zip(shapes_of(run), run.readings["lift"], strict=True):
+        (roller,) = of_role(shapes, "wheel", Circle)
+        (cam,) = (shape for shape in of_role(shapes, "plate", Polygon) if len(shape.points) > 200)
+        assert (roller.x, roller.y) == pytest.approx((0.0, 0.04 + lift), abs=1e-12)
         nearest = min(math.dist(point, (roller.x, roller.y)) for point in cam.points)
         assert nearest == pytest.approx(roller.radius, abs=3e-5)  # points of the outline are a millimetre apart
     assert not [shape for shape in background_of(run) if shape.role == "crank web"]

@@ -22,9 +22,9 @@ def make_frame(colour):
     return frame
 
 
-def write_and_read(sequence):
+def write_and_read(sequence, palette=None):
     """Return frames and display times (s) that Pillow reads from a GIF of (frame, hundredths of a second) pairs."""
-    palette = Palette([(0, 0, 0), (255, 0, 0)], [frame for frame, _ in sequence])
+    palette = palette or Palette([(0, 0, 0), (255, 0, 0)], [frame for frame, _ in sequence])
     file = io.BytesIO()
     writer = GifWriter(file, palette)
     for frame, delay in sequence:
@@ -38,9 +38,7 @@ def test_equal_frames_are_merged_and_lengthened():
     red, green = make_frame((255, 0, 0)), make_frame((0, 200, 0))
     shown, durations = write_and_read([(red, 4), (red.copy(), 5), (green, 4), (red, 3), (red, 3)])
     assert durations == pytest.approx([0.09, 0.04, 0.06])
-    assert_array_equal(shown[0], red[..., :3])
-    assert_array_equal(shown[1], green[..., :3])
-    assert_array_equal(shown[2], red[..., :3])
+    assert_array_equal(shown, np.array([red, green, red])[..., :3])
 
 
 def test_a_pale_edge_is_restored_after_something_passed_before_it():
@@ -51,14 +49,8 @@ def test_a_pale_edge_is_restored_after_something_passed_before_it():
     still[:, 10, :3], still[:, (9, 11), :3] = line, edge
     covered[:], leaving[:] = still, still
     covered[5:15, 5:15, :3], leaving[5:15, 5:15, :3] = dark, blend
-    palette = Palette([ground, line, dark], [still, leaving])
-    file = io.BytesIO()
-    writer = GifWriter(file, palette)
-    for frame in (still, covered, leaving, still):
-        writer.add(frame, 4)
-    writer.close()
-    file.seek(0)
-    shown, _ = decode_film(file)
+    frames = (still, covered, leaving, still)
+    shown, _ = write_and_read([(frame, 4) for frame in frames], Palette([ground, line, dark], [still, leaving]))
     assert_array_equal(shown[3], shown[0])
 
 
@@ -79,13 +71,7 @@ def test_flat_areas_are_shown_exactly_with_few_colours_and_with_many(n_colours):
         frame[:, 20:] = frames[0][:, 20:]
     palette = Palette([tuple(colour) for colour in colours.tolist()], frames, few_colours=True)
     assert palette.bits == (4 if n_colours <= 12 else 5)
-    file = io.BytesIO()
-    writer = GifWriter(file, palette)
-    for frame in frames:
-        writer.add(frame, 4)
-    writer.close()
-    file.seek(0)
-    shown, _ = decode_film(file)
+    shown, _ = write_and_read([(frame, 4) for frame in frames], palette)
     assert_array_equal(shown, np.array(frames)[..., :3])
 
 

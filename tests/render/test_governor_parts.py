@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import governor_mechanism as gm
+from drawing_checks import Drawn, assert_within, of_role
 from governor_mechanism.effects.holding import DryFriction
 from governor_mechanism.model.time_functions import InputFunction
 from governor_mechanism.render.geometry.attached import shapes_of
@@ -44,7 +45,7 @@ def test_a_rising_sleeve_closes_the_throttle(side):
     gear = make_gear(side, 0.1)
     slopes, moving = [], list(gear.moving_parts(lambda height: height))
     for height in np.linspace(*gear.pin_range, 21).tolist():
-        (plate,) = (shape for shape in shapes_of(moving, height) if shape.role == "throttle plate")
+        (plate,) = of_role(shapes_of(moving, height), "throttle plate")
         ((x0, y0), (x1, y1)) = plate.lines[0]
         slopes.append(math.atan2(abs(y1 - y0), abs(x1 - x0)))
     # From nearly along the pipe to nearly across it.
@@ -55,25 +56,21 @@ def test_a_rising_sleeve_closes_the_throttle(side):
 
 @pytest.mark.parametrize("name", GOVERNOR_DIMENSIONS)
 def test_the_lever_holds_the_sleeve_at_its_pin(name):
-    run = fake_run(GOVERNOR_DIMENSIONS[name], duration=1.0, mean_angle=30.0)
-    drawing = drawing_of(run, run.scene.part)
+    drawn = Drawn(fake_run(GOVERNOR_DIMENSIONS[name], duration=1.0, mean_angle=30.0))
     heights = []
-    for pose in run.poses:
-        shapes = list(drawing.moving_shapes(pose, 0.0))
-        pin = next(shape for shape in shapes if shape.role == "throttle pin")
-        (slot,) = (shape for shape in shapes if shape.role == "throttle slot")
+    for shapes in drawn.moving:
+        pin, (slot,) = of_role(shapes, "throttle pin")[0], of_role(shapes, "throttle slot")
         left, right, bottom, top = bounding_box([slot])
-        assert pin.x == 0.0
-        assert left < 0.0 < right
+        assert left < pin.x == 0.0 < right
         assert bottom < pin.y < top
         heights.append(pin.y)
-    np.testing.assert_allclose(np.diff(heights), np.diff(run.readings["sleeve_lift"]), atol=1e-12)
+    np.testing.assert_allclose(np.diff(heights), np.diff(drawn.run.readings["sleeve_lift"]), atol=1e-12)
 
 
 def test_an_engine_room_shows_neither_throttle_gear_nor_drive_of_the_governor():
-    run = fake_run(GOVERNOR_DIMENSIONS["porter"], duration=1.0)
-    drawing = drawing_of(run, run.scene.part)
-    assert {"throttle lever", "gearing wheel"} <= {s.role for s in (*drawing.static_shapes, *drawing.moving_shapes(run.poses[0], 0.0))}
+    drawn = Drawn(fake_run(GOVERNOR_DIMENSIONS["porter"], duration=1.0))
+    drawing = drawn.drawing
+    assert {"throttle lever", "gearing wheel"} <= drawn.roles() | {shape.role for shape in drawing.static_shapes}
     elevation = GovernorElevation(drawing, "sleeve_lift")
     parts = (*elevation.fixed_parts(), *elevation.moving_parts(lambda moment: moment))
     shown = {shape.role for shape in shapes_of(parts, drawing.first_moment)}
@@ -84,8 +81,7 @@ def test_an_engine_room_shows_neither_throttle_gear_nor_drive_of_the_governor():
 def test_only_a_governor_with_dry_friction_has_the_key_of_its_shoes():
     friction = DryFriction(reading="sleeve_lift", force=InputFunction(values=(40.0,)))
     for effects in ([], [friction]):
-        run = fake_run_with_effects(GOVERNOR_DIMENSIONS["porter"], effects, duration=1.0)
-        still = list(drawing_of(run, run.scene.part).background_shapes())
+        still = Drawn(fake_run_with_effects(GOVERNOR_DIMENSIONS["porter"], effects, duration=1.0)).still
         texts = {shape.text for shape in still if isinstance(shape, TextShape)}
         assert ({"holds", "slides"} <= texts) == bool(effects)
         assert {"shoe", "held shoe"} & {shape.role for shape in still} == ({"shoe", "held shoe"} if effects else set())
@@ -93,13 +89,12 @@ def test_only_a_governor_with_dry_friction_has_the_key_of_its_shoes():
 
 @pytest.mark.parametrize("name", ["porter", "hartung_dubois", "hartnell", "parabolic"])
 def test_the_key_of_friction_shoes_is_clear_of_all_that_is_drawn(name):
-    run = gm.run(gm.load(name).replace({"effects.dry_friction.sleeve": "40 N", "run.duration": "0.1 s"}), certify=False)
-    drawing = drawing_of(run, run.scene.part)
-    still = list(drawing.background_shapes())
+    drawn = Drawn(gm.run(gm.load(name).replace({"effects.dry_friction.sleeve": "40 N", "run.duration": "0.1 s"}), certify=False))
+    still = drawn.still
     keys = [one for one in still if one.role in ("shoe", "held shoe") or (isinstance(one, TextShape) and one.text in ("holds", "slides"))]
     assert len(keys) == 4
     left, right, low, high = bounding_box(keys)
-    others = [one for one in (*still, *drawing.moving_shapes(run.poses[0], 0.0)) if one not in keys]
+    others = [one for one in (*still, *drawn.at(0)) if one not in keys]
     for shape in others:
         x0, x1, y0, y1 = bounding_box([shape]) if not isinstance(shape, Lines) or shape.lines else (right, right, 0.0, 0.0)
         assert x1 <= left or x0 >= right or y1 <= low or y0 >= high, shape.role
@@ -108,23 +103,20 @@ def test_the_key_of_friction_shoes_is_clear_of_all_that_is_drawn(name):
 def test_a_lift_too_small_to_be_seen_is_enlarged_as_stated():
     # A swing of 0.1 degrees lifts the sleeve of a governor with arms of 300 mm by less than 1 mm.
     run = fake_run(GOVERNOR_DIMENSIONS["porter"], duration=1.0, mean_angle=30.0, amplitude=0.1)
-    drawing = drawing_of(run, run.scene.part)
-    magnification = lift_magnification(drawing)
+    drawn = Drawn(run)
+    still, magnification = drawn.still, lift_magnification(drawn.drawing)
     assert magnification > 10.0
-    still = list(drawing.background_shapes())
-    (frame,) = (shape for shape in still if shape.role == "lens")
+    (frame,) = of_role(still, "lens")
     assert any(isinstance(shape, TextShape) and shape.text == f"lift, {magnification:g} : 1" for shape in still)
     tips = []
-    for pose in run.poses:
-        pointer = [shape for shape in drawing.moving_shapes(pose, 0.0) if isinstance(shape, Polygon) and shape.role == "pointer"][-1]
+    for shapes in drawn.moving:
+        *_, pointer = of_role(shapes, "pointer", Polygon)
         tips.append(pointer.points[0][1])
-        inner, outer = bounding_box([pointer]), bounding_box([frame])
-        assert outer[0] < inner[0] < inner[1] < outer[1]
-        assert outer[2] < inner[2] < inner[3] < outer[3]
+        assert_within([pointer], bounding_box([frame]))
     np.testing.assert_allclose(np.diff(tips), magnification * np.diff(run.readings["sleeve_lift"]), atol=1e-12)
     # The ruler in the detail gives the same lift as the pointer.
-    ruler = [shape for shape in still if isinstance(shape, Lines) and shape.role == "scale"][-1]
-    numbers = [shape for shape in still if isinstance(shape, TextShape) and shape.role == "scale"][-2:]
+    *_, ruler = of_role(still, "scale", Lines)
+    numbers = of_role(still, "scale", TextShape)[-2:]
     (low_y, low), (high_y, high) = ((shape.y, float(shape.text.removesuffix(" mm")) / 1e3) for shape in numbers)
     assert bounding_box([ruler])[2:] == pytest.approx((low_y, high_y))
     assert low + (tips[0] - low_y) / (high_y - low_y) * (high - low) == pytest.approx(run.readings["sleeve_lift"][0], abs=1e-9)

@@ -8,12 +8,10 @@ import sys
 import numpy as np
 import pytest
 
-from decoding import pixel_of
-from drawing_checks import assert_shapes_keep
+from decoding import painter_of, pixel_of
+from drawing_checks import Drawn, assert_shapes_keep, assert_within, of_role
 from governor_mechanism.machines.pendulum import PendulumGovernor
 from governor_mechanism.model.part import Part
-from governor_mechanism.render.film.frame_painter import FramePainter
-from governor_mechanism.render.frame_data import FrameData
 from governor_mechanism.render.geometry.attached import Attached, BodyAxes, Flexible, Moment, fixed, shapes_of
 from governor_mechanism.render.geometry.outlines import first_free_position, make_bar, make_hatching
 from governor_mechanism.render.geometry.primitives import (
@@ -42,8 +40,12 @@ def as_unknown(part: Part) -> Part:
 def drawn(request):
     name, known = request.param
     run = fake_run(GOVERNOR_DIMENSIONS[name], duration=2.0, output_interval=0.05, mean_angle=30.0)
-    part = run.scene.part
-    return run, drawing_of(run, part if known else as_unknown(part))
+    return Drawn(run, None if known else as_unknown(run.scene.part))
+
+
+@pytest.fixture(scope="module")
+def porter():
+    return Drawn(fake_run(GOVERNOR_DIMENSIONS["porter"], duration=1.0))
 
 
 def test_shapes_do_not_import_a_plotting_library():
@@ -52,11 +54,10 @@ def test_shapes_do_not_import_a_plotting_library():
     assert done.stdout.strip() == "[]"
 
 
-def test_the_view_fits_the_extent_into_its_rectangle_without_distortion():
-    run = fake_run(GOVERNOR_DIMENSIONS["porter"], duration=1.0)
-    view = FramePainter(run, [FrameData(run, run.scene.part, (0.0, 1.0), run.times)]).view
+def test_the_view_fits_the_extent_into_its_rectangle_without_distortion(porter):
+    view = painter_of(porter.run, 101).view
     left, top, right, bottom = view.rect
-    x0, x1, y0, y1 = drawing_of(run, run.scene.part).bounds
+    x0, x1, y0, y1 = porter.drawing.bounds
     corners = [pixel_of(view, x, y) for x in (x0, x1) for y in (y0, y1)]
     # Pixel numbers count middles of pixels, so the edge of a rectangle is half a pixel beyond the last one.
     assert all(left - 0.5 - 1e-9 <= column <= right - 0.5 + 1e-9 for column, _ in corners)
@@ -66,19 +67,14 @@ def test_the_view_fits_the_extent_into_its_rectangle_without_distortion():
 
 
 def test_shapes_keep_their_kinds_and_roles_within_the_view(drawn):
-    run, drawing = drawn
-    assert_shapes_keep(drawing, run)
-    plans = {tuple((type(s), s.role) for s in drawing.dial_shapes(pose, 0.3, 0.1, 1.0)) for pose in run.poses}
+    assert_shapes_keep(drawn)
+    plans = {tuple((type(s), s.role) for s in drawn.drawing.dial_shapes(pose, 0.3, 0.1, 1.0)) for pose in drawn.run.poses}
     assert len(plans) == 1
 
 
-def test_balls_are_drawn_at_their_mass_centres_and_as_large_as_cast_iron():
-    run = fake_run(GOVERNOR_DIMENSIONS["porter"], duration=1.0)
-    left, right = (
-        s for s in drawing_of(run, run.scene.part).moving_shapes(run.poses[7], 0.0) if isinstance(s, Circle) and s.role == "ball"
-    )
-    assert (right.x, right.y) == tuple(run.poses[7, 0, :2])
-    assert (left.x, left.y) == tuple(run.poses[7, 1, :2])
+def test_balls_are_drawn_at_their_mass_centres_and_as_large_as_cast_iron(porter):
+    left, right = of_role(porter.at(7), "ball", Circle)
+    assert [(one.x, one.y) for one in (right, left)] == [tuple(pose[:2]) for pose in porter.run.poses[7, :2]]
     assert 4 / 3 * math.pi * right.radius**3 * 7200 == pytest.approx(5.0)
 
 
@@ -89,54 +85,36 @@ def test_a_ball_too_light_or_too_heavy_to_be_seen_well_is_drawn_at_the_limit():
 
 @pytest.mark.parametrize("name", GOVERNOR_DIMENSIONS)
 def test_links_are_drawn_in_their_true_length(name):
-    run = fake_run(GOVERNOR_DIMENSIONS[name], duration=1.0, mean_angle=30.0)
+    drawn = Drawn(fake_run(GOVERNOR_DIMENSIONS[name], duration=1.0, mean_angle=30.0))
     governor = PendulumGovernor(**GOVERNOR_DIMENSIONS[name])
-    width = 0.042 * governor.arm
-    links = [s for s in drawing_of(run, run.scene.part).moving_shapes(run.poses[3], 0.0) if s.role == "link"]
-    assert len(links) == 2
-    for link in links:
-        assert isinstance(link, Polygon)
-        far = max(math.dist(p, q) for p in link.points for q in link.points)
-        # A bar ends in half circles round the two pins.
-        assert far == pytest.approx(governor.link_length + width, rel=1e-9)
+    far = [max(math.dist(p, q) for p in link.points for q in link.points) for link in of_role(drawn.at(3), "link", Polygon)]
+    # A bar ends in half circles round the two pins.
+    assert far == pytest.approx(2 * [governor.link_length + 0.042 * governor.arm], rel=1e-9)
 
 
 def test_a_sleeve_without_mass_hangs_from_its_links():
     run = fake_run(GOVERNOR_DIMENSIONS["watt"], duration=1.0)
     governor = PendulumGovernor(**GOVERNOR_DIMENSIONS["watt"])
-    shapes = list(drawing_of(run, run.scene.part).moving_shapes(run.poses[40], 0.0))
-    lugs = min(s.y for s in shapes if isinstance(s, Circle) and s.role == "pivot")
+    lugs = min(pivot.y for pivot in of_role(Drawn(run).at(40), "pivot", Circle))
     assert lugs == pytest.approx(float(sleeve_height(governor, run.readings["arm_angle"][40:41])[0]), abs=1e-12)
 
 
 @pytest.mark.parametrize("name", GOVERNOR_DIMENSIONS)
 def test_the_pointer_shows_the_lift_on_the_scale(name):
-    run = fake_run(GOVERNOR_DIMENSIONS[name], duration=1.0, mean_angle=30.0)
-    drawing = drawing_of(run, run.scene.part)
-    low, high = (s for s in drawing.background_shapes() if isinstance(s, TextShape))
-    first, last = (float(mark.text.removesuffix(" mm")) / 1e3 for mark in (low, high))
+    drawn = Drawn(fake_run(GOVERNOR_DIMENSIONS[name], duration=1.0, mean_angle=30.0))
     for k in (0, 33, 77):
-        tip = next(s for s in drawing.moving_shapes(run.poses[k], 0.0) if s.role == "pointer").points[0][1]
-        shown = first + (tip - low.y) / (high.y - low.y) * (last - first)
-        assert shown == pytest.approx(run.readings["sleeve_lift"][k], abs=1e-9)
+        assert drawn.shown_lift(k) == pytest.approx(drawn.run.readings["sleeve_lift"][k], abs=1e-9)
 
 
 @pytest.mark.parametrize("name", GOVERNOR_DIMENSIONS)
 @pytest.mark.parametrize(("middle", "swing"), [(30.0, 8.0), (58.0, 27.0)])
 def test_nothing_passes_over_the_scale(name, middle, swing):
-    run = fake_run(
-        GOVERNOR_DIMENSIONS[name] | ({"link": 0.45} if "link" in GOVERNOR_DIMENSIONS[name] else {}),
-        duration=2.0,
-        output_interval=0.02,
-        mean_angle=middle,
-        amplitude=swing,
-    )
-    drawing = drawing_of(run, run.scene.part)
-    still = list(drawing.background_shapes())
-    scale = next(s for s in still if isinstance(s, Lines) and s.role == "scale")
-    left, right, bottom, top = bounding_box([scale, *(s for s in still if isinstance(s, TextShape))])
-    moments = [Moment(pose, 0.0) for pose in run.poses]
-    passing = [shape for shape in record_parts(drawing.moving, moments) if shape.role in ("arm", "link", "ball")]
+    dimensions = GOVERNOR_DIMENSIONS[name] | ({"link": 0.45} if "link" in GOVERNOR_DIMENSIONS[name] else {})
+    drawn = Drawn(fake_run(dimensions, duration=2.0, output_interval=0.02, mean_angle=middle, amplitude=swing))
+    scale = of_role(drawn.still, "scale", Lines)[0]
+    left, right, bottom, top = bounding_box([scale, *(s for s in drawn.still if isinstance(s, TextShape))])
+    moments = [Moment(pose, 0.0) for pose in drawn.run.poses]
+    passing = [shape for shape in record_parts(drawn.drawing.moving, moments) if shape.role in ("arm", "link", "ball")]
     assert all(high <= left or low >= right for low, high in horizontal_extents(passing, bottom, top))
 
 
@@ -155,30 +133,29 @@ def test_the_box_around_recorded_shapes_is_that_of_the_shapes_at_each_moment():
     box = enclose_recorded(record_parts(parts, moments))
     assert box == pytest.approx(enclose_boxes(bounding_box(shapes_of(parts, moment)) for moment in moments))
 
+
+def test_the_first_free_position():
     assert first_free_position([(1.0, 2.0), (0.0, 0.5), (2.2, 3.0)], 0.6, 0.3) == 0.6
     assert first_free_position([(1.0, 2.0), (0.0, 0.5), (2.2, 3.0)], 0.6, 0.5) == 3.0
 
 
 def test_the_scale_covers_the_travel_and_its_numbers_stand_apart_even_at_rest():
-    run = fake_run(GOVERNOR_DIMENSIONS["porter"], duration=1.0, amplitude=1e-6)
-    low, high = (s for s in drawing_of(run, run.scene.part).background_shapes() if isinstance(s, TextShape))
+    drawn = Drawn(fake_run(GOVERNOR_DIMENSIONS["porter"], duration=1.0, amplitude=1e-6))
+    low, high = (s for s in drawn.still if isinstance(s, TextShape))
     assert high.y - low.y >= 0.1 * 0.3 - 1e-12
 
 
-def test_the_plan_turns_anticlockwise_with_the_spindle_and_stays_within_its_ring():
-    run = fake_run(GOVERNOR_DIMENSIONS["porter"], duration=1.0)
-    drawing, pose = drawing_of(run, run.scene.part), run.poses[0]
+def test_the_plan_turns_anticlockwise_with_the_spindle_and_stays_within_its_ring(porter):
+    drawing, poses = porter.drawing, porter.run.poses
     ring = drawing.dial_ring_radius()
-    mark = next(s for s in drawing.dial_shapes(pose, math.pi / 2, 0.2, ring) if s.role == "mark")
-    assert mark.x == pytest.approx(0.0, abs=1e-12)
-    assert mark.y == pytest.approx(pose[0, 0])
-    balls = (s for pose in run.poses for s in drawing.dial_shapes(pose, 1.0, 0.2, ring) if s.role == "ball")
+    (mark, *_) = of_role(drawing.dial_shapes(poses[0], math.pi / 2, 0.2, ring), "mark")
+    assert (mark.x, mark.y) == (pytest.approx(0.0, abs=1e-12), pytest.approx(poses[0, 0, 0]))
+    balls = (ball for pose in poses for ball in of_role(drawing.dial_shapes(pose, 1.0, 0.2, ring), "ball"))
     assert all(math.hypot(ball.x, ball.y) + ball.radius < ring for ball in balls)
 
 
-def test_a_speed_beyond_the_frames_closes_the_ring():
-    run = fake_run(GOVERNOR_DIMENSIONS["porter"], duration=1.0)
-    arc = drawing_of(run, run.scene.part).dial_shapes(run.poses[0], 0.7, 40.0, 1.0)[0]
+def test_a_speed_beyond_the_frames_closes_the_ring(porter):
+    arc = porter.drawing.dial_shapes(porter.run.poses[0], 0.7, 40.0, 1.0)[0]
     assert isinstance(arc, Lines)
     angles = np.unwrap([math.atan2(y, x) for x, y in arc.lines[0]])
     assert np.ptp(angles) == pytest.approx(2 * math.pi)
@@ -196,27 +173,21 @@ def test_a_machine_is_drawn_by_what_is_registered_for_it(monkeypatch):
     assert drawing.moving_shapes(run.poses[0], 0.0) == (Circle("ball", 1.0, 2.0, 3.0),)
 
 
-def test_any_mechanism_is_drawn_with_all_its_bodies_and_links():
-    run = fake_run(GOVERNOR_DIMENSIONS["porter"], duration=1.0)
-    drawing = drawing_of(run, as_unknown(run.scene.part))
-    shapes = list(drawing.moving_shapes(run.poses[0], 0.0))
-    balls = [(s.x, s.y) for s in shapes if isinstance(s, Circle) and s.role == "ball"]
-    assert balls == [tuple(pose[:2]) for pose in run.poses[0, :2]]
-    assert sum(s.role == "block" for s in shapes) == 1
-    assert sum(s.role == "link" for s in shapes) == 4
-    assert any(s.role == "guide" for s in drawing.background_shapes())
+def test_any_mechanism_is_drawn_with_all_its_bodies_and_links(porter):
+    drawn = Drawn(porter.run, as_unknown(porter.run.scene.part))
+    shapes = drawn.at(0)
+    assert [(s.x, s.y) for s in of_role(shapes, "ball", Circle)] == [tuple(pose[:2]) for pose in porter.run.poses[0, :2]]
+    assert [len(of_role(shapes, role)) for role in ("block", "link")] == [1, 4]
+    assert of_role(drawn.still, "guide")
 
 
 def test_hatching_stays_within_its_box():
     box = (-0.02, 0.03, 0.01, 0.04)
-    x0, x1, y0, y1 = bounding_box([make_hatching("hatching", box, 0.004)])
-    assert box[0] - 1e-12 <= x0 < x1 <= box[1] + 1e-12
-    assert box[2] - 1e-12 <= y0 < y1 <= box[3] + 1e-12
+    assert_within([make_hatching("hatching", box, 0.004)], box, margin=1e-12)
 
 
 def test_a_bar_without_length_is_a_disc():
-    x0, x1, y0, y1 = bounding_box([make_bar("arm", (1.0, 2.0), (1.0, 2.0), 0.4)])
-    assert (x0, x1, y0, y1) == pytest.approx((0.8, 1.2, 1.8, 2.2))
+    assert bounding_box([make_bar("arm", (1.0, 2.0), (1.0, 2.0), 0.4)]) == pytest.approx((0.8, 1.2, 1.8, 2.2))
 
 
 @pytest.mark.parametrize(("span", "most", "step"), [(1.0, 5, 0.2), (0.11, 5, 0.05), (7.0, 8, 1.0), (0.3, 3, 0.1)])

@@ -6,10 +6,9 @@ import math
 import pytest
 
 import governor_mechanism as gm
-from drawing_checks import assert_shapes_keep
-from governor_mechanism.render.geometry.primitives import Circle, TextShape
+from drawing_checks import Drawn, assert_shapes_keep, of_role
+from governor_mechanism.render.geometry.primitives import Circle
 from governor_mechanism.render.machines.parabolic import N_CELLS, ParabolicDrawing
-from governor_mechanism.render.machines.registry import drawing_of
 
 EFFECTS = {
     "effects.dry_friction": {"sleeve": "2 N"},
@@ -21,28 +20,26 @@ EFFECTS = {
 
 @pytest.fixture(scope="module")
 def drawn():
-    run = gm.run(gm.load("parabolic").replace({"run.duration": "2 s", "run.output_interval": "50 ms"}))
-    drawing = drawing_of(run, run.scene.part)
-    assert isinstance(drawing, ParabolicDrawing)
-    return run, drawing
+    found = Drawn(gm.run(gm.load("parabolic").replace({"run.duration": "2 s", "run.output_interval": "50 ms"})))
+    assert isinstance(found.drawing, ParabolicDrawing)
+    return found
 
 
 def test_the_lazy_tongs_have_bars_of_one_length_at_every_lift(drawn):
     """As accurate as the run, to which 1e-8 of a metre was promised, over bars of some 100 mm."""
-    run, drawing = drawn
-    for pose in run.poses:
+    drawing = drawn.drawing
+    for pose in drawn.run.poses:
         joints = drawing.tongs_joints(pose)
         assert len(joints) == 2 * N_CELLS + 1
         for (left, _, right), (next_left, _, next_right) in itertools.pairwise(joints):
             lengths = [math.dist(left, next_right), math.dist(right, next_left), math.dist(left, next_left)]
             assert max(abs(length - drawing.half_link) for length in lengths) < 1e-7
     # Two bars of full length cross at each inner joint on the axis; half ones end at the pivot and at the sleeve.
-    links = [shape for shape in drawing.moving_shapes(run.poses[0], 0.0) if shape.role == "link"]
-    assert len(links) == 2 * (N_CELLS - 1) + 4
+    assert len(of_role(drawn.at(0), "link")) == 2 * (N_CELLS - 1) + 4
 
 
 def test_the_tongs_join_the_spindle_the_crosshead_and_the_sleeve(drawn):
-    run, drawing = drawn
+    run, drawing = drawn.run, drawn.drawing
     for pose, lift in zip(run.poses, run.readings["sleeve_lift"], strict=True):
         joints = drawing.tongs_joints(pose)
         assert joints[0][1] == (0.0, pytest.approx(drawing.upper_pivot_height))
@@ -51,31 +48,22 @@ def test_the_tongs_join_the_spindle_the_crosshead_and_the_sleeve(drawn):
 
 
 def test_the_pointer_shows_the_lift_and_the_balls_their_guide(drawn):
-    run, drawing = drawn
-    low, high = (shape for shape in drawing.background_shapes() if isinstance(shape, TextShape))
-    first, last = (float(one.text.removesuffix(" mm")) / 1e3 for one in (low, high))
     for row in (0, -1):
-        shapes = list(drawing.moving_shapes(run.poses[row], 0.0))
-        tip = next(shape for shape in shapes if shape.role == "pointer").points[0][1]
-        assert first + (tip - low.y) / (high.y - low.y) * (last - first) == pytest.approx(run.readings["sleeve_lift"][row], abs=1e-9)
-        for ball in (shape for shape in shapes if isinstance(shape, Circle) and shape.role == "ball"):
+        assert drawn.shown_lift(row) == pytest.approx(drawn.run.readings["sleeve_lift"][row], abs=1e-9)
+        for ball in of_role(drawn.at(row), "ball", Circle):
             assert ball.y == pytest.approx(ball.x**2 / 0.621225507207, abs=1e-7)
 
 
 def test_the_plan_marks_one_ball_and_its_hub_is_not_a_ball(drawn):
-    run, drawing = drawn
-    shapes = drawing.dial_shapes(run.poses[0], 0.3, 0.0, drawing.dial_ring_radius())
-    marks = [shape for shape in shapes if shape.role == "mark"]
-    assert len(marks) == 1
-    assert math.hypot(marks[0].x, marks[0].y) == pytest.approx(run.readings["ball_radius"][0])
-    assert not [shape for shape in shapes if shape.role == "ball" and math.hypot(shape.x, shape.y) < 0.01]
+    shapes = drawn.drawing.dial_shapes(drawn.run.poses[0], 0.3, 0.0, drawn.drawing.dial_ring_radius())
+    (mark,) = of_role(shapes, "mark")
+    assert math.hypot(mark.x, mark.y) == pytest.approx(drawn.run.readings["ball_radius"][0])
+    assert all(math.hypot(ball.x, ball.y) >= 0.01 for ball in of_role(shapes, "ball"))
 
 
 @pytest.mark.parametrize("changes", [{}, EFFECTS], ids=["plain", "effects"])
 def test_every_pose_has_the_same_shapes_within_the_view(changes):
-    run = gm.run(gm.load("parabolic").replace({"run.duration": "1 s", "run.output_interval": "50 ms", **changes}))
-    drawing = drawing_of(run, run.scene.part)
-    assert_shapes_keep(drawing, run)
-    roles = {shape.role for shape in (*drawing.moving_shapes(run.poses[0], 0.0), *drawing.background_shapes())}
-    assert {"stop", "wall"} & roles == ({"wall"} if changes else set())
-    assert ({"held shoe", "shoe", "piston", "spring"} <= roles) == bool(changes)
+    drawn = Drawn(gm.run(gm.load("parabolic").replace({"run.duration": "1 s", "run.output_interval": "50 ms", **changes})))
+    assert_shapes_keep(drawn)
+    assert {"stop", "wall"} & drawn.roles() == ({"wall"} if changes else set())
+    assert ({"held shoe", "shoe", "piston", "spring"} <= drawn.roles()) == bool(changes)

@@ -8,13 +8,11 @@ import pytest
 from numpy.testing import assert_allclose
 
 import governor_mechanism as gm
-from decoding import unpack_numbers
-from governor_mechanism.model.results.pictures import FilmOptions
+from decoding import data_of, page_data_of, unpack_numbers
 from governor_mechanism.render.figures.page import Page
 from governor_mechanism.render.film.moving_parts import CURVE_WIDTH, plot_panel
 from governor_mechanism.render.film.painters import make_painter
 from governor_mechanism.render.film.svg_animation import write_animation
-from governor_mechanism.render.frame_data import FrameData
 from governor_mechanism.render.page.page_data import PLOT_SIZE, choose_panels, collect_data
 from governor_mechanism.render.page.views import show_run
 from governor_mechanism.render.plot_panels import choose_part_panels, choose_room_panels
@@ -44,7 +42,7 @@ def shown(request, porter, engine):
 
 def lines_of(shown):
     """The axes of the plots of a film, each with the colours of its lines."""
-    painter = make_painter((shown.run,), SPAN, np.linspace(*SPAN, 3), 1.0, FilmOptions())
+    painter = make_painter((shown.run,), SPAN, np.linspace(*SPAN, 3), 1.0, gm.FilmOptions())
     axes = [one.artists[0].artist.axes for canvas in painter.canvases for one in canvas.panels if hasattr(one, "curves")]
     return [(one.get_ylim(), [line.get_color() for line in one.lines]) for one in axes]
 
@@ -126,12 +124,9 @@ def test_a_page_has_bands_in_all_its_plots(porter):
     times = np.linspace(0.0, 2.0, 2001)
     readings = {name: np.interp(times, porter.times, values) for name, values in porter.readings.items()}
     readings["arm_angle"] = 0.7 + 0.1 * np.sin(100 * np.pi * times)
-    shape = (len(times), *porter.poses.shape[1:])
-    run = dataclasses.replace(
-        porter, times=times, readings=readings, poses=np.broadcast_to(porter.poses[0], shape), velocities=np.zeros(shape)
-    )
-    shown = show_run(run, None, (0.0, 2.0), np.linspace(0.0, 2.0, 61), 1.0)
-    plots = {plot["name"]: plot for plot in collect_data(shown, 1.0)["plots"]}
+    poses = np.broadcast_to(porter.poses[0], (len(times), *porter.poses.shape[1:]))
+    run = dataclasses.replace(porter, times=times, readings=readings, poses=poses, velocities=0.0 * poses)
+    plots = {plot["name"]: plot for plot in page_data_of(run, np.linspace(0.0, 2.0, 61))["plots"]}
     assert plots["arm angle"]["note"] == "band: range within an oscillation"
     (outline, mean) = numbers_on_page(plots["arm angle"])["arm angle"]
     assert_allclose(mean[:, 1], np.degrees(0.7), atol=0.02)
@@ -141,7 +136,7 @@ def test_a_page_has_bands_in_all_its_plots(porter):
 
 def test_an_animated_drawing_has_the_bands_of_its_film(steady, tmp_path):
     """Outlines in the SVG, in points from the top, against the numbers of the record at the size of the plots."""
-    painter = make_painter((steady.run,), (0.0, 25.0), np.linspace(0.0, 25.0, 3), 1.0, FilmOptions())
+    painter = make_painter((steady.run,), (0.0, 25.0), np.linspace(0.0, 25.0, 3), 1.0, gm.FilmOptions())
     (canvas,) = painter.canvases
     write_animation(tmp_path / "film.svg", canvas, 1.0, 3)
     text = (tmp_path / "film.svg").read_text(encoding="utf-8")
@@ -179,8 +174,7 @@ def test_a_curve_has_at_the_ends_of_the_shown_time_the_values_of_the_run(engine)
 
 
 def panels_of(run, **options):
-    data = FrameData(run, run.scene.part, (0.0, 2.0), np.linspace(0.0, 2.0, 5))
-    return choose_part_panels([data], **{"most": 3, "with_speed": True, **options})
+    return choose_part_panels([data_of(run, 5)], **{"most": 3, "with_speed": True, **options})
 
 
 def test_a_constant_reading_comes_last_and_is_marked_unless_all_are_constant(porter):

@@ -9,10 +9,10 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.collections import PolyCollection
 from matplotlib.colors import to_hex
 
+from decoding import data_of, words_of
 from governor_mechanism.render.figures.page import Page
 from governor_mechanism.render.figures.time_series import MAX_OVERVIEW_READINGS, readings_figure
 from governor_mechanism.render.film.moving_parts import pale_colour, plot_panel
-from governor_mechanism.render.frame_data import FrameData
 from governor_mechanism.render.plot_panels import PanelCurve, PlotPanel
 from governor_mechanism.render.range_bands import PlotSize, count_turns, find_range_band, make_range_band
 from governor_mechanism.render.style import BLUE, CURVE_COLOURS, GREEN
@@ -110,7 +110,7 @@ def with_readings(run, **readings):
 
 
 def legend_words(figure):
-    return [text.get_text() for legend in figure.legends for text in legend.get_texts()]
+    return [words for legend in figure.legends for words in words_of(legend)]
 
 
 def test_the_shaft_of_a_run_is_its_first_angle_of_several_turns(porter):
@@ -156,14 +156,14 @@ def test_an_overview_of_many_readings_names_those_that_it_leaves_out(porter):
     # Those that films show of a governor, and others; the same one twice is no news.
     assert {"Arm angle [deg]", "Sleeve lift [mm]", "Spindle speed [rpm]", "Other 0 [mm]"} <= set(labels)
     assert "Same [mm]" not in labels
-    words = " ".join(text.get_text() for text in figure.texts)
+    words = " ".join(words_of(figure))
     left_out = [name for name in many.readings if f"{name.capitalize().replace('_', ' ')} [" not in " ".join(labels)]
     assert f'run.plot("{left_out[0]}") draws one of {len(left_out)} more readings: {", ".join(left_out)}' in words
     assert len(readings_figure(many, list(many.readings)).axes) == len(many.readings)
 
 
 def test_a_film_shows_the_band_from_its_first_frame_and_draws_the_mean_to_the_last(porter):
-    data = FrameData(porter, porter.scene.part, (0.0, 10.0), np.linspace(0.0, 10.0, 11))
+    data = data_of(porter, 11)
     values = 5.0 + np.sin(math.tau * 5 * porter.times)
 
     def panel_of(**options):

@@ -1,25 +1,30 @@
 """Loads, cranks and readings in the drawing of any mechanism: arrows are the forces of the run, arcs the angles of its readings."""
 
 import math
+from functools import cache
 
 import numpy as np
 import pytest
 
 import governor_mechanism as gm
+from drawing_checks import Drawn, assert_shapes_keep, of_role
 from governor_mechanism.mechanics.kinematics.constraint_rows import point_path
 from governor_mechanism.render.geometry.primitives import Circle, Polygon, TextShape, bounding_box
 from governor_mechanism.render.machines.generic.drawing import make_letters
-from governor_mechanism.render.machines.registry import drawing_of
 from governor_mechanism.render.shown_readings import format_label, format_name
 
+DURATIONS = {
+    "slider_crank": "0.5 s",
+    "quick_return": "1 s",
+    "andrews_squeezer": "0.01 s",
+    "four_bar_chain": "1 s",
+    "pendulum_iftomm": "2 s",
+}
 
-def drawing_of_scene(name, **changes):
-    run = gm.run(gm.load(name).replace({key.replace("__", "."): value for key, value in changes.items()}))
-    return run, drawing_of(run, run.scene.part)
 
-
-def of_role(shapes, role):
-    return [shape for shape in shapes if shape.role == role]
+@cache
+def draw(name):
+    return Drawn(gm.run(gm.load(name).replace({"run.duration": DURATIONS[name]})))
 
 
 def arrows_of(shapes, role):
@@ -33,7 +38,7 @@ def arrows_of(shapes, role):
 
 @pytest.fixture(scope="module")
 def slider_crank():
-    return drawing_of_scene("slider_crank", run__duration="0.5 s")
+    return draw("slider_crank")
 
 
 def test_the_arrows_of_a_slider_crank_accelerate_its_crosshead(slider_crank):
@@ -41,8 +46,7 @@ def test_the_arrows_of_a_slider_crank_accelerate_its_crosshead(slider_crank):
 
     The distance of the crosshead is r cos a + sqrt(l^2 - r^2 sin^2 a), at 120 rpm.
     """
-    run, drawing = slider_crank
-    still = list(drawing.background_shapes())
+    run, still = slider_crank.run, slider_crank.still
     ((_, key),) = arrows_of(still, "reaction")
     number, unit = next(shape.text for shape in still if isinstance(shape, TextShape)).split()
     newton = math.hypot(*key) / (float(number) * {"N": 1.0, "kN": 1e3}[unit])
@@ -54,17 +58,16 @@ def test_the_arrows_of_a_slider_crank_accelerate_its_crosshead(slider_crank):
     for row in (3, 40, 77, 151):
         time, step = float(run.times[row]), 1e-4
         acceleration = (distance(time - step) - 2 * distance(time) + distance(time + step)) / step**2
-        gudgeon, guide = (vector / newton for _, vector in arrows_of(drawing.moving_shapes(run.poses[row], time), "reaction")[2:])
+        gudgeon, guide = (vector / newton for _, vector in arrows_of(slider_crank.at(row), "reaction")[2:])
         # The second difference is accurate to 1e-6 of some 50 m/s2, of which rounding is the larger part.
         assert gudgeon[0] + guide[0] == pytest.approx(110.0 * acceleration, rel=1e-5, abs=0.1)
         assert gudgeon[1] + guide[1] == pytest.approx(110.0 * 9.81, rel=1e-5)
 
 
 def test_the_arrows_of_a_slider_crank_are_the_reactions_at_their_joints(slider_crank):
-    run, drawing = slider_crank
-    scales = []
+    run, scales = slider_crank.run, []
     for row in (0, 60, 200):
-        arrows = arrows_of(drawing.moving_shapes(run.poses[row], float(run.times[row])), "reaction")
+        arrows = arrows_of(slider_crank.at(row), "reaction")
         for (tail, vector), name in zip(arrows, ("shaft", "crank pin", "gudgeon", "crosshead guide"), strict=True):
             force = run.reactions[name].force[row]
             scales.append(math.hypot(*vector) / math.hypot(*force))
@@ -78,43 +81,37 @@ def test_the_arrows_of_a_slider_crank_are_the_reactions_at_their_joints(slider_c
 def test_a_massless_slider_crank_has_no_arrows():
     dimensions = {"crank": "0.3 m", "connecting_rod": "1.5 m", "crank_speed": "120 rpm"}
     settings = {"duration": "0.1 s", "engine": "multibody"}
-    run = gm.run(gm.Scene.from_dict({"title": "Massless", "machine": "slider_crank", "dimensions": dimensions, "run": settings}))
-    drawing = drawing_of(run, run.scene.part)
-    assert not of_role([*drawing.background_shapes(), *drawing.moving_shapes(run.poses[0], 0.0)], "reaction")
+    scene = gm.Scene.from_dict({"title": "Massless", "machine": "slider_crank", "dimensions": dimensions, "run": settings})
+    assert "reaction" not in Drawn(gm.run(scene)).roles()
 
 
 @pytest.fixture(scope="module")
 def quick_return():
-    return drawing_of_scene("quick_return", run__duration="1 s")
+    return draw("quick_return")
 
 
 def test_the_arrow_at_the_ram_opposes_its_motion_in_proportion(quick_return):
-    run, drawing = quick_return
-    ram = run.body_names.index("ram")
-    ratios = []
+    run = quick_return.run
+    ram, ratios = run.body_names.index("ram"), []
     for row in range(0, len(run.times), 7):
-        ((_, vector),) = arrows_of(drawing.moving_shapes(run.poses[row], float(run.times[row])), "force")
+        ((_, vector),) = arrows_of(quick_return.at(row), "force")
         if np.isfinite(vector).all():
             assert vector[1] == pytest.approx(0.0, abs=1e-12)
             ratios.append(vector[0] / run.velocities[row, ram, 0])
     assert len(ratios) > 10
     assert max(ratios) < 0.0
     assert np.ptp(ratios) < 1e-9 * abs(ratios[0])
-    texts = [shape.text for shape in drawing.background_shapes() if isinstance(shape, TextShape)]
+    texts = [shape.text for shape in quick_return.still if isinstance(shape, TextShape)]
     largest = 200.0 * np.abs(run.velocities[:, ram, 0]).max()
     assert texts == [f"cut: damper, both strokes, up to {largest:.3g} N"]
-    assert not of_role(drawing.moving_shapes(run.poses[0], 0.0), "damper")
+    assert "damper" not in quick_return.roles()
 
 
 def test_the_lever_stays_clear_of_the_guide_of_the_ram(quick_return):
-    run, drawing = quick_return
-    walls = of_role(drawing.background_shapes(), "wall")
-    guide = [wall for wall in walls if bounding_box([wall])[2] > 0.35]
-    assert len(guide) == 2
-    lowest = min(bounding_box([wall])[2] for wall in guide)
-    for pose in run.poses[::5]:
-        plates = of_role(drawing.moving_shapes(pose, 0.0), "plate")
-        assert max(bounding_box([plate])[3] for plate in plates) < lowest
+    guide = [wall for wall in of_role(quick_return.still, "wall") if bounding_box([wall])[2] > 0.35]
+    _, _, lowest, _ = bounding_box(guide)
+    for shapes in quick_return.moving[::5]:
+        assert bounding_box(of_role(shapes, "plate"))[3] < lowest
     # The linings of the two walls mirror one another.
     lower, upper = sorted(guide, key=lambda wall: bounding_box([wall])[2])
     (x0, _), (x1, _) = upper.lines[-1]
@@ -122,24 +119,22 @@ def test_the_lever_stays_clear_of_the_guide_of_the_ram(quick_return):
 
 
 def test_a_crank_shows_its_disc_and_the_circle_of_its_pin_and_stands_before_the_lever(quick_return):
-    run, drawing = quick_return
-    still = list(drawing.background_shapes())
-    (disc,) = of_role(still, "crank web")
+    (disc,) = of_role(quick_return.still, "crank web")
     assert (disc.x, disc.y, disc.radius) == pytest.approx((0.0, 0.2, 0.1))
-    (circle,) = of_role(still, "crank circle")
+    (circle,) = of_role(quick_return.still, "crank circle")
     np.testing.assert_allclose(np.hypot(*(np.array(circle.lines[0]) - (0.0, 0.2)).T), 0.08, rtol=1e-12)
-    roles = [(shape.role, shape) for shape in drawing.moving_shapes(run.poses[10], 0.0)]
+    roles = [(shape.role, shape) for shape in quick_return.at(10)]
     slot = next(k for k, (role, _) in enumerate(roles) if role == "slot")
     crank = [k for k, (role, shape) in enumerate(roles) if role == "plate" and bounding_box([shape])[3] < 0.32 and k > slot]
     assert crank
 
 
 def test_arcs_are_the_angles_of_the_readings_with_their_letters():
-    run, drawing = drawing_of_scene("andrews_squeezer", run__duration="0.01 s")
+    drawn = draw("andrews_squeezer")
+    run, drawing = drawn.run, drawn.drawing
     names = ["beta", "Theta", "gamma", "Phi", "delta", "Omega", "epsilon"]
     for row in (0, 40, 100):
-        shapes = list(drawing.moving_shapes(run.poses[row], float(run.times[row])))
-        arcs, rays, letters = (of_role(shapes, role) for role in ("angle arc", "angle ray", "letter"))
+        arcs, rays, letters = (of_role(drawn.at(row), role) for role in ("angle arc", "angle ray", "letter"))
         assert len(arcs) == len(letters) == len(names)
         for name, arc, ray, letter in zip(names, arcs, rays, letters, strict=True):
             hinge = np.array(ray.lines[0][0])
@@ -149,30 +144,30 @@ def test_arcs_are_the_angles_of_the_readings_with_their_letters():
             x0, x1, y0, y1 = bounding_box([letter])
             reference = bounding_box([make_letters((name,), (0.0, 0.0), 0.055 * drawing.length_scale)])
             assert (x1 - x0, y1 - y0) == pytest.approx((reference[1] - reference[0], reference[3] - reference[2]))
-    order = [shape.role for shape in shapes]
+    order = [shape.role for shape in drawn.at(0)]
     assert order.index("force") < order.index("plate")  # the torque lies behind the bodies
 
 
 def test_letters_of_angles_are_clear_of_bars():
-    run, drawing = drawing_of_scene("andrews_squeezer")
-    mechanism = run.scene.mechanism
+    run = gm.run("andrews_squeezer")
+    mechanism, drawn = run.scene.mechanism, Drawn(run)
     pins = {joint.name: point_path(mechanism, run.poses, joint.second) for joint in mechanism.joints}
     bars = [("O", "F"), ("F", "E of BDE"), ("B", "E of BDE"), ("A of AG", "G"), ("G", "E of BDE"), ("A of AH", "H"), ("H", "E of BDE")]
     for row in range(0, len(run.times), 10):
-        for letter in of_role(drawing.moving_shapes(run.poses[row], float(run.times[row])), "letter"):
+        for letter in of_role(drawn.at(row), "letter"):
             x0, x1, y0, y1 = bounding_box([letter])
             for first, second in bars:
                 away, along = np.array([0.5 * (x0 + x1), 0.5 * (y0 + y1)]) - pins[first][row], pins[second][row] - pins[first][row]
                 share = np.clip(away @ along / (along @ along), 0.0, 1.0)
                 # Half the height of a small letter, and half the width of a bar.
-                assert np.linalg.norm(away - share * along) > 0.033 * drawing.length_scale, (first, second, row)
+                assert np.linalg.norm(away - share * along) > 0.033 * drawn.drawing.length_scale, (first, second, row)
 
 
 def test_the_point_with_the_coordinates_x_and_y_is_marked():
-    run, drawing = drawing_of_scene("four_bar_chain", run__duration="1 s")
+    run = draw("four_bar_chain").run
     for row in (0, -1):
-        shapes = list(drawing.moving_shapes(run.poses[row], 0.0))
-        (mark,) = (shape for shape in shapes if isinstance(shape, Circle) and shape.role == "tracer")
+        shapes = draw("four_bar_chain").at(row)
+        (mark,) = of_role(shapes, "tracer", Circle)
         assert (mark.x, mark.y) == pytest.approx((run.readings["x"][row], run.readings["y"][row]), abs=1e-9)
         (letters,) = of_role(shapes, "letter")
         # They say that the coordinates are those of a point: P (x, y).
@@ -181,9 +176,9 @@ def test_the_point_with_the_coordinates_x_and_y_is_marked():
 
 def test_the_letters_of_a_pendulum_are_clear_of_its_bar():
     """The bar leads from the origin to the mass, whose centre has the coordinates: they are on its far side."""
-    run, drawing = drawing_of_scene("pendulum_iftomm", run__duration="2 s")
+    run = draw("pendulum_iftomm").run
     for row in range(0, len(run.times), 20):
-        (letters,) = of_role(drawing.moving_shapes(run.poses[row], float(run.times[row])), "letter")
+        (letters,) = of_role(draw("pendulum_iftomm").at(row), "letter")
         x0, x1, y0, y1 = bounding_box([letters])
         mass = np.array([run.readings["x"][row], run.readings["y"][row]])
         assert np.array([(x0 + x1) / 2, (y0 + y1) / 2]) @ mass > mass @ mass
@@ -191,25 +186,12 @@ def test_the_letters_of_a_pendulum_are_clear_of_its_bar():
 
 @pytest.mark.parametrize("name", ["slider_crank", "quick_return", "andrews_squeezer", "four_bar_chain"])
 def test_nothing_leaves_the_picture(name):
-    durations = {"slider_crank": "0.5 s", "quick_return": "1 s", "andrews_squeezer": "0.01 s", "four_bar_chain": "1 s"}
-    run, drawing = drawing_of_scene(name, run__duration=durations[name])
-    left, right, bottom, top = drawing.bounds
-    moving = [list(drawing.moving_shapes(pose, float(time))) for pose, time in zip(run.poses, run.times, strict=True)]
-    assert len({tuple((type(shape), shape.role) for shape in shapes) for shapes in moving}) == 1
-    x0, x1, y0, y1 = bounding_box([*drawing.background_shapes(), *(shape for shapes in moving for shape in shapes)])
-    assert left < x0 < x1 < right
-    assert bottom < y0 < y1 < top
+    assert_shapes_keep(draw(name))
 
 
 def test_greek_names_are_written_as_letters():
-    assert [format_name(name) for name in ("beta", "Theta", "Omega", "sigma", "part.delta", "arm_angle")] == [
-        "β",
-        "Θ",
-        "Ω",
-        "σ",
-        "part δ",
-        "arm angle",
-    ]
+    names = {"beta": "β", "Theta": "Θ", "Omega": "Ω", "sigma": "σ", "part.delta": "part δ", "arm_angle": "arm angle"}
+    assert {name: format_name(name) for name in names} == names
     # The capital of a letter is another symbol.
     assert [format_label(name, "°") for name in ("beta", "x", "arm_angle")] == ["β [deg]", "x [deg]", "Arm angle [deg]"]
     assert format_name("Beta") == "Beta"  # a capital like a Latin letter would not be read as Greek

@@ -8,8 +8,8 @@ from numpy.testing import assert_allclose, assert_array_equal
 
 import governor_mechanism as gm
 from coupled_scenes import coupled_scene, engine_part, porter_part
-from decoding import decode_film
-from governor_mechanism.errors import MechanismError
+from decoding import decode_film, words_of
+from drawing_checks import Drawn, of_role
 from governor_mechanism.model.coupling.couplings import GearCoupling
 from governor_mechanism.model.time_functions import InputFunction, LinearFunction
 from governor_mechanism.render.film.frame_painter import FramePainter
@@ -52,7 +52,7 @@ def test_a_flywheel_turns_with_its_angle_and_has_the_size_of_its_inertia(run):
     for k, time in enumerate(data.times):
         shapes = list(data.drawing.moving_shapes(data.poses[k], float(time)))
         assert max(shape.radius for shape in shapes if isinstance(shape, Circle)) == pytest.approx(radius)
-        start, end = next(shape.lines[0] for shape in shapes if isinstance(shape, Lines) and shape.role == "marked spoke")
+        start, end = of_role(shapes, "marked spoke", Lines)[0].lines[0]
         drawn = math.atan2(end[1] - start[1], end[0] - start[0])
         angle = np.interp(time, run.times, run.readings["engine.crank_angle"])
         # Linear between reported times: h^2 / 8 times an acceleration of about 1 rad/s2.
@@ -72,17 +72,13 @@ def test_every_part_has_a_panel_and_its_first_reading_a_plot(run):
     data = [frame_data(run, name) for name in ("engine", "governor")]
     painter = FramePainter(run, data, 480)
     assert painter.draw(1).shape == (480, 766, 4)
-    words = [text.get_text() for text in painter.figure.texts] + [
-        artist.get_text() for artist in painter.figure.artists if hasattr(artist, "get_text")
-    ]
-    for expected in ("engine", "governor", "crank rate", "arm angle", "sleeve lift", "view turns with spindle"):
-        assert expected in words
+    assert {"engine", "governor", "crank rate", "arm angle", "sleeve lift", "view turns with spindle"} <= set(words_of(painter.figure))
 
 
 def test_a_film_of_one_part_is_as_wide_as_any_other(run, tmp_path):
     frames, _ = decode_film(gm.film(run, tmp_path / "one.gif", part="governor", stop=0.1, slow_down=1))
     assert frames.shape[1:] == (480, 480, 3)
-    with pytest.raises(MechanismError, match="Did you mean 'governor'"):
+    with pytest.raises(gm.MechanismError, match="Did you mean 'governor'"):
         gm.film(run, tmp_path / "none.gif", part="govenor")
 
 
@@ -110,8 +106,7 @@ def test_loads_of_readings_are_drawn_with_their_lag(run):
 
 def test_the_ball_of_a_heavy_arm_is_drawn_at_its_mass_centre():
     run = gm.run("haug_governor", accuracy=1e-4, certify=False, times=[0.0, 0.5])
-    drawing, pose = drawing_of(run, run.scene.part), run.poses[0, :2]
-    assert drawing.part.mechanism.bodies[0].name == "arm"
-    balls = [shape for shape in drawing.moving_shapes(pose, 0.0) if shape.role == "ball"]
-    assert [(ball.x, ball.y) for ball in balls] == [pytest.approx(tuple(pose[0, :2]))]
+    drawn = Drawn(run)
+    assert drawn.drawing.part.mechanism.bodies[0].name == "arm"
+    assert [(ball.x, ball.y) for ball in of_role(drawn.at(0), "ball")] == [pytest.approx(tuple(run.poses[0, 0, :2]))]
     assert run.readings["arm_angle"][0] == pytest.approx(math.radians(45), abs=0.02)

@@ -8,8 +8,6 @@ from PIL import Image
 
 import governor_mechanism as gm
 from decoding import decode_film, paint_frames, words_of
-from governor_mechanism.errors import MechanismError
-from governor_mechanism.model.results.records import Outcome
 from governor_mechanism.render.film.frame_painter import FramePainter
 from governor_mechanism.render.film.painters import SideBySidePainter
 from governor_mechanism.render.frame_data import FrameData
@@ -71,7 +69,7 @@ def test_both_runs_share_scale_and_axes(pair):
 def test_each_run_has_its_title(pair):
     for titles, expected in ((TITLES, TITLES), (None, [run.scene.title for run in pair])):
         for picture, title in zip(side_by_side(pair, titles).painters, expected, strict=True):
-            assert title in [words for words, _ in words_of(picture)]
+            assert title in words_of(picture.figure)
 
 
 def test_the_frames_of_both_move(pair_film):
@@ -113,7 +111,7 @@ def test_machines_of_unlike_size_have_scales_of_their_own(pair):
 def test_wrong_lists_are_refused(tmp_path, pair):
     first, second = pair
     early = dataclasses.replace(
-        second, outcome=Outcome.LEFT_RANGE, **{name: getattr(second, name)[:0] for name in ("times", "poses", "velocities")}
+        second, outcome=gm.Outcome.LEFT_RANGE, **{name: getattr(second, name)[:0] for name in ("times", "poses", "velocities")}
     )
     for runs, titles, message in (
         ([first, early], None, r"run 2, .* has no reported time"),
@@ -124,6 +122,6 @@ def test_wrong_lists_are_refused(tmp_path, pair):
         (first, ("one", "two"), "titles are for a film of several runs"),
         ([first, 5], None, "a list of several"),
     ):
-        with pytest.raises(MechanismError, match=message):
+        with pytest.raises(gm.MechanismError, match=message):
             gm.film(runs, tmp_path / "a.gif", titles=titles)
     assert list(tmp_path.iterdir()) == []

@@ -11,7 +11,7 @@ from PIL import Image
 
 import governor_mechanism as gm
 from crank_scenes import link_gear_scene
-from drawing_checks import assert_shapes_keep
+from drawing_checks import Drawn, assert_shapes_keep, of_role
 from governor_mechanism.engines import MultibodyEngine
 from governor_mechanism.render.figure_files import FigureFiles
 from governor_mechanism.render.figures.plates.reversed_gear import draw_gear_plate
@@ -31,27 +31,23 @@ CASES = {
 
 
 @pytest.fixture(scope="module", params=CASES)
-def run(request):
-    return MultibodyEngine().run(link_gear_scene(CASES[request.param], duration=0.7, output_interval=0.01))
+def drawn(request):
+    return Drawn(MultibodyEngine().run(link_gear_scene(CASES[request.param], duration=0.7, output_interval=0.01)))
 
 
-def test_shapes_keep_their_kinds_and_roles_and_stay_within_the_view(run):
-    drawing = drawing_of(run, run.scene.part)
-    assert set(drawing.panel_readings) - {"crank_rate"} <= set(run.readings)  # which only a scene of several parts shows
-    assert_shapes_keep(drawing, run)
-    assert list(drawing.background_shapes())
+def test_shapes_keep_their_kinds_and_roles_and_stay_within_the_view(drawn):
+    assert set(drawn.drawing.panel_readings) - {"crank_rate"} <= set(drawn.run.readings)  # which only a scene of several parts shows
+    assert_shapes_keep(drawn)
+    assert drawn.still
 
 
-def test_the_die_is_drawn_on_the_valve_line_within_its_slot(run):
-    drawing = drawing_of(run, run.scene.part)
+def test_the_die_is_drawn_on_the_valve_line_within_its_slot(drawn):
     dies = []
-    for k in range(0, len(run.times), 7):
-        shapes = list(drawing.moving_shapes(run.poses[k], float(run.times[k])))
-        (slot,) = (shape for shape in shapes if shape.role == "slot")
-        (die,) = (shape for shape in shapes if shape.role == "block")
+    for k in range(0, len(drawn.run.times), 7):
+        (slot,), (die,) = (of_role(drawn.at(k), role) for role in ("slot", "block"))
         middle = np.mean(die.points, axis=0)
-        dies.append((middle[1], middle[0], run.readings["valve_displacement"][k]))
-        assert np.min(np.hypot(*(np.array(slot.points) - middle).T)) < 0.05 * drawing.crank  # in the slot, which is narrow
+        dies.append((middle[1], middle[0], drawn.run.readings["valve_displacement"][k]))
+        assert np.min(np.hypot(*(np.array(slot.points) - middle).T)) < 0.05 * drawn.drawing.crank  # in the slot, which is narrow
     heights, positions, displacements = np.transpose(dies)
     assert np.ptp(heights) < 1e-12  # on a level line
     slope = np.polyfit(displacements, positions, 1)[0]
@@ -59,34 +55,28 @@ def test_the_die_is_drawn_on_the_valve_line_within_its_slot(run):
     assert slope < 0  # away from the shaft is to the left
 
 
-def test_no_pin_of_the_link_is_beside_it(run):
-    """Also of rods whose pins are behind the arc."""
-    drawing = drawing_of(run, run.scene.part)
-    for k in range(0, len(run.times), 7):
-        shapes = list(drawing.moving_shapes(run.poses[k], float(run.times[k])))
-        pins = [(shape.x, shape.y) for shape in shapes if shape.role == "pivot"]
-        plates = [Path(shape.points) for shape in shapes if shape.role == "plate"]
-        on_link = [any(plate.contains_point(pin) for plate in plates) for pin in pins]
-        assert sum(on_link) >= 4  # of two rods, of the hanger, of the die
-
-
-def test_the_lever_points_where_the_reading_says(run):
-    drawing = drawing_of(run, run.scene.part)
-    for k in (0, len(run.times) // 2, -1):
-        shapes = list(drawing.moving_shapes(run.poses[k], float(run.times[k])))
-        (knob,) = (shape for shape in shapes if isinstance(shape, Circle) and shape.role == "ball")
+def test_the_lever_points_where_the_reading_says(drawn):
+    for k in (0, len(drawn.run.times) // 2, -1):
+        shapes = drawn.at(k)
+        (knob,) = of_role(shapes, "ball", Circle)
         pivot = next(shape for shape in shapes[shapes.index(knob) :] if shape.role == "pivot")
         angle = math.atan2(knob.y - pivot.y, knob.x - pivot.x)
-        assert (angle - math.pi / 2) / math.radians(34.0) == pytest.approx(run.readings["reverser"][k], abs=1e-9)
+        assert (angle - math.pi / 2) / math.radians(34.0) == pytest.approx(drawn.run.readings["reverser"][k], abs=1e-9)
 
 
-def test_the_curve_of_the_last_turn_ends_at_the_crank(run):
-    drawing = drawing_of(run, run.scene.part)
-    k = len(run.times) - 1
-    shapes = list(drawing.moving_shapes(run.poses[k], float(run.times[k])))
+def test_the_curve_of_the_last_turn_ends_at_the_crank(drawn):
+    shapes = drawn.at(-1)
     curves = [shape for shape in shapes if isinstance(shape, Lines) and shape.role.endswith("end curve")]
     assert all(np.isfinite(point).all() for curve in curves for line in curve.lines for point in line)
     assert not any(isinstance(shape, Polygon) and not np.isfinite(shape.points).all() for shape in shapes if getattr(shape, "points", ()))
+
+
+def test_no_pin_of_the_link_is_beside_it(drawn):
+    """Also of rods whose pins are behind the arc."""
+    for shapes in drawn.moving[::7]:
+        plates = [Path(shape.points) for shape in of_role(shapes, "plate")]
+        on_link = [any(plate.contains_point((pin.x, pin.y)) for plate in plates) for pin in of_role(shapes, "pivot")]
+        assert sum(on_link) >= 4  # of two rods, of the hanger, of the die
 
 
 @pytest.mark.long
@@ -129,7 +119,7 @@ def test_a_flywheel_on_the_shaft_is_drawn_with_the_gear_and_turns_with_its_crank
     data = FrameData(run, part, (0.0, 0.3), np.array([0.0, 0.2]))
     angles = []
     for k in range(2):
-        (spoke,) = (shape for shape in shapes_of(data.moving_parts(), k) if shape.role == "marked spoke")
+        (spoke,) = of_role(shapes_of(data.moving_parts(), k), "marked spoke")
         (x, y), (end_x, end_y) = spoke.lines[0]
         angles.append(math.atan2(end_y - y, end_x - x))
     turned = np.interp(0.2, run.times, run.readings["gear.crank_angle"]) - run.readings["gear.crank_angle"][0]

@@ -5,7 +5,6 @@ import sys
 import pytest
 
 import governor_mechanism as gm
-from governor_mechanism.errors import MechanismError
 from governor_mechanism.render.film.options import VIDEO_SUFFIXES, require_video_writer
 from stub_run import GOVERNOR_DIMENSIONS, fake_run
 
@@ -13,9 +12,9 @@ from stub_run import GOVERNOR_DIMENSIONS, fake_run
 @pytest.mark.parametrize("suffix", VIDEO_SUFFIXES)
 def test_a_video_without_ffmpeg_is_refused(tmp_path, monkeypatch, suffix):
     monkeypatch.setitem(sys.modules, "imageio_ffmpeg", None)
-    with pytest.raises(MechanismError, match="pip install imageio-ffmpeg"):
+    with pytest.raises(gm.MechanismError, match="pip install imageio-ffmpeg"):
         gm.film(object(), tmp_path / f"a{suffix}")  # refused before the run is looked at
-    with pytest.raises(MechanismError, match="pip install imageio-ffmpeg"):
+    with pytest.raises(gm.MechanismError, match="pip install imageio-ffmpeg"):
         require_video_writer()
     assert list(tmp_path.iterdir()) == []
 

@@ -11,8 +11,9 @@ import sys
 import tempfile
 import time
 import urllib.request
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -22,15 +23,8 @@ NAMES = ("chromium", "chromium-browser", "google-chrome", "chrome")
 """Names under which the browser is installed."""
 
 FLAGS = (
-    "--headless",
-    "--no-sandbox",
-    "--disable-gpu",
-    "--no-first-run",
-    "--hide-scrollbars",
-    "--disable-background-networking",
-    "--disable-component-update",
-    "--disable-sync",
-    "--remote-debugging-port=0",
+    *("--headless", "--no-sandbox", "--disable-gpu", "--no-first-run", "--hide-scrollbars", "--disable-background-networking"),
+    *("--disable-component-update", "--disable-sync", "--remote-debugging-port=0"),
 )
 START_TIME = 60.0
 """Longest time (s) that the browser takes to start."""
@@ -151,6 +145,28 @@ class Tab:
         """Move, press or release the mouse at a place (CSS pixels)."""
         button = {} if kind == "mouseMoved" else {"button": "left", "clickCount": 1}
         self.command("Input.dispatchMouseEvent", type=kind, x=x, y=y, **button)
+
+    def wait_until(self, condition: Callable[[], Any] | str, waiting_time: float = ANSWER_TIME) -> None:
+        """Wait until a function, or an expression of JavaScript, is true."""
+        is_true = condition if callable(condition) else partial(self.evaluate, condition)
+        deadline = time.monotonic() + waiting_time
+        while not is_true():
+            assert time.monotonic() < deadline, condition
+            time.sleep(0.02)
+
+    def click(self, x: float, y: float) -> None:
+        """Press and release the mouse at a place (CSS pixels)."""
+        for kind in ("mouseMoved", "mousePressed", "mouseReleased"):
+            self.point(kind, x, y)
+
+    def drag(self, *places: tuple[float, float], pause: float = 0.0) -> None:
+        """Press the mouse at the first of places (CSS pixels), move along them, and release it at the last."""
+        self.point("mouseMoved", *places[0])
+        self.point("mousePressed", *places[0])
+        for x, y in places[1:]:
+            self.command("Input.dispatchMouseEvent", type="mouseMoved", x=x, y=y, button="left", buttons=1)
+            time.sleep(pause)
+        self.point("mouseReleased", *places[-1])
 
     def save_picture(self, path: Path, *, full: bool = False) -> None:
         """Save what the window shows, or the whole page, as a PNG."""

@@ -1,14 +1,21 @@
 """Frames of films, decoded and as painted, and the numbers of pages."""
 
 import base64
+import json
+from itertools import combinations
 
 import numpy as np
+from matplotlib.text import Text
 from PIL import Image
 
+from governor_mechanism.model.results.pictures import FilmOptions
+from governor_mechanism.render.film.frame_painter import FramePainter
 from governor_mechanism.render.film.painters import SideBySidePainter
 from governor_mechanism.render.film.timing import choose_slow_down
 from governor_mechanism.render.film.writer import schedule_frames
 from governor_mechanism.render.frame_data import FrameData
+from governor_mechanism.render.page.page_data import collect_data
+from governor_mechanism.render.page.views import show_run
 
 
 def decode_film(path):
@@ -32,6 +39,18 @@ def paint_frames(run, slow_down=None):
     return [painter.paint(k)[..., :3] for k in range(len(times))]
 
 
+def data_of(run, count=21, *options, **more):
+    """Return what the frames of a film of a whole run of one part show, at a number of times from its start to its end."""
+    span = float(run.times[0]), float(run.times[-1])
+    return FrameData(run, run.scene.part, span, np.linspace(*span, count), *options, **more)
+
+
+def painter_of(run, count=21, slow_down=1.0, **options):
+    """Return the painter of these frames with options of films."""
+    chosen = FilmOptions(**options)
+    return FramePainter(run, [data_of(run, count, slow_down, chosen.readings, chosen.exaggerate)], options=chosen)
+
+
 def pixel_of(view, x, y):
     """Return column and row of the point (x, y) (m) in a view; whole numbers are the middles of pixels, row 0 is the top."""
     left, top, right, bottom = view.rect
@@ -39,11 +58,46 @@ def pixel_of(view, x, y):
     return column + (x - view.x) * view.scale, row - (y - view.y) * view.scale
 
 
-def words_of(picture):
+def texts_of(figure):
+    """Return every visible text of a figure that has letters."""
+    return [text for text in figure.findobj(Text) if text.get_visible() and text.get_text().strip()]
+
+
+def words_of(figure):
+    """Return the words of a figure."""
+    return [text.get_text() for text in texts_of(figure)]
+
+
+def boxes_of(figure):
     """Return every visible text of a frame with its box in pixels."""
-    renderer = picture.figure.canvas.get_renderer()
-    texts = (text for text in picture.figure.findobj(lambda artist: hasattr(artist, "get_text")) if text.get_visible())
-    return [(text.get_text(), text.get_window_extent(renderer)) for text in texts if text.get_text().strip()]
+    renderer = figure.canvas.get_renderer()
+    return [(text.get_text(), text.get_window_extent(renderer)) for text in texts_of(figure)]
+
+
+def assert_words_are_apart(boxes):
+    """Assert that no words overlap; boxes of letters without descenders reach a little beyond their ink."""
+    for (words, box), (others, other) in combinations(boxes, 2):
+        assert not box.padded(-1.0).overlaps(other.padded(-1.0)), f"{words!r} overlaps {others!r}"
+
+
+def assert_words_are_within(boxes, width=480, height=480):
+    """Assert that all words are whole in a frame of a size (pixels)."""
+    for words, box in boxes:
+        assert 0 <= box.x0 <= box.x1 <= width, words
+        assert 0 <= box.y0 <= box.y1 <= height, words
+
+
+def page_data_of(run, times=None, span=None, **options):
+    """Return what a page is told of a run, by default at its reported times."""
+    limits = span or (float(run.times[0]), float(run.times[-1]))
+    shown = show_run(run, None, limits, run.times if times is None else times, 1.0, **options)
+    return json.loads(json.dumps(collect_data(shown, 1.0), allow_nan=False))
+
+
+def curve_of(plot):
+    """Return the values of the first curve of a plot of a page, and their quantum."""
+    curve = plot["curves"][0]
+    return plot["limits"][0] + curve["quantum"] * unpack_numbers(curve["values"], curve["count"]), curve["quantum"]
 
 
 def unpack_numbers(packed, count):

@@ -1,9 +1,12 @@
 """The pages that people read, and the code in them."""
 
+import importlib.util
 import re
 import shlex
+import sys
 from dataclasses import dataclass
 from pathlib import Path
+from types import ModuleType
 
 import typer
 
@@ -25,6 +28,15 @@ class Snippet:
 def snippets(language: str) -> list[Snippet]:
     """Return all code in fences of exactly that language, or of that language and "long"."""
     return [snippet for page in PAGES for snippet in snippets_of(page, language)]
+
+
+def load_script(path: Path) -> ModuleType:
+    """Return a script of the repository as a module."""
+    spec = importlib.util.spec_from_file_location(path.stem, path)
+    script = importlib.util.module_from_spec(spec)
+    sys.modules[path.stem] = script
+    spec.loader.exec_module(script)
+    return script
 
 
 def snippets_of(page: Path, language: str) -> list[Snippet]:
