@@ -12,7 +12,7 @@ import governor_mechanism as gm
 from command_line import invoke
 from governor_mechanism.cli.compare import split_changes
 from governor_mechanism.cli.main import app, main
-from governor_mechanism.errors import MechanismError
+from refusing import refuses
 
 
 @pytest.fixture(autouse=True)
@@ -67,8 +67,7 @@ def test_a_refused_command_line_is_one_object_of_json():
 def test_a_change_may_be_for_one_of_the_compared_scenes():
     assert split_changes(["a=1", "2:b.c=2:3", " 1:d=x"], 2) == [["a=1", "d=x"], ["a=1", "b.c=2:3"]]
     for number in ("0", "3"):
-        with pytest.raises(MechanismError, match="numbered from 1 to 2"):
-            split_changes([f"{number}:a=1"], 2)
+        refuses("numbered from 1 to 2", split_changes, [f"{number}:a=1"], 2)
 
 
 @pytest.mark.parametrize(

@@ -11,11 +11,11 @@ from PIL import Image
 import governor_mechanism as gm
 from command_line import invoke, json_of, succeed
 from governor_mechanism.cli.options import TEMPLATES, complete_machine, complete_scene, load_changed, parse_changes
-from governor_mechanism.errors import MechanismError
 from governor_mechanism.files.results import count_events
 from governor_mechanism.model.events import Event, EventKind
 from governor_mechanism.scenes.json_schema import scene_schema
 from governor_mechanism.scenes.template import TEMPLATE_NAMES, scene_template
+from refusing import refuses
 
 
 def test_values_of_set_are_written_as_in_a_scene_file():
@@ -27,8 +27,7 @@ def test_values_of_set_are_written_as_in_a_scene_file():
 
 @pytest.mark.parametrize("texts", [["dimensions.arm"], ["=3"], ["a..b=1"], ["a=1", "a=2"]])
 def test_what_is_no_assignment_is_refused(texts):
-    with pytest.raises(MechanismError, match="--set"):
-        parse_changes(texts)
+    refuses("--set", parse_changes, texts)
 
 
 def test_a_changed_scene_keeps_its_name_and_is_checked_like_a_file():

@@ -13,6 +13,7 @@ from governor_mechanism.closed_form import flywheel_engine as closed
 from governor_mechanism.closed_form.flywheel_engine import AirEngine
 from governor_mechanism.errors import MechanismError
 from reference import flywheel as printed
+from refusing import refuses
 
 ENGINE = AirEngine(**printed.ENGINE)
 ROUNDED_ENGINE = replace(ENGINE, load_pressure=printed.ROUNDED_CONSTANT[0] * math.pi / 2 * 1e5)
@@ -337,8 +338,7 @@ def test_loads_and_wheels_that_cannot_be_are_refused():
     assert flywheel_equilibrium.find_equilibria(replace(ENGINE, load_pressure=5e5)) == ()
     with pytest.raises(MechanismError, match=r"can carry no load: in a stroke the air does -"):
         closed.closing_load_pressure(replace(ENGINE, back_pressure=3e5))
-    with pytest.raises(MechanismError, match="no pump closes the cycle"):
-        closed.closing_area_ratio(replace(ENGINE, load_pressure=3e5))
+    refuses("no pump closes the cycle", closed.closing_area_ratio, replace(ENGINE, load_pressure=3e5))
     with pytest.raises(MechanismError, match=r"slowest_angle must lie in its interval of the bracket, 0 to 45\.573 deg; got 50 deg"):
         flywheel_equilibrium.bracket_terms(ENGINE, slowest_angle=math.radians(50), fastest_angle=math.radians(95))
     with pytest.raises(MechanismError, match=r"fastest_angle must lie in its interval .* take differences of the stored work"):
@@ -346,8 +346,7 @@ def test_loads_and_wheels_that_cannot_be_are_refused():
     with pytest.raises(MechanismError, match="the bracket needs a suction valve that opens before the cut-off"):
         flywheel_equilibrium.bracket_terms(OTHER_ENGINES[1], slowest_angle=0.05, fastest_angle=1.6)
     for angle in (3.5, np.array([1.0, 3.5])):
-        with pytest.raises(MechanismError, match="crank_angle must lie between two dead centres"):
-            flywheel_equilibrium.balance(ENGINE, crank_angle=angle)
+        refuses("crank_angle must lie between two dead centres", flywheel_equilibrium.balance, ENGINE, crank_angle=angle)
 
 
 def test_numbers_give_floats_and_arrays_broadcast():

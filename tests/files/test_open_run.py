@@ -13,6 +13,7 @@ from governor_mechanism.errors import MechanismError
 from governor_mechanism.files import netcdf
 from governor_mechanism.files.writing import plain_value
 from governor_mechanism.model.results.records import Outcome
+from refusing import refuses
 from saved_runs import SCENES, UNUSUAL_NAMES, saved_run
 
 ARRAYS = ("times", "poses", "velocities", "joint_gap")
@@ -81,8 +82,7 @@ def test_a_scene_that_no_file_describes_is_refused(short, tmp_path):
     """Else the run would open with the mechanism of the file, which is not the one that ran."""
     changed = dataclasses.replace(short.scene.part, plane="turning")
     dataclasses.replace(short, scene=dataclasses.replace(short.scene, parts=(changed,))).save(tmp_path, figures=False)
-    with pytest.raises(MechanismError, match=r"has no scene: .*changed in Python"):
-        gm.open_run(tmp_path)
+    refuses(r"has no scene: .*changed in Python", gm.open_run, tmp_path)
 
 
 @pytest.mark.parametrize("place", [0.1, 0.5, 0.999])
@@ -92,8 +92,7 @@ def test_one_wrong_byte_is_found(place, short, tmp_path):
     content = bytearray(path.read_bytes())
     content[int(place * len(content))] ^= 1
     path.write_bytes(content)
-    with pytest.raises(MechanismError, match="is damaged"):
-        gm.open_run(tmp_path)
+    refuses("is damaged", gm.open_run, tmp_path)
 
 
 def test_files_that_are_no_saved_runs_are_refused(short, tmp_path, monkeypatch):
@@ -129,11 +128,8 @@ def test_a_run_is_saved_completely_or_refused(short, tmp_path):
         ({"name": "a/b"}, "must be no path"),
         ({"figures": 1}, "true or false"),
     ):
-        with pytest.raises(MechanismError, match=message):
-            short.save(tmp_path / "none", **options)
-    with pytest.raises(MechanismError, match="no reported time"):
-        dataclasses.replace(short, times=short.times[:0]).save(tmp_path / "none")
+        refuses(message, short.save, tmp_path / "none", **options)
+    refuses("no reported time", dataclasses.replace(short, times=short.times[:0]).save, tmp_path / "none")
     (tmp_path / "taken").write_text("", encoding="utf-8")
-    with pytest.raises(MechanismError, match="cannot make the folder"):
-        short.save(tmp_path / "taken")
+    refuses("cannot make the folder", short.save, tmp_path / "taken")
     assert not (tmp_path / "none").exists()

@@ -14,6 +14,7 @@ from governor_mechanism.errors import MechanismError
 from governor_mechanism.files import results as saving
 from governor_mechanism.files.writing import save_json, write_all_or_none
 from governor_scenes import EXTENDED, governor_scene
+from refusing import refuses
 from saved_runs import UNUSUAL_NAMES
 
 SAVERS = [gm.Trajectory.save_csv, saving.save_netcdf, gm.Trajectory.save_json]
@@ -117,8 +118,7 @@ def test_a_full_disk_is_told_with_the_name_of_the_file(save, run, tmp_path):
     limits = resource.getrlimit(resource.RLIMIT_FSIZE)
     resource.setrlimit(resource.RLIMIT_FSIZE, (1000, limits[1]))
     try:
-        with pytest.raises(MechanismError, match=r"cannot write .*full\.disk: File too large"):
-            save(run, tmp_path / "full.disk")
+        refuses(r"cannot write .*full\.disk: File too large", save, run, tmp_path / "full.disk")
     finally:
         resource.setrlimit(resource.RLIMIT_FSIZE, limits)
     assert not list(tmp_path.iterdir())
@@ -126,5 +126,4 @@ def test_a_full_disk_is_told_with_the_name_of_the_file(save, run, tmp_path):
 
 def test_a_folder_in_place_of_a_file_is_told(tmp_path):
     (tmp_path / "taken").mkdir()
-    with pytest.raises(MechanismError, match="taken: a folder has this name"):
-        save_json([], tmp_path / "taken")
+    refuses("taken: a folder has this name", save_json, [], tmp_path / "taken")

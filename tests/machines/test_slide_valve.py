@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from scipy.optimize import brentq
 
 import governor_mechanism as gm
-from crank_scenes import SLIDE_VALVE_DIMENSIONS, document, valve_scene
+from crank_scenes import SLIDE_VALVE_DIMENSIONS, valve_scene
 from governor_mechanism.closed_form import slide_valve as closed
 from governor_mechanism.closed_form.slide_valve import Eccentric
 from governor_mechanism.closed_form.slider_crank import CrankTrain, travel_from_outer_dead_centre
@@ -21,9 +21,9 @@ from governor_mechanism.machines.slide_valve import EQUAL_CUT_OFFS, SlideValve
 from governor_mechanism.model.results.records import Outcome
 from governor_mechanism.model.valve import EQUAL_LEADS, MIDDLE
 from governor_mechanism.observables.valve_motion import find_event_angles, valve_motion_of
-from governor_mechanism.scenes.parser import parse_scene_document
 from governor_mechanism.studies.valve_gears import tabulate_valve_timing
 from reference import marks
+from refusing import refuses
 
 SIZES = {**SLIDE_VALVE_DIMENSIONS, "advance": math.radians(30.0)}
 RATIOS = {4: 0.24, 30: 1.8}
@@ -242,21 +242,8 @@ def test_all_that_cannot_be_built_is_told_at_once():
     assert [next(name for name in wrong if f" {name} (" in sentence) for sentence in caught.value.problems] == list(wrong)
 
 
-@pytest.mark.parametrize(("table", "values"), [("start", {"crank_angle": "20 deg"}), ("spindle", {"speed": "60 rpm"})])
-def test_tables_that_would_say_nothing_are_refused(table, values):
-    with pytest.raises(MechanismError, match=rf"\[{table}\] has no meaning .* crank_speed and crank_start"):
-        parse_scene_document({**document("slide_valve", SLIDE_VALVE_DIMENSIONS), table: values})
-
-
-@pytest.mark.parametrize("effects", [{"masses": {"crank": 3.0}}, {"clearance": 1e-3}, {"rods": {"arm_mass": 1.0}}])
-def test_effects_of_other_machines_are_refused(effects):
-    with pytest.raises(MechanismError, match="machine 'slide_valve' does not support it"):
-        parse_scene_document(document("slide_valve", SLIDE_VALVE_DIMENSIONS, effects))
-
-
 def test_a_setting_given_from_python_is_checked_too():
-    with pytest.raises(MechanismError, match="setting must be one of 'equal leads'"):
-        machine(setting="equal laps")
+    refuses("setting must be one of 'equal leads'", machine, setting="equal laps")
 
 
 def test_events_of_another_machine_are_refused():

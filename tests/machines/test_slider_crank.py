@@ -4,15 +4,14 @@ import numpy as np
 import pytest
 
 import governor_mechanism as gm
-from crank_scenes import SLIDER_CRANK_DIMENSIONS, SLIDER_CRANK_MASSES, crank_scene, document
+from crank_scenes import SLIDER_CRANK_MASSES, crank_scene
 from governor_mechanism.closed_form import slider_crank as closed
 from governor_mechanism.effects.masses import CrankMasses
 from governor_mechanism.engines import ImpulseEngine, MultibodyEngine
-from governor_mechanism.errors import MechanismError
 from governor_mechanism.model.results.records import Outcome
-from governor_mechanism.scenes.parser import parse_scene_document
 from governor_mechanism.verification.machines.slider_crank import build_crank_train
 from reference import marks
+from refusing import refuses
 
 
 def test_the_table_is_met_by_the_mechanism():
@@ -80,22 +79,5 @@ def test_the_slender_rod_is_what_is_left_out():
     assert slender.part.mechanism == told.part.mechanism
 
 
-def test_masses_are_those_of_a_slider_crank_alone():
-    porter = {"machine": "pendulum_governor", "dimensions": {"arm": 0.3, "ball_mass": 5.0}}
-    with pytest.raises(MechanismError, match="the effect masses is for a slider crank"):
-        parse_scene_document({**porter, "effects": {"gravity": True, "masses": {"crank": 1.0}}})
-
-
-def test_a_rod_no_longer_than_the_crank_is_refused():
-    with pytest.raises(MechanismError, match=r"connecting_rod \(300 mm\) must be longer than crank \(300 mm\)"):
-        crank_scene({"connecting_rod": 0.3})
-
-
-def test_a_start_beside_the_drive_is_refused():
-    with pytest.raises(MechanismError, match=r"\[start\] has no meaning .*'slider_crank'"):
-        parse_scene_document({**document("slider_crank", SLIDER_CRANK_DIMENSIONS), "start": {"crank_angle": 0.2}})
-
-
 def test_negative_masses_are_refused_from_python_too():
-    with pytest.raises(MechanismError, match=r"masses.crank must be positive"):
-        CrankMasses(crank=-1.0)
+    refuses(r"masses.crank must be positive", CrankMasses, crank=-1.0)

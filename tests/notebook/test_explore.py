@@ -14,6 +14,7 @@ from governor_mechanism.live.describing import show_whole_run
 from governor_mechanism.notebook.exploration import make_widget
 from governor_mechanism.render.frame_data import FrameData
 from governor_mechanism.render.geometry.attached import shapes_of
+from refusing import refuses
 
 WAITING_TIME = 60.0
 """Longest time (s) for an answer on a busy machine."""
@@ -116,8 +117,7 @@ def test_a_dimension_of_a_custom_machine_is_what_its_unit_says(scene):
     assert view.quantities["dimensions.crank"] == "1.2 m"
     view.set("crank", 1.1)
     assert view.scene == scene.replace({"dimensions.crank": "1.1 m"})
-    with pytest.raises(gm.MechanismError, match="is a length"):
-        view.set("crank", "3 kg")
+    refuses("is a length", view.set, "crank", "3 kg")
     (offered,) = view._session.describe(view._session.solve())["quantities"]
     assert (offered["low"], offered["high"]) == pytest.approx((0.5, 2.0))
 
@@ -132,12 +132,9 @@ def test_a_part_of_a_scene_has_short_names_too():
 
 def test_wrong_values_are_refused():
     view = gm.explore("porter", "arm")
-    with pytest.raises(gm.MechanismError, match="Did you mean 'arm'"):
-        view.set("arn", 0.3)
-    with pytest.raises(gm.MechanismError, match="is a length"):
-        view.set("arm", "3 kg")
-    with pytest.raises(gm.MechanismError, match="no quantity of this scene"):
-        view.set("dimensions.crank", 0.3)
+    refuses("Did you mean 'arm'", view.set, "arn", 0.3)
+    refuses("is a length", view.set, "arm", "3 kg")
+    refuses("no quantity of this scene", view.set, "dimensions.crank", 0.3)
     assert view.scene == gm.load("porter")
 
 

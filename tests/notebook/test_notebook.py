@@ -12,9 +12,9 @@ import pytest
 import rich.console
 
 import governor_mechanism as gm
-from governor_mechanism.errors import MechanismError
 from governor_mechanism.notebook.result_table import CURVE_HEIGHT, CURVE_WIDTH, draw_small_curve
 from governor_mechanism.units.text_table import format_table
+from refusing import refuses
 from saved_runs import saved_run
 
 
@@ -85,8 +85,7 @@ def test_a_figure_of_chosen_readings_shows_itself(tmp_path):
         np.testing.assert_allclose(axes.lines[0].get_ydata(), np.degrees(values), rtol=1e-15)
     assert figure.save(tmp_path / "a.png").read_bytes().startswith(b"\x89PNG")
     assert figure._repr_png_().startswith(b"\x89PNG")
-    with pytest.raises(MechanismError, match="Did you mean 'arm_angle'"):
-        run.plot("arm_angel")
+    refuses("Did you mean 'arm_angle'", run.plot, "arm_angel")
 
 
 def test_a_study_shows_its_text():

@@ -40,6 +40,7 @@ CALLS = {
     "explore": lambda scene, keys: gm.explore(scene, *keys),
     "ball": lambda **given: gm.Scene.from_dict(ball_document(place=(0.0, 0.05), **given)),
     "two outlines": lambda **given: gm.Scene.from_dict(outlines_document(**given)),
+    "crosscheck": lambda **given: gm.crosscheck("porter", lambda arm_angle: arm_angle, **given),
     "design_hartung": lambda **inputs: design_hartung(HartungInputs(**inputs)),
     "evaluate": lambda text: Expression(text).evaluate(NAMES.__getitem__, ARITHMETIC),
 }

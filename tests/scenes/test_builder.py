@@ -11,6 +11,7 @@ import pytest
 import governor_mechanism as gm
 from governor_mechanism.building.handles import BuiltRod
 from governor_mechanism.scenes import library
+from refusing import refusal
 
 MAX_GAP = 1e-12
 """Largest difference of a position (m) or angle (rad) of order 1: the assembly closes joints to 1e-13 of the length scale."""
@@ -64,12 +65,6 @@ def ends(m: gm.MechanismBuilder) -> dict[str, complex]:
         name: complex(*body["at"]) + body["rod"]["length"] * np.exp(1j * (math.radians(60) if body["angle"] == "60 deg" else body["angle"]))
         for name, body in bodies.items()
     }
-
-
-def refusal(function, *arguments: Any, **options: Any) -> str:
-    with pytest.raises(gm.MechanismError) as caught:
-        function(*arguments, **options)
-    return str(caught.value)
 
 
 def test_a_six_bar_linkage_is_built_run_and_filmed_in_at_most_fifteen_statements(tmp_path, monkeypatch):

@@ -10,6 +10,7 @@ from governor_mechanism.closed_form import pendulum
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.scenes import library
+from refusing import refuses
 
 NAMES = ["porter", "porter_extended_arms", "porter_uncrossed_links", "watt", "watt_crossed"]
 
@@ -80,8 +81,7 @@ def test_a_relative_path_is_a_path(tmp_path: Path, monkeypatch: pytest.MonkeyPat
     assert library.load_scene(Path("mine")).source == "mine"
     (tmp_path / "mine.txt").write_bytes((tmp_path / "mine").read_bytes())
     assert library.load_scene("mine.txt").source == "mine.txt"
-    with pytest.raises(MechanismError, match=r"no scene \"mine\".* file of that name in this folder write '\./mine'"):
-        library.load_scene("mine")
+    refuses(r"no scene \"mine\".* file of that name in this folder write '\./mine'", library.load_scene, "mine")
 
 
 def test_a_folder_of_results_does_not_hide_the_shipped_scene(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -105,13 +105,11 @@ def test_a_name_like_none_gets_no_suggestion(scene: str) -> None:
 
 
 def test_a_name_that_is_too_long_is_told() -> None:
-    with pytest.raises(MechanismError, match=r"cannot be read \(File name too long\)"):
-        library.load_scene("x" * 5000 + ".toml")
+    refuses(r"cannot be read \(File name too long\)", library.load_scene, "x" * 5000 + ".toml")
 
 
 def test_a_package_without_its_models_says_so(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(library, "PACKAGE_ROOT", tmp_path / "lib" / "governor_mechanism")
-    with pytest.raises(MechanismError, match="shipped scenes are missing"):
-        library.models_folder()
+    refuses("shipped scenes are missing", library.models_folder)
     (tmp_path / "lib" / "governor_mechanism" / "models").mkdir(parents=True)
     assert library.models_folder() == tmp_path / "lib" / "governor_mechanism" / "models"

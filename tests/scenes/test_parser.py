@@ -25,6 +25,7 @@ from governor_mechanism.scenes.parser import MAX_SCENE_FILE_SIZE, parse_scene_do
 from governor_mechanism.scenes.schema import rate_key, start_table
 from governor_mechanism.units.problems import Problem
 from invalid_scenes.cases import SCENE_HEADER, Case, each_case, format_dimensions, read_cases, scene_text
+from refusing import refuses
 from scene_documents import governor_document
 
 
@@ -155,11 +156,9 @@ def test_events_name_crossings_in_the_unit_of_their_reading() -> None:
 def test_events_of_several_parts_stand_above_them() -> None:
     whole = dict(gm.load("watt_engine_stable").document)
     whole["events"] = {"fast": {"reading": "sleeve_lift", "value": "20 mm"}}
-    with pytest.raises(gm.MechanismError, match=r'events.fast.reading "sleeve_lift" is not a reading; .*governor.sleeve_lift'):
-        parse_scene_document(whole)
+    refuses(r'events.fast.reading "sleeve_lift" is not a reading; .*governor.sleeve_lift', parse_scene_document, whole)
     whole["part"] = {**whole["part"], "governor": {**whole["part"]["governor"], "events": {}}}
-    with pytest.raises(gm.MechanismError, match=r"part\.governor: events stands once for the whole scene"):
-        parse_scene_document(whole)
+    refuses(r"part\.governor: events stands once for the whole scene", parse_scene_document, whole)
 
 
 def test_a_start_may_have_a_rate() -> None:
@@ -234,24 +233,19 @@ def test_every_scene_that_the_broken_ones_vary_is_itself_whole(tmp_path: Path) -
 def test_text_in_another_encoding_is_told_with_its_line(tmp_path: Path) -> None:
     file = tmp_path / "latin.toml"
     file.write_bytes('machine = "pendulum_governor"\ntitle = "Läufer"\n'.encode("latin-1"))
-    with pytest.raises(gm.MechanismError, match="line 2 is not UTF-8 text; save the file as UTF-8"):
-        read_scene_file(file)
+    refuses("line 2 is not UTF-8 text; save the file as UTF-8", read_scene_file, file)
 
 
 def test_a_folder_is_no_scene(tmp_path: Path) -> None:
-    with pytest.raises(gm.MechanismError, match=r"this is a folder, not a scene file; it holds no \.toml files"):
-        read_scene_file(tmp_path)
+    refuses(r"this is a folder, not a scene file; it holds no \.toml files", read_scene_file, tmp_path)
     (tmp_path / "porter.toml").write_text("", encoding="utf-8")
-    with pytest.raises(gm.MechanismError, match=r"it holds porter\.toml"):
-        read_scene_file(tmp_path)
+    refuses(r"it holds porter\.toml", read_scene_file, tmp_path)
 
 
 def test_a_missing_file_is_told_with_the_nearest_name(tmp_path: Path) -> None:
     (tmp_path / "porter.toml").write_text("", encoding="utf-8")
-    with pytest.raises(gm.MechanismError, match=r"portr\.toml: no such file\. Did you mean '.*porter\.toml'\?"):
-        read_scene_file(tmp_path / "portr.toml")
-    with pytest.raises(gm.MechanismError, match="there is no folder"):
-        read_scene_file(tmp_path / "nowhere" / "porter.toml")
+    refuses(r"portr\.toml: no such file\. Did you mean '.*porter\.toml'\?", read_scene_file, tmp_path / "portr.toml")
+    refuses("there is no folder", read_scene_file, tmp_path / "nowhere" / "porter.toml")
 
 
 def test_a_file_without_permission_is_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -263,14 +257,12 @@ def test_a_file_without_permission_is_told(tmp_path: Path, monkeypatch: pytest.M
 
     # Rights on disk do not stop the superuser, who may be running these tests.
     monkeypatch.setattr(Path, "open", refuse)
-    with pytest.raises(gm.MechanismError, match=r"locked\.toml: no permission to read this file"):
-        read_scene_file(file)
+    refuses(r"locked\.toml: no permission to read this file", read_scene_file, file)
 
 
 @pytest.mark.parametrize("wrong", [None, 3, "text", [], [("machine", "pendulum_governor")]])
 def test_a_document_that_is_no_table_is_refused(wrong: Any) -> None:
-    with pytest.raises(gm.MechanismError, match="a scene is a table of keys"):
-        parse_scene_document(wrong)
+    refuses("a scene is a table of keys", parse_scene_document, wrong)
 
 
 def test_messages_of_a_document_without_a_source_begin_with_the_key() -> None:
@@ -416,15 +408,12 @@ def test_messages_hold_no_control_characters(tmp_path: Path) -> None:
 def test_a_pipe_a_device_and_a_large_file_are_refused_without_being_read(tmp_path: Path) -> None:
     os.mkfifo(tmp_path / "pipe.toml")
     for path in (tmp_path / "pipe.toml", Path("/dev/zero")):
-        with pytest.raises(gm.MechanismError, match="this is not a file on disk but a pipe or a device"):
-            read_scene_file(path)
+        refuses("this is not a file on disk but a pipe or a device", read_scene_file, path)
     with (tmp_path / "large.toml").open("wb") as stream:
         stream.truncate(100_000_000)
-    with pytest.raises(gm.MechanismError, match="larger than 1,000,000 bytes"):
-        read_scene_file(tmp_path / "large.toml")
+    refuses("larger than 1,000,000 bytes", read_scene_file, tmp_path / "large.toml")
     (tmp_path / "binary.toml").write_bytes(bytes(range(256)) * 100)
-    with pytest.raises(gm.MechanismError, match="is not UTF-8 text"):
-        read_scene_file(tmp_path / "binary.toml")
+    refuses("is not UTF-8 text", read_scene_file, tmp_path / "binary.toml")
 
 
 def test_many_unknown_keys_are_summed_up_and_long_ones_shortened(tmp_path):

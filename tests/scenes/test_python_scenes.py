@@ -10,6 +10,7 @@ from governor_mechanism.model.scene import RunSettings, Scene
 from governor_mechanism.scenes import library
 from governor_mechanism.scenes.changed_document import format_scene_toml
 from governor_mechanism.scenes.parser import parse_scene_document, read_scene_file
+from refusing import refusal
 
 PORTER = library.models_folder() / "porter.toml"
 
@@ -17,12 +18,6 @@ PORTER = library.models_folder() / "porter.toml"
 @pytest.fixture(scope="module")
 def porter() -> Scene:
     return gm.load("porter")
-
-
-def refusal(function, *arguments) -> str:
-    with pytest.raises(gm.MechanismError) as caught:
-        function(*arguments)
-    return str(caught.value)
 
 
 @pytest.mark.parametrize("name", gm.list_models())

@@ -8,7 +8,6 @@ import pytest
 
 import governor_mechanism as gm
 from governor_mechanism.engines import Engine, ReducedEngine
-from governor_mechanism.errors import MechanismError
 from governor_mechanism.model.results.records import Outcome
 from governor_mechanism.render.figures.errors import hard_case_figure
 from governor_mechanism.studies.hard_cases import case as solutions
@@ -51,11 +50,6 @@ def test_the_report_as_text_table_and_record(report, tmp_path):
     record = report.as_json()
     assert record["ok"] is True
     assert len(record["rows"]) == len(report.rows)
-
-
-def test_an_unknown_case_is_refused():
-    with pytest.raises(MechanismError, match=r'no hard case "dead-center"; the cases are .* Did you mean .dead-centre.'):
-        gm.hard_cases(["dead-center"])
 
 
 class WrongEngine(ReducedEngine):

@@ -8,9 +8,9 @@ import pytest
 import governor_mechanism as gm
 from crank_scenes import link_gear_scene, valve_scene
 from governor_mechanism.closed_form import stephenson as closed
-from governor_mechanism.errors import MechanismError
 from governor_mechanism.studies.valve_gears import trace_die_paths
 from reference import stephenson as printed
+from refusing import refuses
 
 
 @pytest.fixture(scope="module")
@@ -54,8 +54,7 @@ def test_a_suspension_of_the_scene_s_own_comes_last():
     scene = link_gear_scene({"suspension": "point", "suspension_x": -0.02, "suspension_y": -0.03})
     paths = trace_die_paths(scene, np.array([0.0]))
     assert [one.suspension for one in paths][-1] == "point"
-    with pytest.raises(MechanismError, match="die paths need a scene file with machine 'stephenson'"):
-        trace_die_paths(valve_scene())
+    refuses("die paths need a scene file with machine 'stephenson'", trace_die_paths, valve_scene())
 
 
 def test_a_sweep_over_the_lever_gives_travel_leads_cut_offs_and_slip():

@@ -150,22 +150,15 @@ def rods(lengths, *, duration=1.0):
 
 def oscillator(*, duration=2.0, mass=2.0, damping=3.0, stiffness=50.0, start=0.5, stop=None, restitution=0.6):
     """A block on a slide with spring and damper, and a stop in its way or none; its motion between impacts is known in closed form."""
-    rest = 0.4
+    rest, ends = 0.4, {"first": "ground.A", "second": "block.centre"}
     document = {
         "machine": "custom",
         "ground": {"A": [0, 0]},
         "body": [{"name": "block", "mass": mass, "turns": False, "at": [rest, 0]}],
-        "joint": [{"name": "slide", "type": "slider", "first": "ground.A", "second": "block.centre", "angle": 0.0}],
+        "joint": [{"name": "slide", "type": "slider", **ends, "angle": 0.0}],
         "force": [
-            {
-                "name": "spring",
-                "type": "spring",
-                "first": "ground.A",
-                "second": "block.centre",
-                "stiffness": stiffness,
-                "free_length": rest,
-            },
-            {"name": "damper", "type": "damper", "first": "ground.A", "second": "block.centre", "damping": damping},
+            {"name": "spring", "type": "spring", **ends, "stiffness": stiffness, "free_length": rest},
+            {"name": "damper", "type": "damper", **ends, "damping": damping},
         ],
         "readings": {"x": {"x": "block.centre"}},
         "start": {"x": start},

@@ -14,6 +14,7 @@ from governor_mechanism.observables.valve_motion import valve_motion_of
 from governor_mechanism.render.figures.plates.reversed_gear import valve_gears_figure
 from governor_mechanism.scenes.library import shipped_scenes
 from governor_mechanism.studies.valve_gears import ValveGears
+from refusing import refuses
 
 GEARS = ["gooch", "allan", "walschaerts", "joy"]
 
@@ -126,5 +127,4 @@ def test_the_command_writes_figure_and_record(tmp_path):
 
 @pytest.mark.parametrize("count", [1, 2.5])
 def test_a_single_position_is_refused_and_part_of_one(count):
-    with pytest.raises(gm.MechanismError, match=f"a whole number of at least 2; found {count}"):
-        gm.valve_gears("gooch", count=count)
+    refuses(f"a whole number of at least 2; found {count}", gm.valve_gears, "gooch", count=count)

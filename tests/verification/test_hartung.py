@@ -13,6 +13,7 @@ from governor_mechanism.model.part import FreeSpindle, Spindle
 from governor_mechanism.model.time_functions import InputFunction
 from governor_mechanism.verification.machines import hartung
 from hartung_scenes import PAPER_DIMENSIONS, hartung_scene
+from refusing import refuses
 
 
 def quantities(scene: Any) -> dict[str, bool]:
@@ -71,5 +72,4 @@ def test_what_has_no_closed_form_is_noted(more: Any, note: str) -> None:
 
 def test_without_gravity_it_is_refused() -> None:
     scene = hartung_scene(PAPER_DIMENSIONS)
-    with pytest.raises(gm.MechanismError, match="need the effects gravity and centrifugal"):
-        gm.crosscheck(scene.with_changes(effects=scene.effects[1:]))
+    refuses("need the effects gravity and centrifugal", gm.crosscheck, scene.with_changes(effects=scene.effects[1:]))
