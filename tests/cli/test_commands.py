@@ -204,6 +204,17 @@ def test_out_must_be_a_folder(tmp_path):
     result = invoke("run", str(short_scene(tmp_path)), "--out", str(tmp_path / "taken"))
     assert result.exit_code == 2
     assert "is a file; give the name of a folder" in result.stderr
+    result = invoke("run", str(short_scene(tmp_path)), "--out", str(tmp_path / "taken" / "deeper"))
+    assert result.exit_code == 2
+    assert "taken/deeper cannot be made: Not a directory; choose another folder" in result.stderr
+
+
+def test_out_must_be_a_folder_in_which_one_may_write(tmp_path, monkeypatch):
+    """Found before the work; the superuser may write everywhere, so the system is asked in his place."""
+    monkeypatch.setattr("governor_mechanism.cli.console.os.access", lambda path, mode: mode != os.W_OK)
+    result = invoke("run", str(short_scene(tmp_path)), "--out", str(tmp_path))
+    assert result.exit_code == 2
+    assert "is a folder in which you may not write; choose another one" in result.stderr
 
 
 def test_a_folder_stays_only_if_something_was_written_into_it(tmp_path):

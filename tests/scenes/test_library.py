@@ -102,6 +102,7 @@ def test_a_name_like_none_gets_no_suggestion(scene: str) -> None:
     with pytest.raises(MechanismError) as caught:
         library.load_scene(scene)
     assert "Did you mean" not in str(caught.value)
+    assert ("init MACHINE" in str(caught.value)) == scene.endswith(".toml")  # what a file begins with
 
 
 def test_a_name_that_is_too_long_is_told() -> None:

@@ -15,6 +15,7 @@ from types import FrameType
 from typing import Annotated, Any, NoReturn, Protocol
 
 import typer
+from typer import BadParameter
 from typer.core import TyperCommand
 
 from governor_mechanism.cli.options import (
@@ -127,12 +128,17 @@ def _gather_records(options: Mapping[str, Any], records: Mapping[str, type]) -> 
 def _prepare_folder(arguments: Mapping[str, Any]) -> Iterator[None]:
     """Make the folder of the figures before the work, if a command has any; take it away again if it is new and nothing is in it."""
     folder = next((one.folder for one in arguments.values() if isinstance(one, FigureFiles)), None)
+    if folder is not None and folder.is_dir() and not os.access(folder, os.W_OK):
+        raise MechanismError(f"--out {folder} is a folder in which you may not write; choose another one")
     if folder is None or folder.is_dir():
         yield
         return
     if folder.exists():
         raise MechanismError(f"--out {folder} is a file; give the name of a folder")
-    folder.mkdir(parents=True, exist_ok=True)
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise MechanismError(f"--out {folder} cannot be made: {error.strerror or error}; choose another folder") from None
     try:
         yield
     finally:
@@ -153,7 +159,8 @@ def _report_failure(error: BaseException, *, as_json: bool) -> int:
         problems = error.problems if isinstance(error, MechanismError) else [str(error)]
         return report_problems([*map(in_typed_words, problems)], as_json=as_json)
     if isinstance(error, OSError):
-        return report_problems([f"cannot read or write {error.filename}: {error.strerror or error}"], as_json=as_json)
+        sentence = f"cannot read or write {error.filename}: {error.strerror or error}; change this, or choose another place"
+        return report_problems([sentence], as_json=as_json)
     raise error
 
 
@@ -171,7 +178,11 @@ class StrictCommand(TyperCommand):
         if problems and not is_answered:
             raise CommandExit(report_problems(problems, as_json="--json" in args))
         remember_options({one.name: one.opts[0] for one in options})
-        return super().parse_args(ctx, args)
+        try:
+            return super().parse_args(ctx, args)
+        except BadParameter as error:
+            error.message = error.message.removeprefix("Value error, ")  # which pydantic writes before the words of typer
+            raise
 
 
 def _find_repetitions(options: Sequence[Any]) -> Iterator[str]:

@@ -134,4 +134,5 @@ def _missing_file_message(path: Path, known_names: Iterable[str]) -> str:
     candidates = {name: name for name in known_names} | {neighbour.stem: str(neighbour) for neighbour in path.parent.glob("*.toml")}
     folder_text = "" if path.parent.is_dir() else f" (there is no folder {str(path.parent)!r} either)"
     changes_text = " On the command line a value is changed by --set KEY=VALUE." if "=" in path.name else ""
-    return f"no such file{folder_text}.{suggest_name(path.stem, candidates)}{changes_text}"
+    suggestion = suggest_name(path.stem, candidates) or f" `governor-mechanism init MACHINE > {path}` begins one."
+    return f"no such file{folder_text}.{suggestion}{changes_text}"
