@@ -32,6 +32,16 @@ def test_what_no_kernel_is_made_from_does_not_change_the_digest(change):
     assert digest_with(change) == KernelSources(TEXTS).digest()
 
 
+def test_members_are_followed_to_the_last_whatever_the_order():
+    """Each of a row of classes has a member that names that of the next one, and the last member a definition."""
+    number = 12
+    classes = [f"class Class{k}:\n    def member{k}(self):\n        return self.member{k + 1}\n" for k in range(number)]
+    last = f"class Class{number}:\n    def member{number}(self):\n        return LAST\nLAST = 1.0\n"
+    kernel = f"KERNEL = jit([{', '.join(f'Class{k}' for k in range(number + 1))}], one.member0)\n"
+    text = "".join(["from governor_mechanism.numerics.jit import jit\n", *classes, last, kernel])
+    assert ("governor_mechanism.row", "LAST") in KernelSources({"governor_mechanism.row": text}).definitions
+
+
 def test_the_kernels_of_the_package_are_found_with_what_they_use():
     found = KernelSources(read_texts(kernel_library.PACKAGE_ROOT)).definitions
     expected = [
