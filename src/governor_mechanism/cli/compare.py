@@ -20,7 +20,7 @@ from governor_mechanism.render.figure_files import FigureFiles
 from governor_mechanism.units.quantities import number_or_text
 
 if TYPE_CHECKING:
-    from governor_mechanism.studies.comparison import Comparison
+    pass
 
 _OF_ONE_SCENE = re.compile(r"\s*([0-9]{1,9}):(.*)", re.DOTALL)
 """An assignment for one scene, with its number from 1."""
@@ -86,7 +86,8 @@ def compare(
         comparison = gm.compare(*loaded, engine=engine, accuracy=accuracy, resistance=resistance, between=between)
     with console.show_status("drawing"):
         files = figures.save_all(comparison, STEM)
-    files += [] if no_film else _write_film(comparison, figures.folder / f"{STEM}.{film.value}", film_options)
+    if not no_film and comparison.moving_runs:  # else nothing moves in time
+        files += film_side_by_side(comparison.moving_runs, figures.folder / f"{STEM}.{film.value}", film_options)
     is_ok = all(run.outcome.ok for run in comparison.runs)
     text = [comparison, *_describe_changes(comparison.names, changes_of_each)]
     return console.CommandResult(comparison, text=text, files=files, ok=is_ok)
@@ -142,9 +143,7 @@ def _load(scene: str, changes: Sequence[str], duration: float | str | None) -> g
         raise MechanismError(*(problem if scene in problem else f"{scene}: {problem}" for problem in error.problems)) from None
 
 
-def _write_film(comparison: Comparison, path: Path, options: FilmOptions) -> list[Path]:
-    """Write the film of the runs that have reported times; none if nothing moves in time."""
-    if not comparison.moving_runs:
-        return []
+def film_side_by_side(runs: Sequence[gm.Trajectory], path: Path, options: FilmOptions, titles: Sequence[str] | None = None) -> list[Path]:
+    """Write the film of several runs, with a progress bar."""
     with in_command_words(), console.show_progress_bar("film") as progress:
-        return [comparison.film(path, progress=progress, **vars(options)).path]
+        return [gm.film(runs, path, titles=titles, progress=progress, **vars(options))]

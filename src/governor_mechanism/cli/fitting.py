@@ -9,9 +9,10 @@ import typer
 
 import governor_mechanism as gm
 from governor_mechanism.cli import console
-from governor_mechanism.cli.compare import SideBySideFormat
+from governor_mechanism.cli.compare import SideBySideFormat, film_side_by_side
 from governor_mechanism.cli.options import Changes, SceneName, load_changed, refuse_idle_options, stem_of
 from governor_mechanism.errors import MechanismError
+from governor_mechanism.model.results.pictures import FilmOptions
 from governor_mechanism.render.figure_files import FigureFiles
 
 if TYPE_CHECKING:
@@ -149,9 +150,9 @@ def optimise(
         optimum = gm.optimise(loaded, over, **goals, **options, out=figures.folder / f"{stem}.part")
     files = [optimum.scene.save(figures.folder / f"{stem}.toml"), *figures.save_all(optimum, stem)]
     if film is not None:
-        with console.show_progress_bar("film") as progress:
+        with console.show_status("simulating"):
             runs = [gm.run(one) for one in (optimum.before, optimum.scene)]
-            files.append(gm.film(runs, figures.folder / f"{stem}.{film.value}", titles=["before", "after"], progress=progress))
+        files += film_side_by_side(runs, figures.folder / f"{stem}.{film.value}", FilmOptions(), ["before", "after"])
     return console.CommandResult(optimum, files=files, ok=optimum.ok)
 
 

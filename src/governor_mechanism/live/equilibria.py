@@ -23,7 +23,7 @@ from governor_mechanism.statics.equilibrium_speed import has_equilibrium_speed
 from governor_mechanism.statics.speed_curve import InsensitivityBand, SpeedCurve, compute_speed_curve
 from governor_mechanism.types import BoolArray, FloatArray, IntArray
 from governor_mechanism.units.constants import RPM
-from governor_mechanism.units.quantities import DISPLAY_UNITS, format_quantity, format_reading_name
+from governor_mechanism.units.quantities import display_unit, format_quantity, format_reading_name
 
 WIDTH, HEIGHT = 440.0, 400.0
 """Size of a plot, pixels."""
@@ -284,7 +284,7 @@ def _describe_band(found: Statics, shown: Equilibrium | None) -> list[str]:
 def _plot(found: Statics, given: SpeedCurve) -> str:
     """Return the speed curve with the speed of the scene and its equilibria."""
     curve, name = found.curve, found.curve.coordinate_name
-    factor, unit = DISPLAY_UNITS[_unit_of(found, name)]
+    factor, unit = display_unit(_unit_of(found, name))
     x, y = curve.coordinate * factor, curve.speed / RPM
     ends = np.array([*_travel_of(given), *_travel_of(curve)]) * factor
     speeds = np.array([*_shown_speeds(given, found.speed), *_shown_speeds(curve, found.speed)]) / RPM

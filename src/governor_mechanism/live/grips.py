@@ -21,7 +21,7 @@ from governor_mechanism.render.geometry.primitives import BoundingBox
 from governor_mechanism.render.page.page_data import collect_tracks
 from governor_mechanism.render.page.views import PageView, show_run
 from governor_mechanism.types import FloatArray
-from governor_mechanism.units.quantities import DISPLAY_UNITS, format_quantity, format_reading_name, parse_quantity
+from governor_mechanism.units.quantities import display_unit, format_quantity, format_reading_name, parse_quantity
 
 START_STEP: Final = 1e-4
 """Step of the leading coordinate, rad or length scales, that tells where a body moves."""
@@ -118,7 +118,7 @@ def find_start(run: Trajectory) -> tuple[Quantity, float] | None:
         return None
     written = split_quantity(scene.document.get("start", {}).get(name))
     quantity = scene.mechanism.reading(name).quantity
-    unit = written[1] if written else DISPLAY_UNITS[READING_UNITS[quantity]][1]
+    unit = written[1] if written else display_unit(READING_UNITS[quantity])[1]
     factor = parse_quantity(f"1 {unit}", quantity, name) if unit else 1.0
     value = float(run.readings[name][0]) / factor
     words = format_reading_name(name)

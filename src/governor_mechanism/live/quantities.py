@@ -30,7 +30,7 @@ from governor_mechanism.scenes.effect_tables import CROSSING, SLEEVE_ALIAS, SLEE
 from governor_mechanism.scenes.schema import FREE_SPINDLE, SPINDLE, dimensions_table
 from governor_mechanism.scenes.table import Table
 from governor_mechanism.units.fields import Declaration, fields_of
-from governor_mechanism.units.quantities import DISPLAY_UNITS, QUANTITY_KINDS, format_value
+from governor_mechanism.units.quantities import QUANTITY_KINDS, display_unit, format_value
 
 WRITTEN_QUANTITY: Final = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*([^\d\s].*)?")
 """A number, and the unit behind it."""
@@ -300,7 +300,7 @@ def _word_or_value(declared: Declaration, part: Part, word: str) -> str:
 
 def _write(value: float, unit: str, digits: int = 1) -> str:
     """Return a quantity in SI as a file has it, in its customary unit."""
-    factor, shown = DISPLAY_UNITS.get(unit, (1.0, unit))
+    factor, shown = display_unit(unit)
     rounded = float(f"{value * factor + 0.0:.{digits}g}")
     return f"{rounded:.12g} {shown}".rstrip()
 
@@ -375,7 +375,8 @@ def _find_spindle(prefix: str, document: Document, part: Part, run: Trajectory) 
     kind = FREE_SPEED if speed is None else CONSTANT_SPEED if split_quantity(speed) else SPEED_OVER_TIME
     first = table.get("start_speed") if speed is None else speed if kind == CONSTANT_SPEED else speed[0][1]
     name = "spindle_speed" if len(run.scene.parts) == 1 else f"{part.name}.spindle_speed"
-    number, unit = split_quantity(first) or (float(run.readings[name][0]) * DISPLAY_UNITS["rad/s"][0], DISPLAY_UNITS["rad/s"][1])
+    factor, rpm = display_unit("rad/s")
+    number, unit = split_quantity(first) or (float(run.readings[name][0]) * factor, rpm)
 
     def write(word: Value) -> dict[str, Any]:
         """Return the table of a spindle that turns so."""

@@ -1,7 +1,7 @@
 """What is plotted over time beside a drawing, the same in films, in animated drawings and on pages: curves in display units."""
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import zip_longest
 from typing import Final
@@ -77,8 +77,12 @@ class PlotPanel:
 
     def find_bands(self, width: float, height: float, line_width: float) -> list[RangeBand | None]:
         """Return the band of each curve in a plot of a size with lines of a width, pixels; None for a curve that is drawn as it is."""
-        size = PlotSize(width=width, height=height, line_width=line_width, limits=self.limits)
-        return [curve.find_band(size) if self.may_have_bands else None for curve in self.curves]
+        if not self.may_have_bands:
+            return [None] * len(self.curves)
+        whole = PlotSize(width=width, height=height, line_width=line_width, limits=self.limits)
+        spans = [float(np.ptp(curve.times)) if len(curve.times) else 0.0 for curve in self.curves]
+        sizes = [replace(whole, width=width * span / max(spans)) if span else whole for span in spans]
+        return [curve.find_band(size) for curve, size in zip(self.curves, sizes, strict=True)]
 
     def numbers_at(self, times: FloatArray) -> list[str]:
         """Return the shown number at times (m,) s."""

@@ -21,7 +21,7 @@ from governor_mechanism.model.scene import Scene
 from governor_mechanism.model.valve import Valve
 from governor_mechanism.observables.valve_motion import has_valve_events, valve_motion_of, valve_of
 from governor_mechanism.types import FloatArray
-from governor_mechanism.units.quantities import DISPLAY_UNITS, format_value
+from governor_mechanism.units.quantities import display_unit, format_value
 
 _FIGURE_NAMES = {"rad": "°", "m/s2": "m/s²"}
 """Display units by SI unit whose names in figures are not those in texts."""
@@ -34,7 +34,7 @@ GREEK_LETTERS |= {name: GREEK_LETTERS[name.lower()].upper() for name in _GREEK_C
 
 def display_unit_of(si_unit: str) -> tuple[str, float]:
     """Return the display unit of an SI unit and the factor to it."""
-    factor, name = DISPLAY_UNITS.get(si_unit, (1.0, si_unit))
+    factor, name = display_unit(si_unit)
     return _FIGURE_NAMES.get(si_unit, name), factor
 
 

@@ -25,7 +25,7 @@ from governor_mechanism.observables.linkage import DeadCentre, DriveTravel, Four
 from governor_mechanism.observables.motion_readings import REST_RATIO, Motion, evaluate_motion_reading
 from governor_mechanism.statics.equilibria import OVERLAP_TOLERANCE
 from governor_mechanism.types import FloatArray
-from governor_mechanism.units.quantities import DISPLAY_UNITS
+from governor_mechanism.units.quantities import display_unit
 from governor_mechanism.units.text_table import short_repr
 
 DEFAULT_COUNT = 361
@@ -194,7 +194,7 @@ class KinematicStudy(Kinematics):
     def _format(self, name: str, value: float, digits: int = 6) -> str:
         """Return a value of a reading, or of the drive, in its usual unit."""
         unit = self.units.get(name, "s")
-        factor, shown = DISPLAY_UNITS.get(unit, (1.0, unit))
+        factor, shown = display_unit(unit)
         rounded = round(value * factor, SHOWN_DECIMALS) + 0.0  # what is zero but for rounding
         return f"{rounded:.{digits}g} {shown}".rstrip()
 

@@ -14,7 +14,7 @@ from typing import Any, Final, TypeVar
 
 from governor_mechanism.errors import MechanismError, did_you_mean, require_finite, require_not_negative, require_positive
 from governor_mechanism.units.problems import ProblemCollector
-from governor_mechanism.units.quantities import DISPLAY_UNITS, QUANTITY_KINDS, format_quantity, format_value, number_or_text, parse_quantity
+from governor_mechanism.units.quantities import QUANTITY_KINDS, display_unit, format_quantity, format_value, number_or_text, parse_quantity
 
 REQUIRED: Final = object()
 """Default of a field that must be given."""
@@ -231,7 +231,7 @@ def describe_inputs(defaults: Any) -> list[tuple[str, str]]:
 
 def _value_word(declared: Declaration) -> str:
     """Return what an input takes: a unit, or the words to choose from."""
-    return f"<{DISPLAY_UNITS.get(declared.unit, (1.0, declared.unit))[1] or 'number'}>" if declared.kinds else "|".join(declared.words)
+    return f"<{display_unit(declared.unit)[1] or 'number'}>" if declared.kinds else "|".join(declared.words)
 
 
 def _describe_input(declared: Declaration, default: object) -> str:

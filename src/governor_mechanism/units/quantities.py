@@ -371,6 +371,11 @@ DISPLAY_UNITS = {"rad": (180 / math.pi, "deg"), "m": (1e3, "mm"), "rad/s": (1 / 
 """Customary units for display by SI unit, with their number per SI unit; other units are displayed as they are."""
 
 
+def display_unit(unit: str) -> tuple[float, str]:
+    """Return the number of customary units in an SI unit, and the name of that unit."""
+    return DISPLAY_UNITS.get(unit, (1.0, unit))
+
+
 def format_reading_name(name: str) -> str:
     """Return the name of a reading in running text."""
     return name if "." in name else name.replace("_", " ")
@@ -387,5 +392,5 @@ def format_quantity(
     digits: str = ".6g",
 ) -> str:
     """Return a value as text with a customary unit."""
-    factor, name = DISPLAY_UNITS.get(unit, (1.0, unit))
+    factor, name = display_unit(unit)
     return f"{value * factor:z{digits}} {name}".rstrip()  # z leaves out the sign of a rounded zero

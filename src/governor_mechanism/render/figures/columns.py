@@ -14,7 +14,7 @@ from governor_mechanism.render.figures.page import Page, Panel, format_plain_tic
 from governor_mechanism.render.shown_readings import READING_NOISE_RATIO, axis_limits_for, format_label
 from governor_mechanism.render.style import BLUE, INK, RULE
 from governor_mechanism.types import FloatArray
-from governor_mechanism.units.quantities import DISPLAY_UNITS
+from governor_mechanism.units.quantities import display_unit
 
 MAX_CURVES, CURVES_IN_ROW, CURVE_HEIGHT = 12, 3, 2.3
 """Largest number of curves, that of curves side by side, and height of one, inches; the first columns are drawn."""
@@ -61,7 +61,7 @@ def _numbers(values: object) -> FloatArray | None:
 
 def _label(column: Column) -> tuple[str, float]:
     """Return the label of the axis of a column, and the factor from SI to its unit."""
-    factor, unit = DISPLAY_UNITS.get(column.unit, (1.0, column.unit))
+    factor, unit = display_unit(column.unit)
     return format_label(column.key, unit), factor
 
 

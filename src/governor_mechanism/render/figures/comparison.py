@@ -19,7 +19,8 @@ from governor_mechanism.render.figures.page import (
     add_legend,
     draw_range_band,
 )
-from governor_mechanism.render.range_bands import PlotSize, count_turns, find_range_band, name_cycles
+from governor_mechanism.render.plot_panels import PanelCurve, PlotPanel
+from governor_mechanism.render.range_bands import count_turns, name_cycles
 from governor_mechanism.render.shown_readings import display_unit_of, format_label
 from governor_mechanism.render.style import BLUE, GREEN, INK, MUTED, PAPER, SERIES_COLOURS, SKY, VERMILLION
 from governor_mechanism.studies.compared_quantities import GovernorStatics, leading_reading
@@ -144,27 +145,30 @@ def _draw_reading(panel: Panel, comparison: Comparison, name: str, indices: Sequ
     last = max(float(comparison.runs[k].times[-1]) for k in indices)
     names = {k: comparison.shared_readings.get(name, {k: name})[k] or name for k in indices}
     unit, factor = display_unit_of(comparison.runs[indices[-1]].units[names[indices[-1]]])
-    curves = {k: comparison.runs[k].readings[names[k]] * factor for k in indices}
-    limits = min(map(np.min, curves.values())), max(map(np.max, curves.values()))
-    bands, ends_early = [], False
-    for k, values in curves.items():
-        run, (colour, style) = comparison.runs[k], _STYLES[k]
-        share = float(run.times[-1]) / last if last > 0 else 1.0
-        line_pixels = _READING_LINE_WIDTH * float(panel.figure.dpi) / 72
-        size = PlotSize(width=share * panel.bbox.width, height=panel.bbox.height, line_width=line_pixels, limits=limits)
-        band = find_range_band(run.times, values, size, count_turns(run))
+    curves = [
+        PanelCurve(name=names[k], times=run.times, values=run.readings[names[k]] * factor, series=k, turns=count_turns(run))
+        for k, run in ((k, comparison.runs[k]) for k in indices)
+    ]
+    limits = min(float(np.min(curve.values)) for curve in curves), max(float(np.max(curve.values)) for curve in curves)
+    plot = PlotPanel(name=name, unit=unit, curves=curves, limits=limits, may_have_bands=True)
+    of_curves = plot.find_bands(panel.bbox.width, panel.bbox.height, _READING_LINE_WIDTH * float(panel.figure.dpi) / 72)
+    for curve, band in zip(curves, of_curves, strict=True):
+        colour, style = _STYLES[curve.series]
         if band is None:
-            panel.plot(run.times, values, color=colour, linestyle=style, linewidth=_READING_LINE_WIDTH)
+            panel.plot(curve.times, curve.values, color=colour, linestyle=style, linewidth=_READING_LINE_WIDTH)
         else:
             draw_range_band(panel, band, colour, style, _READING_LINE_WIDTH)
-            bands.append(band)
-        if run.times[-1] < last * (1 - 1e-9):
-            panel.plot(run.times[-1:], values[-1:], "o", color=colour, markeredgecolor=PAPER, markersize=6, zorder=5)
-            ends_early = True
+    shorter = [curve for curve in curves if curve.times[-1] < last * (1 - 1e-9)]
+    for curve in shorter:
+        colour, _ = _STYLES[curve.series]
+        panel.plot(curve.times[-1:], curve.values[-1:], "o", color=colour, markeredgecolor=PAPER, markersize=6, zorder=5)
+    bands = [band for band in of_curves if band is not None]
     panel.set_ylabel(format_label(name, unit))
     panel.set_xlim(0.0, last)
     panel.ticklabel_format(axis="y", useOffset=False)
-    notes = ["dot: end of a shorter run"] * ends_early + [f"band, line: range and mean within {name_cycles(bands)}" for _ in bands[:1]]
+    notes = ["dot: end of a shorter run" for _ in shorter[:1]] + [
+        f"band, line: range and mean within {name_cycles(bands)}" for _ in bands[:1]
+    ]
     if notes:
         panel.write_note("; ".join(notes), (1.0, 1.02), xycoords="axes fraction", ha="right", color=MUTED, fontsize=7.5)
 

@@ -16,7 +16,7 @@ from governor_mechanism.render.style import BLUE, GREEN, INK, MUTED, RULE, VERMI
 from governor_mechanism.studies.hard_cases.case import HardCase
 from governor_mechanism.studies.hard_cases.study import ROUNDING_ERROR, HardCaseRow, HardCasesReport, Verdict
 from governor_mechanism.types import FloatArray
-from governor_mechanism.units.quantities import DISPLAY_UNITS
+from governor_mechanism.units.quantities import display_unit
 from governor_mechanism.verification.user_kernel_comparison import KernelReport, format_percent
 
 _ENGINE_STYLES = {"reduced": (GREEN, "o"), "multibody": (BLUE, "s"), "impulse": (VERMILLION, "^"), "every": (INK, "D")}
@@ -177,7 +177,7 @@ def _varying_inputs(report: KernelReport) -> list[str]:
 def _input_column(report: KernelReport, name: str) -> tuple[FloatArray, str]:
     """Return the values (n,) of an input in a customary unit, and its label."""
     unit = report.rows[0].inputs[name][1]
-    factor, shown = DISPLAY_UNITS.get(unit, (1.0, unit))
+    factor, shown = display_unit(unit)
     values = np.array([row.inputs[name][0] for row in report.rows])
     return factor * values, format_label(name, shown)
 

@@ -19,7 +19,7 @@ from governor_mechanism.model.scene import Scene
 from governor_mechanism.studies.sweep.quantities import find_reading_units
 from governor_mechanism.types import FloatArray
 from governor_mechanism.units.problems import ProblemCollector
-from governor_mechanism.units.quantities import DISPLAY_UNITS, QUANTITY_KINDS, format_quantity, format_value, parse_quantity
+from governor_mechanism.units.quantities import QUANTITY_KINDS, display_unit, format_quantity, format_value, parse_quantity
 
 TIME: Final = "time"
 """Name of the column of the times."""
@@ -284,7 +284,7 @@ def _format_error(row: FittedValue) -> str:
 
 def _round(row: FittedValue, value: float) -> str:
     """Return a value with the digits that two digits of its standard error allow."""
-    factor, unit = DISPLAY_UNITS.get(row.unit, (1.0, row.unit))
+    factor, unit = display_unit(row.unit)
     if not row.standard_error:
         return format_quantity(value, row.unit)
     decimals = max(0, 1 - math.floor(math.log10(row.standard_error * factor)))

@@ -42,7 +42,7 @@ from governor_mechanism.studies.sweep.rules import (
 from governor_mechanism.types import FloatArray
 from governor_mechanism.units.expressions import read_any_quantity
 from governor_mechanism.units.problems import ProblemCode, ProblemCollector
-from governor_mechanism.units.quantities import DISPLAY_UNITS, QUANTITY_KINDS, format_value
+from governor_mechanism.units.quantities import QUANTITY_KINDS, display_unit, format_value
 from governor_mechanism.verification.laws import relative_law_differences
 
 N_GEARS = 7
@@ -201,7 +201,7 @@ class RunQuantity(Recorded):
 
 def find_display_unit(unit: str, *, is_rate: bool) -> tuple[float, str]:
     """Return the factor from an SI unit to the unit shown to users, and that unit."""
-    return (DISPLAY_RATE_UNITS if is_rate else DISPLAY_UNITS).get(unit, DISPLAY_UNITS.get(unit, (1.0, unit)))
+    return DISPLAY_RATE_UNITS.get(unit, display_unit(unit)) if is_rate else display_unit(unit)
 
 
 QuantityRequest = Mapping[str, "str | Callable[[Trajectory], float]"] | Sequence[str] | None

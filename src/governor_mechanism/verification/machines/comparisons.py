@@ -7,11 +7,13 @@ import math
 import re
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from itertools import pairwise
 
 import numpy as np
 from scipy.integrate import solve_ivp
 from scipy.interpolate import CubicHermiteSpline
+from scipy.optimize import brentq
 
 from governor_mechanism.effects.dashpot import Dashpot
 from governor_mechanism.engines import select_engine
@@ -26,7 +28,7 @@ from governor_mechanism.mechanics.kinematics.assembly import PositionSolver
 from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output_value
 from governor_mechanism.mechanics.kinematics.time_functions import CubicTimeFunction, SpindleSpeedFunction
 from governor_mechanism.model.effect import Effect, OutputEffect
-from governor_mechanism.model.part import FreeSpindle, Start
+from governor_mechanism.model.part import FreeSpindle, Spindle, Start
 from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.model.scene import RunSettings, Scene
 from governor_mechanism.types import FloatArray, FloatOrArray
@@ -258,6 +260,51 @@ def integrate_governor(
 def format_rpm(speed: float) -> str:
     """Return a speed (rad/s) as text in rpm."""
     return f"{speed / RPM:.6g} rpm"
+
+
+RELAXATION_OFFSET = 0.05
+"""Largest start offset of the relaxation (rad), to each side of an equilibrium; smaller where another equilibrium is near."""
+N_SEARCH_POINTS = 400
+"""Number of points of the travel between which equilibria are sought."""
+
+
+def check_equilibria(
+    scene: Scene,
+    reading: str,
+    excess: Callable[..., float],  # what vanishes at an equilibrium, of an angle (rad) and the speed (rad/s)
+    squared_frequency: Callable[[float, float], float],  # of small oscillations, 1/s2, of the same
+    stroke: tuple[float, float] | None = None,  # angles within which equilibria are checked, rad; the travel if None
+    *,
+    relaxes: bool = True,
+) -> Checks:
+    """Yield relaxation and small oscillations at the equilibria of the spindle's first and last speed."""
+    if isinstance(scene.spindle, FreeSpindle):
+        yield "the spindle is free: equilibria at a given speed are not checked"
+        return
+    low, high = stroke or travel_limits(scene, reading)
+    for speed in dict.fromkeys((scene.spindle.speeds[0], scene.spindle.speeds[-1])):
+        angles = _find_zeros(scene, reading, partial(excess, speed=speed))
+        checked = [angle for angle in angles if low <= angle <= high]
+        if not checked:
+            yield f"at {format_rpm(speed)} there is no equilibrium within the {'stroke' if stroke else 'travel'}: nothing is checked there"
+        held_scene = scene.with_changes(spindle=Spindle(speeds=(speed,)))
+        for angle in checked:
+            offset = min([RELAXATION_OFFSET, *(0.3 * abs(angle - other) for other in angles if other != angle)])
+            starts = (angle - offset, angle + offset) if relaxes else ()
+            label = f"{math.degrees(angle):.4g} deg, {format_rpm(speed)}"
+            yield from check_stability(held_scene, reading, angle, squared_frequency(angle, speed), starts, label)
+
+
+def _find_zeros(scene: Scene, reading: str, excess: Callable[[float], float]) -> list[float]:
+    """Return the angles (rad) in the travel of a reading at which a function of it changes its sign."""
+    low, high = travel_limits(scene, reading)
+    margin = 1e-3 * (high - low)
+    grid = np.linspace(low + margin, high - margin, N_SEARCH_POINTS).tolist()
+    return [
+        float(brentq(excess, start, end, xtol=1e-15, rtol=1e-14))
+        for (start, end), (before, after) in zip(pairwise(grid), pairwise(map(excess, grid)), strict=True)
+        if before * after < 0
+    ]
 
 
 def check_stability(scene: Scene, reading: str, angle: float, squared_frequency: float, starts: Iterable[float], label: str) -> Checks:

@@ -3,10 +3,8 @@
 import math
 from dataclasses import replace
 from functools import partial
-from itertools import pairwise
 
 import numpy as np
-from scipy.optimize import brentq
 
 from governor_mechanism.closed_form import hartung as closed
 from governor_mechanism.effects.holding import Stops
@@ -14,7 +12,7 @@ from governor_mechanism.effects.masses import BellCrankMasses
 from governor_mechanism.mechanics.kinematics.time_functions import SpindleSpeedFunction
 from governor_mechanism.mechanics.reduction.lagrangian import SingleDofReduction
 from governor_mechanism.model.events import EventKind
-from governor_mechanism.model.part import FreeSpindle, Spindle
+from governor_mechanism.model.part import FreeSpindle
 from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.observables.derived_readings import compute_static_force
@@ -26,9 +24,6 @@ LEVER_ANGLE_READING = "lever_angle"
 
 STROKE_FRACTIONS = (0.0, 0.25, 0.5, 0.75, 1.0)
 """Checked positions as fractions of the stroke."""
-
-RELAXATION_OFFSET = 0.05
-"""Largest start offset of the relaxation (rad), to each side of an equilibrium; smaller where another equilibrium is near."""
 
 
 def check_hartung_governor(scene: Scene) -> comparisons.Checks:
@@ -100,44 +95,17 @@ def _check_astatic_spring_force(scene: Scene, governor: closed.HartungGovernor, 
 
 
 def _check_equilibria(scene: Scene, governor: closed.HartungGovernor, stroke: tuple[float, float]) -> comparisons.Checks:
-    """Yield the comparisons of the equilibria at the spindle's first and last speed."""
-    if isinstance(scene.spindle, FreeSpindle):
-        yield "the spindle is free: equilibria at a given speed are not checked"
-        return
-    for speed in dict.fromkeys((scene.spindle.speeds[0], scene.spindle.speeds[-1])):
-        all_angles = _equilibrium_angles(scene, governor, abs(speed))
-        angles_in_stroke = [angle for angle in all_angles if stroke[0] <= angle <= stroke[1]]
-        if not angles_in_stroke:
-            yield f"at {comparisons.format_rpm(speed)} there is no equilibrium within the stroke: nothing is checked there"
-        for angle in angles_in_stroke:
-            offset = min([RELAXATION_OFFSET, *(0.3 * abs(angle - other) for other in all_angles if other != angle)])
-            yield from _check_equilibrium(scene.with_changes(spindle=Spindle(speeds=(speed,))), governor, angle, offset)
+    """Yield the comparisons of the equilibria, where the spring force balances the speed."""
+    rate = scene.part.dimensions["spring_rate"]
 
+    def force_excess(angle: float, speed: float) -> float:
+        return _spring_force(scene, angle) - float(closed.astatic_spring_force(governor, lever_angle=angle, spindle_speed=abs(speed)))
 
-def _equilibrium_angles(scene: Scene, governor: closed.HartungGovernor, speed: float) -> list[float]:
-    """Return the lever angles (rad) at which the spring force balances the speed."""
-    low, high = comparisons.travel_limits(scene, LEVER_ANGLE_READING)
-    margin = 1e-3 * (high - low)
+    def squared_frequency(angle: float, _: float) -> float:
+        force = _spring_force(scene, angle)
+        return float(closed.squared_natural_frequency(governor, lever_angle=angle, spring_force=force, spring_rate=rate))
 
-    def force_excess(lever_angle: float) -> float:
-        required_force = closed.astatic_spring_force(governor, lever_angle=lever_angle, spindle_speed=speed)
-        return _spring_force(scene, lever_angle) - float(required_force)
-
-    grid = np.linspace(low + margin, high - margin, 400)
-    values = [force_excess(float(lever)) for lever in grid]
-    return [
-        float(brentq(force_excess, start, end, xtol=1e-15, rtol=1e-14))
-        for (start, end), (before, after) in zip(pairwise(grid), pairwise(values), strict=True)
-        if before * after < 0
-    ]
-
-
-def _check_equilibrium(scene: Scene, governor: closed.HartungGovernor, angle: float, offset: float) -> comparisons.Checks:
-    """Yield the comparisons of one equilibrium: relaxation from both sides, oscillation period."""
-    force, rate = _spring_force(scene, angle), scene.part.dimensions["spring_rate"]
-    squared_frequency = float(closed.squared_natural_frequency(governor, lever_angle=angle, spring_force=force, spring_rate=rate))
-    label = f"{math.degrees(angle):.4g} deg, {comparisons.format_rpm(SpindleSpeedFunction(scene.spindle).start_speed)}"
-    yield from comparisons.check_stability(scene, LEVER_ANGLE_READING, angle, squared_frequency, (angle - offset, angle + offset), label)
+    yield from comparisons.check_equilibria(scene, LEVER_ANGLE_READING, force_excess, squared_frequency, stroke)
 
 
 def _spring_force(scene: Scene, lever_angle: float) -> float:

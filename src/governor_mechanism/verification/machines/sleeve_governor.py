@@ -4,17 +4,15 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
-from itertools import pairwise
 
 import numpy as np
-from scipy.optimize import brentq
 
 from governor_mechanism.effects.spring import OutputSpring
 from governor_mechanism.engines import ImpulseEngine
 from governor_mechanism.errors import MechanismError
 from governor_mechanism.mechanics.reduction.lagrangian import SingleDofReduction
 from governor_mechanism.model.effect import OutputEffect
-from governor_mechanism.model.part import FreeSpindle, Spindle
+from governor_mechanism.model.part import FreeSpindle
 from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.statics.equilibrium_speed import evaluate_readings
@@ -28,10 +26,6 @@ N_POSITIONS = 5
 """Number of positions over the range of the run at which the statics are checked."""
 MIN_RANGE = 0.1
 """Smallest range of the checked positions (rad), for a run that hardly moves."""
-N_SEARCH_POINTS = 400
-"""Number of points of the travel between which equilibria are sought."""
-RELAXATION_OFFSET = 0.05
-"""Largest start offset of the relaxation (rad), to each side of an equilibrium; smaller where another equilibrium is near."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -81,40 +75,18 @@ def _check_statics(scene: Scene, formulas: GovernorFormulas, run: Trajectory) ->
 
 
 def _check_equilibria(scene: Scene, formulas: GovernorFormulas) -> comparisons.Checks:
-    """Yield the comparisons of the equilibria at the spindle's first and last speed."""
-    if isinstance(scene.spindle, FreeSpindle):
-        yield "the spindle is free: equilibria at a given speed are not checked"
-        return
-    if refusal := ImpulseEngine().refusal(scene):
-        yield f"relaxation is not checked: {refusal}"
-    for speed in dict.fromkeys((scene.spindle.speeds[0], scene.spindle.speeds[-1])):
-        angles = _equilibrium_angles(scene, formulas, speed)
-        if not angles:
-            yield f"at {comparisons.format_rpm(speed)} there is no equilibrium within the travel: nothing is checked there"
-        for angle in angles:
-            offset = min([RELAXATION_OFFSET, *(0.3 * abs(angle - other) for other in angles if other != angle)])
-            squared_frequency = float(formulas.squared_frequency(arm_angle=angle, spindle_speed=speed))
-            label = f"{math.degrees(angle):.4g} deg, {comparisons.format_rpm(speed)}"
-            held_scene = scene.with_changes(spindle=Spindle(speeds=(speed,)))
-            starts = (angle - offset, angle + offset) if not refusal else ()
-            yield from comparisons.check_stability(held_scene, ANGLE_READING, angle, squared_frequency, starts, label)
+    """Yield the comparisons of the equilibria, where the closed form has no acceleration at rest."""
 
-
-def _equilibrium_angles(scene: Scene, formulas: GovernorFormulas, speed: float) -> list[float]:
-    """Return the arm angles (rad) at which the closed form has no acceleration at rest."""
-    low, high = comparisons.travel_limits(scene, ANGLE_READING)
-    margin = 1e-3 * (high - low)
-
-    def acceleration(angle: float) -> float:
+    def acceleration(angle: float, speed: float) -> float:
         return float(formulas.acceleration(arm_angle=angle, arm_rate=0.0, spindle_speed=speed))
 
-    grid = np.linspace(low + margin, high - margin, N_SEARCH_POINTS).tolist()
-    values = [acceleration(angle) for angle in grid]
-    return [
-        float(brentq(acceleration, start, end, xtol=1e-15, rtol=1e-14))
-        for (start, end), (before, after) in zip(pairwise(grid), pairwise(values), strict=True)
-        if before * after < 0
-    ]
+    def squared_frequency(angle: float, speed: float) -> float:
+        return float(formulas.squared_frequency(arm_angle=angle, spindle_speed=speed))
+
+    refusal = None if isinstance(scene.spindle, FreeSpindle) else ImpulseEngine().refusal(scene)
+    if refusal:
+        yield f"relaxation is not checked: {refusal}"
+    yield from comparisons.check_equilibria(scene, ANGLE_READING, acceleration, squared_frequency, relaxes=not refusal)
 
 
 def _check_motion(
