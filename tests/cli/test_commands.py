@@ -131,8 +131,7 @@ def test_a_run_that_leaves_its_range_ends_with_1_and_keeps_what_it_has(tmp_path)
     result = invoke("run", str(scene), "--no-film", "--out", str(tmp_path / "out"))
     assert result.exit_code == 1
     assert "90 degrees" in result.stderr
-    record = json.loads((tmp_path / "out" / "short.json").read_text(encoding="utf-8"))
-    assert record["outcome"] == "left_range"
+    assert json.loads((tmp_path / "out" / "short.json").read_text(encoding="utf-8"))["outcome"] == "left_range"
     assert (tmp_path / "out" / "short.csv").stat().st_size > 0
 
 

@@ -66,8 +66,7 @@ def test_a_kernel_one_per_cent_off_ends_with_1_in_its_own_unit_and_names(kernels
 
 def test_random_dimensions_are_drawn_by_the_command_too(kernels: Path, tmp_path: Path):
     words = ("--over", "arm_angle=15deg:45deg", "--vary", "dimensions.arm=200mm:400mm", "--random", "8", "--seed", "1", "--out", tmp_path)
-    result = succeed("crosscheck", "porter", "--kernel", f"{kernels}:speed", *words)
-    assert "all 8 agree" in result.stdout
+    assert "all 8 agree" in succeed("crosscheck", "porter", "--kernel", f"{kernels}:speed", *words).stdout
     assert (tmp_path / "porter_equilibrium_speed_speed.png").is_file()
 
 

@@ -30,8 +30,7 @@ def fit_words(lift, tmp_path, *words):
 def test_fit_writes_a_scene_that_moves_as_measured(lift, tmp_path):
     record = json_of(*fit_words(lift, tmp_path))
     assert record["rows"][0]["value"] == pytest.approx(121.0 * np.pi / 30.0, rel=1e-6)
-    scene = gm.load(tmp_path / "porter_fit.toml")
-    assert scene.spindle.speeds[0] == record["rows"][0]["value"]
+    assert gm.load(tmp_path / "porter_fit.toml").spindle.speeds[0] == record["rows"][0]["value"]
     assert {path.name for path in tmp_path.iterdir()} == {"porter_fit.toml", "porter_fit.csv", "porter_fit.json"}
 
 
@@ -53,8 +52,7 @@ def test_ctrl_c_keeps_the_best_values_so_far(lift, tmp_path, monkeypatch):
 
 def test_sensitivities_are_printed_with_their_errors(tmp_path):
     words = ["--of", "frequency of arm_angle", "--by", "dimensions.ball_mass", "--by", "dimensions.sleeve_mass", "--out", tmp_path]
-    result = succeed("sensitivities", "porter", *words)
-    assert " ± " in result.stdout
+    assert " ± " in succeed("sensitivities", "porter", *words).stdout
     rows = json.loads((tmp_path / "porter_sensitivities.json").read_text())["rows"]
     assert sum(row["elasticity"] for row in rows) == pytest.approx(0.0, abs=1e-6)
     assert {path.suffix for path in tmp_path.iterdir()} == {".csv", ".json", ".png"}

@@ -44,14 +44,12 @@ def scene(tmp_path_factory):
 
 @pytest.mark.long
 def test_run_writes_readings_of_all_parts(scene, tmp_path):
-    result = succeed("run", scene, "--verbose", "--out", str(tmp_path))
-    assert "at 1.5 s: engine.crank_angle " in result.stdout
+    assert "at 1.5 s: engine.crank_angle " in succeed("run", scene, "--verbose", "--out", str(tmp_path)).stdout
     with (tmp_path / "engine.csv").open(encoding="utf-8") as stream:
         units, header = itertools.islice(csv.reader(stream), 2)
     assert units[0].startswith("# units: time s; engine.crank_angle rad; ")
     assert header == ["time", *READINGS]
-    record = json.loads((tmp_path / "engine.json").read_text(encoding="utf-8"))
-    assert list(record["final"]) == READINGS
+    assert list(json.loads((tmp_path / "engine.json").read_text(encoding="utf-8"))["final"]) == READINGS
     with netcdf_file(tmp_path / "engine.nc", mmap=False) as dataset:
         assert set(READINGS) < {getattr(variable, "long_name", b"").decode() for variable in dataset.variables.values()}
         assert dataset.dimensions["body"] == len(gm.load(scene).mechanism.bodies)

@@ -216,8 +216,7 @@ def test_at_an_event_the_valve_stands_at_its_lap_and_passes_the_right_way(
     there = closed.valve_displacement(eccentric, crank_angle=angle, centre=centre)
     # The law of cosines loses l / r digits where the valve moves, more near its dead centres: 0.3 r of speed is left.
     assert abs(there - threshold) < 1e-14 * eccentric.rod * (1 + eccentric.rod / radius)
-    rate = closed.valve_velocity(eccentric, crank_angle=angle, crank_rate=1.0)
-    assert (rate > 0) == VALVE_EVENTS[event][2]
+    assert (closed.valve_velocity(eccentric, crank_angle=angle, crank_rate=1.0) > 0) == VALVE_EVENTS[event][2]
 
 
 def test_an_infinitely_long_rod_is_the_limit_of_long_ones() -> None:

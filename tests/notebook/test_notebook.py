@@ -90,8 +90,7 @@ def test_a_figure_of_chosen_readings_shows_itself(tmp_path):
 
 def test_a_study_shows_its_text():
     report = gm.crosscheck("slider_crank")
-    page = parsed(report._repr_html_())
-    assert "".join(page.itertext()) == str(report)
+    assert "".join(parsed(report._repr_html_()).itertext()) == str(report)
 
 
 def quantities_of(html):

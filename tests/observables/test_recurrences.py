@@ -120,8 +120,7 @@ def test_what_happens_seldom_or_at_unequal_intervals_does_not_recur():
 def test_the_command_prints_what_recurs_and_the_saved_run_has_it(tmp_path):
     result = invoke("run", "slide_valve_30", "--seconds", "8 s", "--no-film", "--no-figure", "--out", tmp_path)
     assert "cut_off: 4 times, every 2 s, accurate to " in result.stdout
-    opened = gm.open_run(tmp_path / "slide_valve_30.nc")
-    assert opened.recurrences["cut_off"].count == 4
+    assert gm.open_run(tmp_path / "slide_valve_30.nc").recurrences["cut_off"].count == 4
     run = gm.run(gm.Scene.from_dict(oscillator()))
     assert ["work of the forces" in str(run.recurrences["beat"]), "losses" in str(run.recurrences["beat"])] == [True, True]
 

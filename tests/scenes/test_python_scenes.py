@@ -76,8 +76,7 @@ def test_a_dictionary_has_the_mistakes_of_the_file():
 
 
 def test_a_start_that_cannot_be_assembled_is_a_mistake_of_the_scene():
-    chain = gm.load("four_bar_chain")
-    assert "stays open" in refusal(chain.replace, {"ground.A1": ["5 m", 0]})
+    assert "stays open" in refusal(gm.load("four_bar_chain").replace, {"ground.A1": ["5 m", 0]})
 
 
 def test_a_changed_copy_is_the_scene_of_the_changed_file(porter):

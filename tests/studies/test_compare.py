@@ -52,8 +52,7 @@ def test_statics_are_those_of_the_closed_form(governors):
     assert value("natural frequency there", "porter") == pytest.approx(math.sqrt(squared), rel=1e-7)
     assert value("damping ratio there", "porter") == 0.0
     assert value("damping ratio there", "porter_dashpot") > 0.1
-    snap = value("jumps at", "watt_improved")
-    assert snap == pytest.approx(zehnder.FOLD_JUMP["lowest_speed"], rel=1e-10)
+    assert value("jumps at", "watt_improved") == pytest.approx(zehnder.FOLD_JUMP["lowest_speed"], rel=1e-10)
 
 
 def test_without_stops_the_working_range_is_what_the_run_covers_unless_it_is_given(governors):
@@ -93,8 +92,7 @@ def test_readings_are_those_of_the_runs(governors):
 def test_names_tell_equal_scenes_apart_and_the_order_does_not_matter(governors):
     assert governors.title == "porter vs porter_dashpot vs watt_improved"
     scene = short("porter", 0.1)
-    twice = gm.compare(scene, scene.replace({"dimensions.arm": "320 mm"}), scene)
-    assert len(set(twice.names)) == 3
+    assert len(set(gm.compare(scene, scene.replace({"dimensions.arm": "320 mm"}), scene).names)) == 3
     reverse = gm.compare(scene, short("watt", 0.1)), gm.compare(short("watt", 0.1), scene)
     for row, other in zip(*(sorted(one.rows, key=lambda row: row.quantity) for one in reverse), strict=True):
         assert (row.quantity, row.values) == (other.quantity, other.values[::-1])

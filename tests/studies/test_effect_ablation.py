@@ -72,8 +72,7 @@ def test_the_report_and_the_json_name_every_effect(study):
 
 
 def test_the_figure_is_written_and_refuses_other_names(study, tmp_path):
-    path = effect_ablation_figure(study).save(tmp_path / "effects.png")
-    assert path.read_bytes().startswith(b"\x89PNG")
+    assert effect_ablation_figure(study).save(tmp_path / "effects.png").read_bytes().startswith(b"\x89PNG")
     refuses(r"end in one of \.png", effect_ablation_figure(study).save, tmp_path / "effects.gif")
     assert [file.name for file in tmp_path.iterdir()] == ["effects.png"]
 

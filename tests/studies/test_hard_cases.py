@@ -35,8 +35,7 @@ def test_the_figure_of_a_case_shows_errors_estimates_and_ends(report, tmp_path):
     case = next(case for case in report.cases if case.name == "flight")
     page = hard_case_figure(report, case)
     assert page.save(tmp_path / "flight.png").stat().st_size > 10_000
-    words = " ".join(text.get_text() for axes in page.axes for text in axes.texts)
-    assert "left range" in words
+    assert "left range" in " ".join(text.get_text() for axes in page.axes for text in axes.texts)
 
 
 @pytest.mark.long

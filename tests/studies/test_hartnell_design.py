@@ -69,8 +69,7 @@ def test_a_textbook_spring_that_makes_it_unstable_is_warned_of():
 
 def test_the_spring_ratio_of_the_refusal_is_where_its_rate_vanishes():
     """S2 / S1 = (w2 / w1)^2 r2 / r1 by the textbooks, which is 1 at a ratio of sqrt(r1 / r2)."""
-    ratio = math.sqrt(DESIGN.travel.radii[0] / DESIGN.travel.radii[1])
-    assert ratio == pytest.approx(0.917663, abs=5e-7)
+    assert math.sqrt(DESIGN.travel.radii[0] / DESIGN.travel.radii[1]) == pytest.approx(0.917663, abs=5e-7)
 
 
 def test_the_command_writes_a_scene_that_runs_and_a_figure(tmp_path):

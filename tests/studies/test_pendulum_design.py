@@ -134,8 +134,7 @@ def test_rules_that_are_not_kept_are_told():
     assert [check.ok for check in design.checks] == [False, False, True, True]
     # Where the machine overcomes the resistance in every turn, it does not widen the range of speed.
     assert design.speed_limits == (design.requirement.lowest_speed, design.requirement.highest_speed)
-    crossed = gm.design_pendulum(kind="watt", offset="-10 mm")
-    assert "do not cross" in crossed.warnings[-1]
+    assert "do not cross" in gm.design_pendulum(kind="watt", offset="-10 mm").warnings[-1]
     assert "with crossed arms" in gm.design_pendulum(kind="improved-watt", offset="-10 mm").warnings[-1]
 
 

@@ -123,8 +123,7 @@ def test_the_orders_are_those_of_the_schemes(study):
 def test_an_order_is_fitted_to_decreasing_errors_above_the_resolution(study):
     point = study.points[0]
     points = [replace(point, step=step, error=3.0 * step**2) for step in (0.2, 0.1, 0.05, 0.025, 0.0125)]
-    fitted = fit_order(points, 0.0)
-    assert fitted.value == pytest.approx(2.0)
+    assert fit_order(points, 0.0).value == pytest.approx(2.0)
     stuck = [replace(points[-1], step=0.006), replace(points[-1], step=0.003)]
     assert fit_order([*points, *stuck], 0.0).value == pytest.approx(2.0)
     assert fit_order(points[:3], 0.0) is None  # the first of them is too large
@@ -193,8 +192,7 @@ def test_the_report_names_every_variant_and_is_written_to_files(study, tmp_path)
 
 @pytest.mark.long
 def test_the_figure_is_written_and_refuses_other_names(study, tmp_path):
-    path = work_precision_figure(study, 1e-6).save(tmp_path / "study.png")
-    assert path.read_bytes().startswith(b"\x89PNG")
+    assert work_precision_figure(study, 1e-6).save(tmp_path / "study.png").read_bytes().startswith(b"\x89PNG")
     refuses(r"end in one of \.png", work_precision_figure(study).save, tmp_path / "study.gif")
     assert [file.name for file in tmp_path.iterdir()] == ["study.png"]
 
