@@ -1,6 +1,7 @@
 """Fits: intervals hold the truth, what the data cannot tell is named, mistakes get sentences."""
 
 import json
+from functools import cache
 
 import numpy as np
 import pytest
@@ -14,6 +15,7 @@ from reference import mechanisms
 NOISE = 1e-4
 """Standard deviation of a measured lift, m."""
 
+NOISES = {"sleeve_lift": NOISE, "arm_angle": 0.02}
 TIMES = 0.01 * np.arange(501)
 UNKNOWNS = {
     "dimensions.ball_mass": ("4 kg", "6 kg", 5.0, "4.5 kg"),
@@ -39,19 +41,29 @@ def worn():
 
 
 @pytest.fixture(scope="module")
-def lift(worn):
-    """The exact lift by the other engine than the fit's."""
-    return gm.run(worn, engine="multibody", times=TIMES, accuracy=1e-8).readings["sleeve_lift"]
+def exact(worn):
+    """The exact readings by the other engine than the fit's."""
+    return gm.run(worn, engine="multibody", times=TIMES, accuracy=1e-8).readings
+
+
+@pytest.fixture(scope="module")
+def lift(exact):
+    return exact["sleeve_lift"]
+
+
+@pytest.fixture(scope="module")
+def fit_of(worn, lift):
+    """The fit of all unknowns to the measurements of a seed; each is made once."""
+    return cache(lambda seed: gm.fit(worn, measure(lift, seed), OVER, noise=NOISE, starts=1, engine="reduced"))
 
 
 def measure(lift, seed):
     return {"time": TIMES, "sleeve_lift": lift + np.random.default_rng(seed).normal(0.0, NOISE, len(lift))}
 
 
-def count_hits(worn, lift, seeds):
+def count_hits(fits):
     hits = dict.fromkeys(OVER, 0)
-    for seed in seeds:
-        fit = gm.fit(worn, measure(lift, seed), OVER, noise=NOISE, starts=1, engine="reduced")
+    for fit in fits:
         assert fit.converged
         assert fit.not_identifiable == ()
         for key, (low, high) in fit.intervals.items():
@@ -59,21 +71,21 @@ def count_hits(worn, lift, seeds):
     return hits
 
 
-def test_intervals_of_six_unknowns_hold_the_truth(worn, lift):
+def test_intervals_of_six_unknowns_hold_the_truth(fit_of):
     """With a probability of 95 % fewer than 6 of 8 would hold it once in 170."""
-    hits = count_hits(worn, lift, range(8))
+    hits = count_hits(map(fit_of, range(8)))
     assert min(hits.values()) >= 6, hits
 
 
 @pytest.mark.long
-def test_intervals_hold_the_truth_in_95_percent(worn, lift):
-    hits = count_hits(worn, lift, range(1000, 1400))
+def test_intervals_hold_the_truth_in_95_percent(fit_of):
+    hits = count_hits(map(fit_of, range(1000, 1400)))
     assert min(hits.values()) >= 368, hits
     assert max(hits.values()) <= 392, hits
 
 
-def test_a_far_start_ends_at_the_same_values(worn, lift):
-    near, far = (gm.fit(scene, measure(lift, 7), OVER, noise=NOISE, starts=1) for scene in (worn, worn.replace(FIRST)))
+def test_a_far_start_ends_at_the_same_values(worn, lift, fit_of):
+    near, far = fit_of(7), gm.fit(worn.replace(FIRST), measure(lift, 7), OVER, noise=NOISE, starts=1)
     for key, value in near.values.items():
         assert far.values[key] == pytest.approx(value, abs=0.05 * near.standard_errors[key])
 
@@ -110,18 +122,12 @@ def test_noise_that_is_not_given_is_estimated(worn, lift):
     assert fit.standard_errors["spindle.speed"] == pytest.approx(given.standard_errors["spindle.speed"], rel=0.1)
 
 
-def test_two_readings_have_each_their_own_noise(worn):
+def test_two_readings_have_each_their_own_noise(worn, exact):
     """A precise and a rough reading: both levels are estimated, and the precise one decides."""
-    run = gm.run(worn, engine="multibody", times=TIMES, accuracy=1e-8)
     noise = np.random.default_rng(8).normal(size=(2, len(TIMES)))
-    data = {
-        "time": TIMES,
-        "sleeve_lift": run.readings["sleeve_lift"] + 1e-4 * noise[0],
-        "arm_angle": run.readings["arm_angle"] + 0.02 * noise[1],
-    }
+    data = {"time": TIMES} | {name: exact[name] + size * n for (name, size), n in zip(NOISES.items(), noise, strict=True)}
     fit = gm.fit(worn, data, TWO, starts=1)
-    assert fit.noise["sleeve_lift"] == pytest.approx(1e-4, rel=0.1)
-    assert fit.noise["arm_angle"] == pytest.approx(0.02, rel=0.1)
+    assert fit.noise == pytest.approx(NOISES, rel=0.1)
     for key, (low, high) in fit.intervals.items():
         assert low <= TRUTH[key] <= high
         assert high - low < 1e-3 * TRUTH[key]
