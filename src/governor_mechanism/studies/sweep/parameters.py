@@ -180,7 +180,7 @@ def _parse_request(key: Any, values: Any) -> AxisRequest:
     if isinstance(values, np.ndarray):
         values = values.tolist()
     if isinstance(values, str):
-        if ":" in values:
+        if ":" in values or (".." in values and "/" not in values):  # 200mm..300mm is meant as a range, too
             return _parse_range(key, values)
         values = [_parse_plain_value(item.strip()) for item in values.split(",")]
     if not isinstance(values, list | tuple | range) or not len(values):
