@@ -88,8 +88,8 @@ INNER_FOLDERS = {
         {"dxf", "results_folder"},
     ],
     "scenes": [
-        {"described_scene", "quantities"},
-        {"table"},
+        {"described_scene"},
+        {"quantities"},
         {"loads"},
         {"effect_tables", "schema"},
         {"custom"},

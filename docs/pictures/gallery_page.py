@@ -8,7 +8,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import governor_mechanism as gm
-from governor_mechanism.render.page.gallery import make_gallery
+from governor_mechanism.render.page.writer import make_gallery
 from governor_mechanism.scenes.library import shipped_scenes
 
 FOLDER = Path(__file__).parents[2] / "renders" / "pages"

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from governor_mechanism.render.page.gallery import POSTER_MOMENT, draw_poster, make_gallery
 from governor_mechanism.render.page.views import show_run
+from governor_mechanism.render.page.writer import POSTER_MOMENT, draw_poster, make_gallery
 from stub_run import GOVERNOR_DIMENSIONS, fake_run
 
 

@@ -10,8 +10,7 @@ from pathlib import Path
 from generators.markdown import escape
 from governor_mechanism.model.part import FreeSpindle, Part
 from governor_mechanism.model.scene import Scene
-from governor_mechanism.render.page.gallery import GROUPS, find_group
-from governor_mechanism.render.page.writer import read_caption
+from governor_mechanism.render.page.writer import GROUPS, find_group, read_caption
 from governor_mechanism.scenes.library import load_scene, shipped_scenes
 
 FILM_FOLDERS = ("../renders/gallery", "../renders")

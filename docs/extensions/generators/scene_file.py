@@ -20,9 +20,8 @@ from governor_mechanism.scenes.custom.parser import ASSEMBLY, CUSTOM_TOP_LEVEL
 from governor_mechanism.scenes.custom.parts import READING_TABLES, REVERSER, VALVE
 from governor_mechanism.scenes.effect_tables import CROSSING
 from governor_mechanism.scenes.loads import COUPLING_TABLES, LOAD, READING_FUNCTION, angle_harmonic_table, harmonic_table
-from governor_mechanism.scenes.quantities import quantity_schema
+from governor_mechanism.scenes.quantities import Table, quantity_schema
 from governor_mechanism.scenes.schema import COUPLED_TOP_LEVEL, FREE_SPINDLE, RUN, SPINDLE, TOP_LEVEL, dimensions_table
-from governor_mechanism.scenes.table import Table
 from governor_mechanism.units.expressions import ARITHMETIC
 from governor_mechanism.units.fields import Declaration, fields_of
 from governor_mechanism.units.quantities import ACCEPTED_UNITS, QUANTITY_KINDS

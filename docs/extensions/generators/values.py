@@ -9,8 +9,7 @@ from typing import Any
 
 from generators.markdown import code, escape
 from governor_mechanism.scenes.custom.field_types import MOTION, POINT
-from governor_mechanism.scenes.quantities import NUMBER_OR_TEXT, quantity_schema
-from governor_mechanism.scenes.table import Table
+from governor_mechanism.scenes.quantities import NUMBER_OR_TEXT, Table, quantity_schema
 from governor_mechanism.units.fields import Declaration
 from governor_mechanism.units.quantities import QUANTITY_KINDS, format_quantity
 

@@ -27,8 +27,8 @@ from governor_mechanism.model.scene import ENGINE_CHOICES, Scene
 from governor_mechanism.scenes.changed_document import remove_document_key, replace_document_value
 from governor_mechanism.scenes.custom.parts import FORCE_TABLES, JOINT_TABLES, VALVE
 from governor_mechanism.scenes.effect_tables import CROSSING, SLEEVE_ALIAS, SLEEVE_LIFT_NAME
+from governor_mechanism.scenes.quantities import Table
 from governor_mechanism.scenes.schema import FREE_SPINDLE, SPINDLE, dimensions_table
-from governor_mechanism.scenes.table import Table
 from governor_mechanism.units.fields import Declaration, fields_of
 from governor_mechanism.units.quantities import QUANTITY_KINDS, display_unit, format_value
 

@@ -24,8 +24,7 @@ from governor_mechanism.scenes import schema
 from governor_mechanism.scenes.custom.dimensions import DimensionTable, evaluate_expressions
 from governor_mechanism.scenes.effect_tables import WatchedReadings, join_watched_readings, parse_crossings, parse_effects
 from governor_mechanism.scenes.loads import LOAD, parse_coupling
-from governor_mechanism.scenes.quantities import parse_name
-from governor_mechanism.scenes.table import Table
+from governor_mechanism.scenes.quantities import Table, parse_name
 from governor_mechanism.units.problems import KEY, Problem, ProblemCode, ProblemCollector, wrong_value
 from governor_mechanism.units.quantities import format_quantity, format_value
 

@@ -16,13 +16,13 @@ from governor_mechanism.scenes.quantities import (
     NUMBER_OR_TEXT,
     TEXT,
     VALUE_TYPES,
+    Table,
     ValueType,
     check_bool,
     parse_first_fitting,
     parse_name,
     parse_si,
 )
-from governor_mechanism.scenes.table import Table
 from governor_mechanism.units.fields import Declaration, declare, fields_of
 from governor_mechanism.units.problems import KEY, Problem, ProblemCode, ProblemCollector, mistake, parse_each, wrong_value
 from governor_mechanism.units.quantities import QUANTITY_KINDS, format_value

@@ -17,9 +17,8 @@ from governor_mechanism.scenes.custom.parser import CUSTOM_TOP_LEVEL
 from governor_mechanism.scenes.custom.parts import BODY, FORCE_TABLES, JOINT_TABLES, LINK, READING_TABLES, VALVE
 from governor_mechanism.scenes.effect_tables import CROSSING
 from governor_mechanism.scenes.loads import COUPLING_TABLES, LOAD, LOAD_TYPES, or_load
-from governor_mechanism.scenes.quantities import NUMBER_OR_TEXT, TEXT, JsonSchema, list_of, pair_of, quantity_schema
+from governor_mechanism.scenes.quantities import NUMBER_OR_TEXT, TEXT, JsonSchema, Table, list_of, pair_of, quantity_schema
 from governor_mechanism.scenes.schema import CUSTOM_KEYS, FREE_SPINDLE, RUN, SPINDLE, dimensions_table
-from governor_mechanism.scenes.table import Table
 from governor_mechanism.units.fields import Declaration, fields_of
 
 _COMMON_KEYS: Final = ("title", "run", "events")

@@ -16,7 +16,7 @@ from governor_mechanism.model.time_functions import (
     TableFunction,
 )
 from governor_mechanism.scenes import quantities
-from governor_mechanism.scenes.table import Table, parse_table_list
+from governor_mechanism.scenes.quantities import Table, parse_table_list
 from governor_mechanism.units.fields import Declaration, declare, entry, fields_of, optional_size
 from governor_mechanism.units.problems import KEY, Problem, ProblemCode, mistake, parse_each, unknown_name, wrong_value
 from governor_mechanism.units.quantities import QUANTITY_KINDS, format_value

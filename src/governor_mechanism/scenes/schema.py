@@ -13,7 +13,7 @@ from governor_mechanism.model.part import EQUILIBRIUM, FreeSpindle, Spindle, Sta
 from governor_mechanism.model.scene import RunSettings
 from governor_mechanism.scenes import quantities
 from governor_mechanism.scenes.loads import LOAD_TYPES
-from governor_mechanism.scenes.table import TOP_LEVEL_KEYS, Table, unknown_key_message
+from governor_mechanism.scenes.quantities import TOP_LEVEL_KEYS, Table, unknown_key_message
 from governor_mechanism.units.fields import Declaration, declare, fields_of
 from governor_mechanism.units.problems import KEY, Problem, ProblemCode, ProblemCollector, wrong_value
 from governor_mechanism.units.quantities import format_value

@@ -21,7 +21,7 @@ from governor_mechanism.model.joints import Point
 from governor_mechanism.model.output_variables import OutlineGap
 from governor_mechanism.scenes import quantities
 from governor_mechanism.scenes.custom.field_types import CUSTOM_TYPES, PointRegistry
-from governor_mechanism.scenes.table import Table
+from governor_mechanism.scenes.quantities import Table
 from governor_mechanism.units.fields import declare, entry, quantity
 from governor_mechanism.units.problems import KEY, ProblemCode, mistake, parse_each, wrong_value
 from governor_mechanism.units.quantities import format_value

@@ -16,13 +16,13 @@ from governor_mechanism.scenes.quantities import (
     NUMBER_OR_TEXT,
     TEXT,
     VALUE_TYPES,
+    Table,
     ValueType,
     check_label,
     list_of,
     pair_of,
     without_context,
 )
-from governor_mechanism.scenes.table import Table
 from governor_mechanism.units.expressions import (
     ARITHMETIC,
     EvaluatedText,

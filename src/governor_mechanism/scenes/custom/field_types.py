@@ -18,7 +18,7 @@ from governor_mechanism.model.joints import GROUND, Joint, Point, TranslationalD
 from governor_mechanism.model.time_functions import PrescribedMotion
 from governor_mechanism.scenes import quantities
 from governor_mechanism.scenes.loads import LOAD_TYPES, angle_harmonic_table, harmonic_table, parse_harmonics
-from governor_mechanism.scenes.table import TABLE_TYPE, Table, parse_table_list
+from governor_mechanism.scenes.quantities import TABLE_TYPE, Table, parse_table_list
 from governor_mechanism.units.fields import declare
 from governor_mechanism.units.problems import KEY, ProblemCode, mistake, parse_each, unknown_name, wrong_value
 from governor_mechanism.units.quantities import format_value

@@ -36,9 +36,8 @@ from governor_mechanism.scenes.custom.parts import (
     make_default_readings,
     parse_valve,
 )
-from governor_mechanism.scenes.quantities import VALUE_TYPES, ValueType, parse_name, without_context
+from governor_mechanism.scenes.quantities import VALUE_TYPES, Table, ValueType, nearest_type, parse_name, without_context
 from governor_mechanism.scenes.schema import COMMON_FIELDS, TOP_LEVEL_TYPES, parse_start, rate_key, unknown_top_level_key
-from governor_mechanism.scenes.table import Table, nearest_type
 from governor_mechanism.units.fields import declare, entry
 from governor_mechanism.units.problems import ProblemCode, ProblemCollector, mistake, wrong_value
 from governor_mechanism.units.quantities import format_quantity, format_value

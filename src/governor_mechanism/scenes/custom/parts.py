@@ -24,8 +24,7 @@ from governor_mechanism.scenes import quantities
 from governor_mechanism.scenes.custom.contacts import OUTLINE_TYPE
 from governor_mechanism.scenes.custom.field_types import CUSTOM_TYPES, PointRegistry, make_unique_name
 from governor_mechanism.scenes.effect_tables import ReadingQuantities, resolve_reading_name
-from governor_mechanism.scenes.quantities import TABLE, FloatPair, list_of, without_context
-from governor_mechanism.scenes.table import Table, parse_table_list
+from governor_mechanism.scenes.quantities import TABLE, FloatPair, Table, list_of, parse_table_list, without_context
 from governor_mechanism.units.fields import Declaration, declare, entry, fields_of, optional_size, quantity
 from governor_mechanism.units.problems import KEY, Problem, ProblemCode, mistake, unknown_name, wrong_value
 from governor_mechanism.units.quantities import format_value
