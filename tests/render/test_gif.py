@@ -1,6 +1,7 @@
 """GIFs written frame by frame are read back by Pillow with the same colours and times."""
 
 import io
+from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 import pytest
@@ -73,6 +74,24 @@ def test_flat_areas_are_shown_exactly_with_few_colours_and_with_many(n_colours):
     assert palette.bits == (4 if n_colours <= 12 else 5)
     shown, _ = write_and_read([(frame, 4) for frame in frames], palette)
     assert_array_equal(shown, np.array(frames)[..., :3])
+
+
+def test_a_film_that_is_compressed_beside_has_the_same_bytes(tmp_path):
+    frames = [StripesPainter(40).paint(k) for k in range(6)]
+    palette = Palette([(0, 0, 0), (255, 255, 255)], frames)
+    sizes, contents = [], []
+    with ThreadPoolExecutor(1) as compressor:
+        for k, one in enumerate((None, compressor)):
+            with (tmp_path / f"{k}.gif").open("wb") as file:
+                writer = GifWriter(file, palette, one)
+                for frame in frames:
+                    writer.add(frame, 4)
+                    sizes.append(writer.size)
+                writer.close()
+            contents.append((tmp_path / f"{k}.gif").read_bytes())
+    assert contents[0] == contents[1]
+    assert sizes[:6] == sizes[6:]
+    assert 0 < sizes[-1] < len(contents[0])
 
 
 class StripesPainter:

@@ -3,11 +3,12 @@
 
 import struct
 from collections.abc import Sequence
-from typing import BinaryIO
+from concurrent.futures import Future, ThreadPoolExecutor
+from typing import Any, BinaryIO, cast
 
 import numpy as np
 from numpy.typing import NDArray
-from PIL import Image
+from PIL import Image, ImageFile
 
 RgbaPixels = NDArray[np.uint8]
 """Opaque RGBA pixels (height, width, 4)."""
@@ -112,11 +113,18 @@ def _find_cells(pixels: PackedPixels) -> PackedPixels:
 
 
 class GifWriter:
-    """Streams frames into an open binary file; call `close` to finish it."""
+    """Streams frames into an open binary file; call `close` to finish it.
 
-    def __init__(self, file: BinaryIO, palette: Palette) -> None:
+    A compressor compresses a frame while the next is painted: Pillow leaves the interpreter to others while it writes into a true file.
+    `size` are the bytes of the frames that are finished when the last one is begun, the same in every run.
+    """
+
+    def __init__(self, file: BinaryIO, palette: Palette, compressor: ThreadPoolExecutor | None = None) -> None:
         self._file = file
         self._palette = palette
+        self._compressor = compressor
+        self._writing: Future[None] | None = None
+        self.size = 0
         self._last_pixels: PackedPixels | None = None
         self._shown_indices: PaletteIndices = np.empty((0, 0), dtype=np.uint8)
         self._first_indices: PaletteIndices = np.empty(0, dtype=np.uint8)
@@ -144,6 +152,7 @@ class GifWriter:
     def close(self) -> None:
         """Write the last frame and the end marker."""
         self.flush()
+        self._wait()
         self._file.write(b";")
 
     def _changed_patch(self, pixels: PackedPixels, pixel_indices: NDArray[np.intp]) -> tuple[int, int, PaletteIndices] | None:
@@ -177,14 +186,29 @@ class GifWriter:
         """Write the pending frame, which is not extended any more."""
         if self._pending_patch is None:
             return
-        left, top, entries = self._pending_patch
+        self._wait()
+        if self._compressor is None:
+            self._write_frame(*self._pending_patch, self._delay)
+        else:
+            self._writing = self._compressor.submit(self._write_frame, *self._pending_patch, self._delay)
+        self._pending_patch, self._delay = None, 0
+
+    def _wait(self) -> None:
+        """Wait until the frame before is written."""
+        if self._writing is not None:
+            self._writing.result()
+        self.size = self._file.tell()
+
+    def _write_frame(self, left: int, top: int, entries: PaletteIndices, delay: int) -> None:
+        """Write a frame that changes a rectangle of the picture."""
         height, width = entries.shape
         # 0x05: the frame stays on the screen when the next one comes, and one entry is transparent.
-        self._file.write(b"\x21\xf9\x04" + struct.pack("<BHBB", 0x05, self._delay, self._palette.transparent_index, 0))
-        self._file.write(b"\x2c" + struct.pack("<HHHHB", left, top, width, height, 0))
-        packed = Image.fromarray(np.ascontiguousarray(entries)).tobytes("gif", ("L", self._palette.bits))
-        self._file.write(bytes([self._palette.bits]) + packed + b"\x00")
-        self._pending_patch, self._delay = None, 0
+        self._file.write(b"\x21\xf9\x04" + struct.pack("<BHBB", 0x05, delay, self._palette.transparent_index, 0))
+        self._file.write(b"\x2c" + struct.pack("<HHHHBB", left, top, width, height, 0, self._palette.bits))
+        part = "gif", (0, 0, width, height), 0, ("L", self._palette.bits)
+        # As plug-ins of Pillow write; `tobytes` would hold the interpreter.
+        cast(Any, ImageFile)._save(Image.fromarray(np.ascontiguousarray(entries)), self._file, [part])
+        self._file.write(b"\x00")
 
 
 def _find_short_gaps(pixel_indices: NDArray[np.intp], rows: NDArray[np.intp]) -> NDArray[np.intp]:

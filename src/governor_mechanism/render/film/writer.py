@@ -7,6 +7,7 @@ import io
 import math
 import os
 from collections.abc import Callable, Collection, Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -48,8 +49,8 @@ from governor_mechanism.types import FloatArray
 from governor_mechanism.units.problems import PATH, check_arguments
 from governor_mechanism.units.quantities import format_value
 
-AddFrame = Callable[[int], None]
-"""Append the frame of a number to a file."""
+AddFrame = Callable[[int], int]
+"""Append the frame of a number to a file, and return the bytes of what is finished, or 0 for a film without a largest size."""
 N_PALETTE_SAMPLES = 5
 """Number of frames from which the palette is chosen."""
 MIN_AREA = 100
@@ -134,9 +135,14 @@ def artist_colours(figure: Figure) -> Iterator[Any]:
 def open_gif(path: Path, film: FilmFrames) -> Iterator[AddFrame]:
     """Open a GIF, all frames of which are shown for the same time, in whole hundredths of a second."""
     delay = max(round(100 * film.duration / film.n_frames), 1)
-    with path.open("wb") as file:
-        writer = GifWriter(file, film.palette)
-        yield lambda k: writer.add(film.painter.draw(k), delay)
+    with path.open("wb") as file, ThreadPoolExecutor(1) as compressor:
+        writer = GifWriter(file, film.palette, compressor)
+
+        def add_frame(k: int) -> int:
+            writer.add(film.painter.draw(k), delay)
+            return writer.size
+
+        yield add_frame
         writer.close()
 
 
@@ -149,10 +155,11 @@ def _open_codec(path: Path, film: FilmFrames, codec: str, options: Sequence[str]
     settings = {"format": "FFMPEG", "fps": film.frame_rate, "codec": codec, "quality": 8, "macro_block_size": 2}
     with cast(Any, imageio).get_writer(path, **settings, output_params=list(options)) as writer:
 
-        def add_frame(k: int) -> None:
+        def add_frame(k: int) -> int:
             pixels = film.painter.draw(k)
             rows, columns = pixels.shape[0] % 2, pixels.shape[1] % 2
             writer.append_data(np.pad(pixels[..., :3], ((0, rows), (0, columns), (0, 0)), mode="edge"))
+            return 0
 
         yield add_frame
 
@@ -170,7 +177,7 @@ def open_webm(path: Path, film: FilmFrames) -> AbstractContextManager[AddFrame]:
 @contextmanager
 def open_svg(path: Path, film: FilmFrames) -> Iterator[AddFrame]:
     """Open an animated drawing, which is written from all frames at once."""
-    yield lambda k: None
+    yield lambda k: 0
     write_animation(path, film.painter.canvases[0], film.duration, film.n_frames)
 
 
@@ -391,18 +398,15 @@ def _encode(film: FilmFrames, path: Path, request: _Request, largest: float = ma
     """Write frames into a file, and report progress; return whether it has at most the largest size (bytes), or else give up."""
     _, open_encoder = FILM_FORMATS[request.suffix]
 
-    def exceeds(size: float) -> bool:
-        return math.isfinite(largest) and path.stat().st_size > size
-
     with open_encoder(path, film) as add_frame:
         for k in range(film.n_frames):
-            add_frame(k)
+            size = add_frame(k)
             share = min(max(k + 1, _MIN_JUDGED) / film.n_frames, 1.0)
-            if exceeds(largest * share * (1.0 + _MAX_EXCESS * (1.0 - share))):
+            if size > largest * share * (1.0 + _MAX_EXCESS * (1.0 - share)):
                 return False
             if request.progress is not None:
                 request.progress(k + 1, film.n_frames)
-    return not exceeds(largest)
+    return path.stat().st_size <= largest
 
 
 def _choose_frame_rate(request: _Request, timing: Timing) -> float:
