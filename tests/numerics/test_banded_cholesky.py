@@ -5,7 +5,15 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
+from governor_mechanism.numerics import linear_equations
 from governor_mechanism.numerics.linear_equations import diagonalise, solve_band_system
+from interpreted_kernels import interpreted
+
+
+@pytest.fixture(scope="module", autouse=True)
+def _interpreted():
+    with interpreted(linear_equations):
+        yield
 
 
 def band_of(matrix, bandwidth):

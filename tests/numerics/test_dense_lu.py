@@ -3,7 +3,15 @@
 import numpy as np
 import pytest
 
+from governor_mechanism.integrators import radau_stages
 from governor_mechanism.integrators.radau_stages import factorise_lu, solve_lu
+from interpreted_kernels import interpreted
+
+
+@pytest.fixture(scope="module", autouse=True)
+def _interpreted():
+    with interpreted(radau_stages):
+        yield
 
 
 @pytest.mark.parametrize("kind", [np.float64, np.complex128])

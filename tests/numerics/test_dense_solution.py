@@ -3,7 +3,15 @@
 import numpy as np
 import pytest
 
+from governor_mechanism.numerics import linear_equations
 from governor_mechanism.numerics.linear_equations import solve_dense
+from interpreted_kernels import interpreted
+
+
+@pytest.fixture(scope="module", autouse=True)
+def _interpreted():
+    with interpreted(linear_equations):
+        yield
 
 
 @pytest.mark.parametrize("n", [0, 1, 2, 5])
