@@ -10,14 +10,14 @@ from governor_mechanism.engines import ImpulseEngine
 from governor_mechanism.model.part import FIXED_PLANE, FreeSpindle
 from governor_mechanism.model.results.records import Outcome
 from governor_mechanism.model.time_functions import InputFunction
-from governor_scenes import PORTER, governor_scene
+from governor_scenes import PORTER, porter_open
 from reference import zehnder
 
 REFERENCE, SPINDLE_INERTIA = zehnder.PORTER_OPEN_MOTION, zehnder.PORTER_OPEN["rest_inertia"]
 
 
 def free_porter(torque=None, **options):
-    scene = governor_scene(PORTER, speed=REFERENCE["spindle_speed"], angle=REFERENCE["arm_angle"], rate=REFERENCE["arm_rate"], **options)
+    scene = porter_open(**options)
     spindle = FreeSpindle(inertia=SPINDLE_INERTIA, start_speed=REFERENCE["spindle_speed"])
     return scene.with_changes(spindle=spindle if torque is None else replace(spindle, torque=torque))
 

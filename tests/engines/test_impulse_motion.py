@@ -10,25 +10,15 @@ from governor_mechanism.engines import ImpulseEngine, MultibodyEngine
 from governor_mechanism.mechanics.kinematics.constraint_equations import ConstraintEquations
 from governor_mechanism.model.part import Spindle
 from governor_mechanism.model.results.records import Outcome
-from governor_scenes import EXTENDED, PORTER, WATT, governor_scene, random_governor
+from governor_scenes import EXTENDED, PORTER, WATT, governor_scene, porter_open, random_governor
 from one_coordinate_reference import integrate_one_coordinate
 from reference import zehnder
 from rigid_link_governor import porter_with_rods
 
 
-def porter_open(accuracy: float):
-    return governor_scene(
-        PORTER,
-        speed=zehnder.PORTER_OPEN_MOTION["spindle_speed"],
-        angle=zehnder.PORTER_OPEN_MOTION["arm_angle"],
-        rate=zehnder.PORTER_OPEN_MOTION["arm_rate"],
-        accuracy=accuracy,
-    )
-
-
 @pytest.mark.parametrize("accuracy", [1e-6, 1e-8])
 def test_porter_open_matches_the_reference_after_two_seconds(accuracy):
-    run = ImpulseEngine().run(porter_open(accuracy))
+    run = ImpulseEngine().run(porter_open(accuracy=accuracy))
     expected = zehnder.PORTER_OPEN_MOTION["constant_speed"]
     assert run.outcome is Outcome.DONE
     assert run.times[-1] == zehnder.PORTER_OPEN_MOTION["time"]
@@ -96,7 +86,7 @@ def test_the_error_falls_with_the_stated_order(machine, settings, certify, order
 
 
 def test_poses_velocities_and_readings_are_consistent():
-    run = ImpulseEngine().run(porter_open(1e-6))
+    run = ImpulseEngine().run(porter_open())
     right, sleeve = run.poses[:, 0], run.poses[:, 2]
     angle = run.readings["arm_angle"]
     # 1e-12: the same poses, evaluated by the package and here.
@@ -144,7 +134,7 @@ def test_iterations_are_raised_if_joints_stay_open():
 
 
 def test_the_cost_of_a_run_is_counted():
-    run = ImpulseEngine(step=0.01, runs=1).run(porter_open(1e-6))
+    run = ImpulseEngine(step=0.01, runs=1).run(porter_open())
     assert run.cost.steps == 200
     assert run.cost.runs == 1
     # Three bodies have weight; the sleeve on the axis has no centrifugal load to evaluate.

@@ -70,36 +70,23 @@ def test_a_free_porter_is_where_the_reference_says():
 ALLOWED = 1e-9  # rad, rad/s, N m
 
 
-def compared(values, expected, name):
-    worst = np.max(np.abs(values - expected))
-    assert worst < ALLOWED, f"{name}: {worst:.2g}"
-
-
 def scene(spindle, rate):
     begin = {"angle": START["arm_angle"], "rate": rate * START["arm_rate"]}
     built = governor_scene(PORTER["dimensions"], speed=START["spindle_speed"], **begin, duration=START["time"])
     return built.with_changes(spindle=spindle)
 
 
-@pytest.mark.long
+@pytest.mark.parametrize("motion_of", [pytest.param(driven_motion, marks=pytest.mark.long), free_motion], ids=["driven", "free"])
 @pytest.mark.parametrize(("sense", "rate"), SENSES, ids=NAMES)
-def test_the_engine_drives_the_porter_as_points_in_space_go(sense, rate):
-    motion = motion_from_start(driven_motion, sense, rate)
-    spindle = Spindle(speeds=(sense * START["spindle_speed"],))
+def test_the_engine_moves_the_porter_as_points_in_space_go(motion_of, sense, rate):
+    motion, speed = motion_from_start(motion_of, sense, rate), sense * START["spindle_speed"]
+    is_free = motion_of is free_motion
+    spindle = FreeSpindle(inertia=PORTER["rest_inertia"], start_speed=speed) if is_free else Spindle(speeds=(speed,))
     run = gm.run(scene(spindle, rate), engine="multibody", accuracy=1e-10, times=TIMES)
     run.raise_if_failed()
-    compared(run.readings["arm_angle"], motion.arm_angle, "arm_angle")
-    compared(run.rates["arm_angle"], motion.arm_rate, "arm rate")
-    compared(run.readings["spindle_torque"], motion.torque, "spindle_torque")
-
-
-@pytest.mark.parametrize(("sense", "rate"), SENSES, ids=NAMES)
-def test_the_engine_lets_the_porter_loose_as_points_in_space_go(sense, rate):
-    spindle = FreeSpindle(inertia=PORTER["rest_inertia"], start_speed=sense * START["spindle_speed"])
-    motion = motion_from_start(free_motion, sense, rate)
-    run = gm.run(scene(spindle, rate), engine="multibody", accuracy=1e-10, times=TIMES)
-    run.raise_if_failed()
-    compared(run.readings["arm_angle"], motion.arm_angle, "arm_angle")
-    compared(run.rates["arm_angle"], motion.arm_rate, "arm rate")
-    compared(run.readings["spindle_speed"], motion.omega, "spindle_speed")
-    compared(run.readings["spindle_angle"], motion.theta, "spindle_angle")
+    pairs = {"arm_angle": motion.arm_angle} | (
+        {"spindle_speed": motion.omega, "spindle_angle": motion.theta} if is_free else {"spindle_torque": motion.torque}
+    )
+    for name, expected in pairs.items():
+        assert np.max(np.abs(run.readings[name] - expected)) < ALLOWED, name
+    assert np.max(np.abs(run.rates["arm_angle"] - motion.arm_rate)) < ALLOWED

@@ -15,21 +15,12 @@ from governor_mechanism.model.mechanism import Body
 from governor_mechanism.model.part import Spindle
 from governor_mechanism.model.results.records import Outcome
 from governor_mechanism.scenes.library import shipped_scenes
-from governor_scenes import CROSSED, EXTENDED, PORTER, WATT, governor_scene, random_governor
+from governor_scenes import CROSSED, EXTENDED, PORTER, WATT, governor_scene, porter_open, random_governor
 from one_coordinate_reference import integrate_one_coordinate
 from reference import zehnder
 from rigid_link_governor import porter_with_rods
 
 FINE = pytest.mark.parametrize("engine", [MultibodyEngine, ReducedEngine], ids=["multibody", "reduced"])
-
-
-def porter_open(**options):
-    start = {
-        "speed": zehnder.PORTER_OPEN_MOTION["spindle_speed"],
-        "angle": zehnder.PORTER_OPEN_MOTION["arm_angle"],
-        "rate": zehnder.PORTER_OPEN_MOTION["arm_rate"],
-    }
-    return governor_scene(PORTER, **start, **options)
 
 
 @FINE
@@ -53,14 +44,8 @@ def random_scenes():
         dimensions, middle = random_governor(random)
         speed = float(closed.equilibrium_speed(closed.PendulumGovernor(**dimensions), arm_angle=middle))
         accuracy = 10 ** random.uniform(-11, -4)
-        scene = governor_scene(
-            dimensions,
-            speed=speed,
-            angle=middle + random.uniform(-0.1, 0.1),
-            rate=random.uniform(-0.3, 0.3),
-            output_interval=0.05,
-            accuracy=accuracy,
-        )
+        angle, rate = middle + random.uniform(-0.1, 0.1), random.uniform(-0.3, 0.3)
+        scene = governor_scene(dimensions, speed=speed, angle=angle, rate=rate, output_interval=0.05, accuracy=accuracy)
         found.append((scene, accuracy))
     return found
 
@@ -166,12 +151,9 @@ def test_rigid_links_with_mass_agree_with_the_governor_with_rod_masses(engine):
 def test_the_error_falls_with_the_tolerance(engine):
     scene = porter_open()
     expected, _ = integrate_one_coordinate(scene, np.linspace(0.0, 2.0, 21))
-    errors = [
-        np.max(
-            np.abs(engine(tolerance=tolerance).run(scene, times=np.linspace(0.0, 2.0, 21), certify=False).readings["arm_angle"] - expected)
-        )
-        for tolerance in (1e-7, 1e-9, 1e-11)  # larger tolerances are limited by the largest step
-    ]
+    tolerances = (1e-7, 1e-9, 1e-11)  # larger tolerances are limited by the largest step
+    runs = [engine(tolerance=tolerance).run(scene, times=np.linspace(0.0, 2.0, 21), certify=False) for tolerance in tolerances]
+    errors = [np.max(np.abs(run.readings["arm_angle"] - expected)) for run in runs]
     assert all(finer < coarser / 10 for coarser, finer in pairwise(errors))
 
 

@@ -1,6 +1,7 @@
 """Engines multibody and reduced on published benchmark mechanisms, from the shipped scene files."""
 
 import math
+from functools import cache
 
 import numpy as np
 import pytest
@@ -35,8 +36,13 @@ def test_andrews_squeezer_starts_as_published(engine):
         assert run.rates[name][-1] == pytest.approx(acceleration * 1e-5, abs=1e-6)
 
 
+@cache
+def run_chain():
+    return gm.run("four_bar_chain", engine="multibody", accuracy=1e-9)
+
+
 def test_four_bar_chain_passes_its_singular_position():
-    run = gm.run("four_bar_chain", engine="multibody", accuracy=1e-9)
+    run = run_chain()
     # Where the joints are singular, a rounding error displaces the links by its square root at most, another one on another processor.
     assert run.error_estimate <= math.sqrt(np.finfo(float).eps)
     found = [run.readings["x"][-1], run.readings["y"][-1], run.rates["x"][-1], run.rates["y"][-1]]
@@ -48,7 +54,7 @@ def test_four_bar_chain_passes_its_singular_position():
 
 
 def test_four_bar_chain_locates_its_change_points():
-    run = gm.run("four_bar_chain", engine="multibody", accuracy=1e-8)
+    run = run_chain()
     points = [event.time for event in run.events if event.kind == EventKind.CHANGE_POINT]
     level = np.flatnonzero(np.diff(np.sign(run.readings["y"])))  # the cranks are horizontal where their ends cross y = 0
     assert len(points) == len(level)

@@ -12,7 +12,7 @@ from governor_mechanism.engines import MultibodyEngine, ReducedEngine
 from governor_mechanism.engines.certificate import CertifiedRunner, RecordedRun
 from governor_mechanism.integrators import step_record
 from governor_mechanism.integrators.equation import make_step_buffers, may_miss_events
-from interpreted_kernels import interpreted
+from interpreted_kernels import interpret_kernels
 
 REGULAR_QUALITY = 1.0
 """Quality of a step far from singular configurations."""
@@ -20,10 +20,7 @@ REGULAR_QUALITY = 1.0
 lengths = st.lists(st.floats(1e-6, 10.0), min_size=1, max_size=20)
 
 
-@pytest.fixture(scope="module", autouse=True)
-def _interpreted():
-    with interpreted(step_record):
-        yield
+kernels_as_python = interpret_kernels(step_record)
 
 
 def record_of(step_lengths):

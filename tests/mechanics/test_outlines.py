@@ -16,7 +16,7 @@ from governor_mechanism.mechanics.kinematics.constraint_kernels import evaluate_
 from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output
 from governor_mechanism.model.curves import CornerOutline, CurveOutline
 from governor_mechanism.model.joints.base import RowKind
-from interpreted_kernels import interpreted
+from interpreted_kernels import interpret_kernels
 
 MIXED = [[0, 0, -0.08], [0.1, 0], [0.12, 0.05, 0.05], [0.08, 0.08], [0, 0.07]]
 """Straight edges, an arc that bulges and a hollow one, with corners that stand out."""
@@ -24,10 +24,7 @@ CAM = {"curve": {"radius": 0.05, "harmonics": [{"amplitude": 0.01, "order": 2, "
 LIFTS = [{"over": 2.0, "lift": 0.02}, {"over": 1.0}, {"over": 1.5, "lift": -0.02, "law": "harmonic"}, {"over": 2 * math.pi - 4.5}]
 
 
-@pytest.fixture(scope="module", autouse=True)
-def _interpreted():
-    with interpreted(outline_kernels):
-        yield
+kernels_as_python = interpret_kernels(outline_kernels)
 
 
 def make_mechanism(outline, radius=0.01, **contact):

@@ -7,13 +7,9 @@ from hypothesis import strategies as st
 
 from governor_mechanism.numerics import linear_equations
 from governor_mechanism.numerics.linear_equations import diagonalise, solve_band_system
-from interpreted_kernels import interpreted
+from interpreted_kernels import interpret_kernels
 
-
-@pytest.fixture(scope="module", autouse=True)
-def _interpreted():
-    with interpreted(linear_equations):
-        yield
+kernels_as_python = interpret_kernels(linear_equations)
 
 
 def band_of(matrix, bandwidth):

@@ -5,13 +5,9 @@ import pytest
 
 from governor_mechanism.integrators import radau_stages
 from governor_mechanism.integrators.radau_stages import factorise_lu, solve_lu
-from interpreted_kernels import interpreted
+from interpreted_kernels import interpret_kernels
 
-
-@pytest.fixture(scope="module", autouse=True)
-def _interpreted():
-    with interpreted(radau_stages):
-        yield
+kernels_as_python = interpret_kernels(radau_stages)
 
 
 @pytest.mark.parametrize("kind", [np.float64, np.complex128])

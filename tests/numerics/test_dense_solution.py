@@ -5,13 +5,9 @@ import pytest
 
 from governor_mechanism.numerics import linear_equations
 from governor_mechanism.numerics.linear_equations import solve_dense
-from interpreted_kernels import interpreted
+from interpreted_kernels import interpret_kernels
 
-
-@pytest.fixture(scope="module", autouse=True)
-def _interpreted():
-    with interpreted(linear_equations):
-        yield
+kernels_as_python = interpret_kernels(linear_equations)
 
 
 @pytest.mark.parametrize("n", [0, 1, 2, 5])

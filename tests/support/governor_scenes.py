@@ -6,6 +6,7 @@ from governor_mechanism.effects.body_forces import Centrifugal, Gravity
 from governor_mechanism.machines.registry import MACHINES
 from governor_mechanism.model.part import Part, Spindle, Start
 from governor_mechanism.model.scene import RunSettings, Scene
+from reference import zehnder
 
 PORTER = {"arm": 0.3, "offset": 0.04, "ball_mass": 5.0, "sleeve_mass": 20.0}
 WATT = {"arm": 0.4, "offset": 0.05, "ball_mass": 2.0}
@@ -36,6 +37,12 @@ def governor_scene(
         start=Start(values={"arm_angle": angle}, rates={"arm_angle": rate}),
     )
     return Scene(title="test", parts=(part,), run=RunSettings(duration=duration, output_interval=output_interval, accuracy=accuracy))
+
+
+def porter_open(**options) -> Scene:
+    """The governor of the reference motion from its start, at constant speed."""
+    start = zehnder.PORTER_OPEN_MOTION
+    return governor_scene(PORTER, speed=start["spindle_speed"], angle=start["arm_angle"], rate=start["arm_rate"], **options)
 
 
 def random_governor(random: np.random.Generator) -> tuple[dict[str, float], float]:

@@ -16,7 +16,7 @@ from governor_mechanism.model.force_elements import Force, Torque, TorsionDamper
 from governor_mechanism.model.joints import ArcSlot, CurveSlot, Gear, Prismatic, RackAndPinion, RotationalDriver, TranslationalDriver, Weld
 from governor_mechanism.model.joints.base import Point
 from governor_mechanism.model.mechanism import Body
-from governor_mechanism.model.output_variables import BodyAngle, PointCoordinate, PointDistance
+from governor_mechanism.model.output_variables import PointCoordinate, PointDistance
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.model.time_functions import Harmonic, InputFunction, PrescribedMotion
 from governor_mechanism.types import FloatArray
@@ -198,23 +198,28 @@ class SliderCrankKinematics:
 # --- pins, welds, links -----------------------------------------------------------------------------------------------
 
 
-def pendulum_on_a_pin() -> ExactCase:
-    """A rod that hangs from its end."""
-    mass, length, start = 2.0, 0.8, 2.0
-    scene = make_scene(
+def hinged_rod(mass: float, length: float, start: float, pivot=(0.0, 0.0), loads=()) -> Scene:
+    """Return a rod that hangs from its end, at an angle from the downward vertical."""
+    return make_scene(
         bodies=[rod_body("rod", mass, length)],
-        joints=[pin("hinge", ground_point(0.1, 0.2), body_point("rod", -length / 2))],
-        readings=[BodyAngle(name="rod", quantity="angle", body="rod")],
-        sketch=[(0.1 + length / 2, 0.2, 0.0)],
+        joints=[pin("hinge", ground_point(*pivot), body_point("rod", -length / 2))],
+        readings=[body_angle("rod")],
+        sketch=[(pivot[0] + length / 2, pivot[1], 0.0)],
+        loads=loads,
         values={"rod": start - math.pi / 2},
         size=length,
     )
+
+
+def pendulum_on_a_pin() -> ExactCase:
+    """A rod that hangs from its end."""
+    length, start = 0.8, 2.0
 
     def exact(times):
         angle, rate = released_pendulum(times, 1.5 * GRAVITY / length, start)
         return {"rod": (angle - math.pi / 2, rate)}
 
-    return ExactCase(scene=scene, exact=exact)
+    return ExactCase(scene=hinged_rod(2.0, length, start, pivot=(0.1, 0.2)), exact=exact)
 
 
 def pendulum_on_a_trolley() -> ExactCase:
@@ -862,32 +867,31 @@ def spring_between_two_masses() -> ExactCase:
     return ExactCase(scene=scene, exact=exact)
 
 
-def spring_across_a_pendulum() -> ExactCase:
-    """A rod on a pin, with a spring from a point off its axis to the ground: the direction of the spring varies."""
-    mass, length, stiffness, free, start = 1.5, 0.7, 80.0, 0.25, 0.9
-    hook, anchor = 0.4 + 0.1j, 0.3 - 0.9j  # the hook relative to the pin, for the rod along x
-    scene = make_scene(
-        bodies=[rod_body("rod", mass, length)],
-        joints=[pin("hinge", ground_point(), body_point("rod", -length / 2))],
-        readings=[body_angle("rod")],
-        sketch=[(length / 2, 0.0, 0.0)],
-        loads=[
-            spring("spring", body_point("rod", hook.real - length / 2, hook.imag), ground_point(anchor.real, anchor.imag), stiffness, free)
-        ],
-        values={"rod": start - math.pi / 2},
-        size=length,
-    )
+def loaded_pendulum(mass: float, length: float, start: float, load, moment: Callable) -> ExactCase:
+    """A rod on a pin under a load with a moment about the pin, by its angle and rate."""
 
-    def push(q, _):
-        position = hook * np.exp(1j * q)
-        line = anchor - position
-        pull = stiffness * (abs(line) - free) * line / abs(line)
-        return (pull * (1j * position).conjugate()).real - mass * GRAVITY * length / 2 * math.cos(q)
+    def push(q, rate):
+        return moment(q, rate) - mass * GRAVITY * length / 2 * math.cos(q)
 
     def exact(times):
         return {"rod": tuple(integrate_one_coordinate(lambda _: (mass * length**2 / 3, 0.0), push, (start - math.pi / 2, 0.0), times))}
 
-    return ExactCase(scene=scene, exact=exact)
+    return ExactCase(scene=hinged_rod(mass, length, start, loads=[load]), exact=exact)
+
+
+def spring_across_a_pendulum() -> ExactCase:
+    """A rod on a pin, with a spring from a point off its axis to the ground: the direction of the spring varies."""
+    length, stiffness, free = 0.7, 80.0, 0.25
+    hook, anchor = 0.4 + 0.1j, 0.3 - 0.9j  # the hook relative to the pin, for the rod along x
+    ends = body_point("rod", hook.real - length / 2, hook.imag), ground_point(anchor.real, anchor.imag)
+
+    def moment(q, _):
+        position = hook * np.exp(1j * q)
+        line = anchor - position
+        pull = stiffness * (abs(line) - free) * line / abs(line)
+        return (pull * (1j * position).conjugate()).real
+
+    return loaded_pendulum(1.5, length, 0.9, spring("spring", *ends, stiffness, free), moment)
 
 
 def damped_oscillation(times: FloatArray, square: float, decay: float, start: float, speed: float) -> tuple[FloatArray, FloatArray]:
@@ -935,28 +939,29 @@ def damped_mass(ratio: float = 0.2) -> ExactCase:
 
 def damper_across_a_pendulum() -> ExactCase:
     """A rod on a pin, with a damper from a point off its axis to the ground: the direction of the damper varies."""
-    mass, length, damping, start = 1.5, 0.7, 6.0, 1.4
+    length, damping = 0.7, 6.0
     hook, anchor = 0.5 + 0.1j, 0.5 - 0.9j
-    scene = make_scene(
-        bodies=[rod_body("rod", mass, length)],
-        joints=[pin("hinge", ground_point(), body_point("rod", -length / 2))],
-        readings=[body_angle("rod")],
-        sketch=[(length / 2, 0.0, 0.0)],
-        loads=[damper("damper", ground_point(anchor.real, anchor.imag), body_point("rod", hook.real - length / 2, hook.imag), damping)],
-        values={"rod": start - math.pi / 2},
-        size=length,
-    )
+    ends = ground_point(anchor.real, anchor.imag), body_point("rod", hook.real - length / 2, hook.imag)
 
-    def push(q, rate):
+    def moment(q, rate):
         position = hook * np.exp(1j * q)
         along = (position - anchor) / abs(position - anchor)
-        arm = (1j * position * along.conjugate()).real
-        return -damping * arm**2 * rate - mass * GRAVITY * length / 2 * math.cos(q)
+        return -damping * (1j * position * along.conjugate()).real ** 2 * rate
 
-    def exact(times):
-        return {"rod": tuple(integrate_one_coordinate(lambda _: (mass * length**2 / 3, 0.0), push, (start - math.pi / 2, 0.0), times))}
+    return loaded_pendulum(1.5, length, 1.4, damper("damper", *ends, damping), moment)
 
-    return ExactCase(scene=scene, exact=exact)
+
+def wheels_on_shafts(wheels: Mapping[str, tuple[float, float, float]], loads, **options) -> Scene:
+    """Return wheels on shafts of their own, half a metre apart: mass, moment of inertia and first guess of the angle of each."""
+    return make_scene(
+        bodies=[rotating_body(name, mass, inertia) for name, (mass, inertia, _) in wheels.items()],
+        joints=[pin(f"shaft {k}", ground_point(0.5 * k), body_point(name)) for k, name in enumerate(wheels)],
+        readings=[body_angle(name) for name in wheels],
+        sketch=[(0.5 * k, 0.0, angle) for k, (_, _, angle) in enumerate(wheels.values())],
+        loads=loads,
+        size=0.5,
+        **options,
+    )
 
 
 def torsion_pendulum(damping: float = 0.0) -> ExactCase:
@@ -965,16 +970,7 @@ def torsion_pendulum(damping: float = 0.0) -> ExactCase:
     loads = [TorsionSpring(name="wire", second="wheel", stiffness=stiffness, free_angle=free)]
     if damping:
         loads.append(TorsionDamper(name="vane", second="wheel", damping=damping))
-    scene = make_scene(
-        bodies=[rotating_body("wheel", 2.0, inertia)],
-        joints=[pin("shaft", ground_point(), body_point("wheel"))],
-        readings=[body_angle("wheel")],
-        sketch=[(0.0, 0.0, 0.0)],
-        loads=loads,
-        values={"wheel": start},
-        rates={"wheel": speed},
-        size=0.5,
-    )
+    scene = wheels_on_shafts({"wheel": (2.0, inertia, 0.0)}, loads, values={"wheel": start}, rates={"wheel": speed})
 
     def exact(times):
         angle, rate = damped_oscillation(times, stiffness / inertia, damping / (2 * inertia), start - free, speed)
@@ -986,18 +982,12 @@ def torsion_pendulum(damping: float = 0.0) -> ExactCase:
 def two_wheels_on_one_wire() -> ExactCase:
     """Two free wheels with a torsion spring and a torsion damper between them."""
     inertias, stiffness, damping, free, start, rates = (0.2, 0.5), 8.0, 0.15, 0.3, (0.1, 1.4), (2.0, -0.5)
-    scene = make_scene(
-        bodies=[rotating_body("first", 2.0, inertias[0]), rotating_body("second", 3.0, inertias[1])],
-        joints=[pin("shaft 1", ground_point(), body_point("first")), pin("shaft 2", ground_point(0.5), body_point("second"))],
-        readings=[body_angle("first"), body_angle("second")],
-        sketch=[(0.0, 0.0, start[0]), (0.5, 0.0, start[1])],
-        loads=[
-            TorsionSpring(name="wire", first="first", second="second", stiffness=stiffness, free_angle=free),
-            TorsionDamper(name="vane", first="second", second="first", damping=damping),
-        ],
-        rates={"first": rates[0], "second": rates[1]},
-        size=0.5,
-    )
+    loads = [
+        TorsionSpring(name="wire", first="first", second="second", stiffness=stiffness, free_angle=free),
+        TorsionDamper(name="vane", first="second", second="first", damping=damping),
+    ]
+    wheels = {"first": (2.0, inertias[0], start[0]), "second": (3.0, inertias[1], start[1])}
+    scene = wheels_on_shafts(wheels, loads, rates={"first": rates[0], "second": rates[1]})
     total, reduced = sum(inertias), inertias[0] * inertias[1] / sum(inertias)
     mean = (inertias[0] * start[0] + inertias[1] * start[1]) / total
     drift = (inertias[0] * rates[0] + inertias[1] * rates[1]) / total
@@ -1041,16 +1031,8 @@ def stepped_program_integrals(times: FloatArray) -> tuple[FloatArray, FloatArray
 def wheel_under_a_torque(*, varies: bool) -> ExactCase:
     """A wheel under an applied torque, constant or with a jump in time."""
     inertia, start, rate = 0.2, 0.3, -1.0
-    program = STEPPED_PROGRAM if varies else constant(1.5)
-    scene = make_scene(
-        bodies=[rotating_body("wheel", 2.0, inertia)],
-        joints=[pin("shaft", ground_point(), body_point("wheel"))],
-        readings=[body_angle("wheel")],
-        sketch=[(0.0, 0.0, start)],
-        loads=[Torque(name="motor", second="wheel", moment=program)],
-        rates={"wheel": rate},
-        size=0.5,
-    )
+    motor = Torque(name="motor", second="wheel", moment=STEPPED_PROGRAM if varies else constant(1.5))
+    scene = wheels_on_shafts({"wheel": (2.0, inertia, start)}, [motor], rates={"wheel": rate})
 
     def exact(times):
         single, double = stepped_program_integrals(times)[1:] if varies else (1.5 * times, 0.75 * times**2)
@@ -1062,14 +1044,8 @@ def wheel_under_a_torque(*, varies: bool) -> ExactCase:
 def torque_between_two_wheels() -> ExactCase:
     """A torque against time between two wheels."""
     inertias = 0.2, 0.5
-    scene = make_scene(
-        bodies=[rotating_body("first", 2.0, inertias[0]), rotating_body("second", 3.0, inertias[1])],
-        joints=[pin("shaft 1", ground_point(), body_point("first")), pin("shaft 2", ground_point(0.5), body_point("second"))],
-        readings=[body_angle("first"), body_angle("second")],
-        sketch=[(0.0, 0.0, 0.0), (0.5, 0.0, 0.0)],
-        loads=[Torque(name="motor", first="first", second="second", moment=STEPPED_PROGRAM)],
-        size=0.5,
-    )
+    motor = Torque(name="motor", first="first", second="second", moment=STEPPED_PROGRAM)
+    scene = wheels_on_shafts({"first": (2.0, inertias[0], 0.0), "second": (3.0, inertias[1], 0.0)}, [motor])
 
     def exact(times):
         _, single, double = stepped_program_integrals(times)
