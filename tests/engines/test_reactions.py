@@ -230,12 +230,8 @@ def test_third_parallel_link_keeps_the_motion_and_makes_three_forces_indetermina
     np.testing.assert_allclose(runs[0].poses, runs[1].poses, atol=2 * accuracy)
     two, three = (run.reactions for run in runs)
     assert all(reaction.determined.all() for reaction in two.values())
-    assert {name: bool(reaction.determined.any()) for name, reaction in three.items()} == {
-        "link 0": False,
-        "link 1": False,
-        "link 2": False,
-        "hanger": True,
-    }
+    assert [name for name, reaction in three.items() if reaction.determined.any()] == ["hanger"]
+    assert len(three) == 4
     assert three["hanger"].determined.all()
     assert runs[0].mobility == runs[1].mobility == 2
     # The resultant of all links is determinate: force, and moment about the mass centre of the table.

@@ -3,11 +3,8 @@
 import math
 
 from governor_mechanism.effects.body_forces import Gravity
-from governor_mechanism.model.joints import GROUND, Pin, Point
-from governor_mechanism.model.mechanism import Body, Mechanism, SecondMoments
-from governor_mechanism.model.output_variables import BodyAngle
-from governor_mechanism.model.part import FIXED_PLANE, Part, Start
-from governor_mechanism.model.scene import RunSettings, Scene
+from governor_mechanism.model.scene import Scene
+from scene_parts import body_angle, body_point, ground_point, make_mechanism, pin, rod_body, scene_of
 
 LINK_LENGTH = 0.1
 """Length of a rod of the hanging chain, m."""
@@ -18,25 +15,20 @@ def four_bar_chain(loops: int, duration: float, output_interval: float) -> Scene
 
     All cranks start upright with 1 rad/s; twice per turn all bars are in one line.
     """
-    uniform = SecondMoments(xx=1 / 12)
-    bodies, initial_guess = [Body(name="crank 0", mass=1.0, second_moments=uniform)], [(0.0, 0.5, math.pi / 2)]
-    joints = [_pin("A0", Point(body=GROUND), Point(body="crank 0", x=-0.5))]
+    bodies, initial_guess = [rod_body("crank 0", 1.0, 1.0)], [(0.0, 0.5, math.pi / 2)]
+    joints = [pin("A0", ground_point(), body_point("crank 0", -0.5))]
     for k in range(1, loops + 1):
         coupler, crank = f"coupler {k}", f"crank {k}"
-        bodies += [Body(name=name, mass=1.0, second_moments=uniform) for name in (coupler, crank)]
+        bodies += [rod_body(name, 1.0, 1.0) for name in (coupler, crank)]
         initial_guess += [(k - 0.5, 1.0, 0.0), (float(k), 0.5, math.pi / 2)]
         joints += [
-            _pin(f"A{k}", Point(body=GROUND, x=float(k)), Point(body=crank, x=-0.5)),
-            _pin(f"B{k} left", Point(body=f"crank {k - 1}", x=0.5), Point(body=coupler, x=-0.5)),
-            _pin(f"B{k} right", Point(body=coupler, x=0.5), Point(body=crank, x=0.5)),
+            pin(f"A{k}", ground_point(float(k)), body_point(crank, -0.5)),
+            pin(f"B{k} left", body_point(f"crank {k - 1}", 0.5), body_point(coupler, -0.5)),
+            pin(f"B{k} right", body_point(coupler, 0.5), body_point(crank, 0.5)),
         ]
-    reading = BodyAngle(name="crank_angle", quantity="angle", body="crank 0")
-    mechanism = Mechanism(
-        bodies=tuple(bodies), joints=tuple(joints), readings=(reading,), coordinate=reading.name, length_scale=1.0,
-        initial_guess=tuple(initial_guess),
-    )  # fmt: skip
-    start = Start(values={"crank_angle": math.pi / 2}, rates={"crank_angle": -1.0})
-    return _scene(f"{loops} four-bar loops", mechanism, start, RunSettings(duration=duration, output_interval=output_interval))
+    mechanism = make_mechanism(bodies, joints, [body_angle("crank 0", "crank_angle")], initial_guess)
+    start = {"values": {"crank_angle": math.pi / 2}, "rates": {"crank_angle": -1.0}}
+    return scene_of(mechanism, Gravity(), **start, duration=duration, output_interval=output_interval)
 
 
 def four_bar_acceleration(loops: int, angle: float, gravity: float) -> float:
@@ -48,24 +40,10 @@ def four_bar_acceleration(loops: int, angle: float, gravity: float) -> float:
 def hanging_chain(rods: int, duration: float, output_interval: float) -> Scene:
     """Return rods of 0.1 m and 0.1 kg, pinned end to end and to the ground, released straight and inclined."""
     inclination = -1.2
-    bodies = [Body(name=f"{k}", mass=0.1, second_moments=SecondMoments(xx=0.1 * LINK_LENGTH**2 / 12)) for k in range(rods)]
-    ends = [Point(body=GROUND), *(Point(body=body.name, x=LINK_LENGTH / 2) for body in bodies)]
-    joints = [_pin(body.name, end, Point(body=body.name, x=-LINK_LENGTH / 2)) for body, end in zip(bodies, ends, strict=False)]
-    initial_guess = [
-        ((k + 0.5) * LINK_LENGTH * math.cos(inclination), (k + 0.5) * LINK_LENGTH * math.sin(inclination), inclination) for k in range(rods)
-    ]
-    reading = BodyAngle(name="lean", quantity="angle", body="0")
-    mechanism = Mechanism(
-        bodies=tuple(bodies), joints=tuple(joints), readings=(reading,), coordinate=reading.name, length_scale=LINK_LENGTH,
-        initial_guess=tuple(initial_guess),
-    )  # fmt: skip
-    return _scene(f"{rods} rods in a chain", mechanism, Start(), RunSettings(duration=duration, output_interval=output_interval))
-
-
-def _pin(name: str, first: Point, second: Point) -> Pin:
-    return Pin(name=name, first=first, second=second)
-
-
-def _scene(title: str, mechanism: Mechanism, start: Start, run: RunSettings) -> Scene:
-    part = Part(name="chain", machine="custom", dimensions={}, mechanism=mechanism, plane=FIXED_PLANE, effects=(Gravity(),), start=start)
-    return Scene(title=title, parts=(part,), run=run)
+    bodies = [rod_body(f"{k}", 0.1, LINK_LENGTH) for k in range(rods)]
+    ends = [ground_point(), *(body_point(body.name, LINK_LENGTH / 2) for body in bodies)]
+    joints = [pin(body.name, end, body_point(body.name, -LINK_LENGTH / 2)) for body, end in zip(bodies, ends, strict=False)]
+    middles = [(k + 0.5) * LINK_LENGTH for k in range(rods)]
+    sketch = [(middle * math.cos(inclination), middle * math.sin(inclination), inclination) for middle in middles]
+    mechanism = make_mechanism(bodies, joints, [body_angle("0", "lean")], sketch, size=LINK_LENGTH)
+    return scene_of(mechanism, Gravity(), duration=duration, output_interval=output_interval)

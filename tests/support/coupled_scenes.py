@@ -1,31 +1,25 @@
 """Parts for coupled scenes: discs in fixed planes and a Porter governor on a free spindle."""
 
+from dataclasses import replace
 from typing import Any
 
 from governor_mechanism.model.coupling.couplings import Coupling
 from governor_mechanism.model.force_elements import ForceElement, Torque
-from governor_mechanism.model.joints import GROUND, Pin, Point
-from governor_mechanism.model.mechanism import Body, Mechanism, SecondMoments
-from governor_mechanism.model.output_variables import BodyAngle
-from governor_mechanism.model.part import FIXED_PLANE, FreeSpindle, Part, Start
+from governor_mechanism.model.part import FreeSpindle, Part, Start
 from governor_mechanism.model.scene import RunSettings, Scene
 from governor_mechanism.model.time_functions import InputFunction
 from governor_scenes import PORTER, governor_scene
+from scene_parts import body_angle, body_point, fixed_part, ground_point, make_mechanism, pin, rotating_body
 
 
 def discs_part(name: str, inertias: dict[str, float], *loads: ForceElement, rates: dict[str, float] | None = None) -> Part:
     """Discs of these inertias (kg m2) that turn about the origin of a fixed plane; the reading of "wheel" is "wheel_angle"."""
-    mechanism = Mechanism(
-        bodies=tuple(Body(name=body, mass=1.0, second_moments=SecondMoments(xx=0.5 * j, yy=0.5 * j)) for body, j in inertias.items()),
-        joints=tuple(Pin(name=f"bearing of {body}", first=Point(body=GROUND), second=Point(body=body)) for body in inertias),
-        readings=tuple(BodyAngle(name=f"{body}_angle", quantity="angle", body=body) for body in inertias),
-        coordinate=f"{next(iter(inertias))}_angle",
-        length_scale=1.0,
-        initial_guess=((0.0, 0.0, 0.0),) * len(inertias),
-        force_elements=loads,
-    )
+    bodies = [rotating_body(body, 1.0, inertia) for body, inertia in inertias.items()]
+    bearings = [pin(f"bearing of {body}", ground_point(), body_point(body)) for body in inertias]
+    readings = [body_angle(body, f"{body}_angle") for body in inertias]
+    mechanism = make_mechanism(bodies, bearings, readings, [(0.0, 0.0, 0.0)] * len(inertias), loads=loads)
     start = Start(rates={f"{body}_angle": rate for body, rate in (rates or {}).items()})
-    return Part(name=name, machine="custom", dimensions={}, mechanism=mechanism, plane=FIXED_PLANE, start=start)
+    return replace(fixed_part(mechanism, start=start), name=name)
 
 
 def engine_part(inertia: float = 2.0, rate: float | None = None, torque: InputFunction | None = None) -> Part:

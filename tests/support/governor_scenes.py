@@ -1,10 +1,13 @@
 """Scenes built in Python for the tests, without going through a file."""
 
+from typing import Any
+
 import numpy as np
 
 from governor_mechanism.effects.body_forces import Centrifugal, Gravity
 from governor_mechanism.machines.registry import MACHINES
-from governor_mechanism.model.part import Part, Spindle, Start
+from governor_mechanism.model.effect import Effect
+from governor_mechanism.model.part import FreeSpindle, Part, Spindle, Start
 from governor_mechanism.model.scene import RunSettings, Scene
 from reference import zehnder
 
@@ -27,16 +30,17 @@ def governor_scene(
 ) -> Scene:
     """A pendulum governor with gravity and centrifugal load."""
     machine = MACHINES["pendulum_governor"](**dimensions)
-    part = Part(
-        name="governor",
-        machine=machine.name,
-        dimensions=machine.dimensions(),
-        mechanism=machine.mechanism(),
-        effects=(Gravity(), Centrifugal()),
-        spindle=speed if isinstance(speed, Spindle) else Spindle(speeds=(speed,)),
-        start=Start(values={"arm_angle": angle}, rates={"arm_angle": rate}),
-    )
-    return Scene(title="test", parts=(part,), run=RunSettings(duration=duration, output_interval=output_interval, accuracy=accuracy))
+    spindle = speed if isinstance(speed, Spindle) else Spindle(speeds=(speed,))
+    start = Start(values={"arm_angle": angle}, rates={"arm_angle": rate})
+    run = RunSettings(duration=duration, output_interval=output_interval, accuracy=accuracy)
+    return machine_scene(machine, (Gravity(), Centrifugal()), spindle, start, run)
+
+
+def machine_scene(machine: Any, effects: tuple[Effect, ...], spindle: Spindle | FreeSpindle, start: Start, run: RunSettings) -> Scene:
+    """A scene of one machine that turns with its spindle."""
+    mechanism, of_machine = machine.mechanism_with_effects(effects), {"machine": machine.name, "dimensions": machine.dimensions()}
+    part = Part(name="governor", **of_machine, mechanism=mechanism, effects=effects, spindle=spindle, start=start)
+    return Scene(title="test", parts=(part,), run=run)
 
 
 def porter_open(**options) -> Scene:

@@ -10,8 +10,9 @@ from governor_mechanism.closed_form import hartung as closed
 from governor_mechanism.effects.body_forces import Centrifugal, Gravity
 from governor_mechanism.machines.hartung import HartungGovernor
 from governor_mechanism.model.effect import Effect
-from governor_mechanism.model.part import FreeSpindle, Part, Spindle, Start
+from governor_mechanism.model.part import FreeSpindle, Spindle, Start
 from governor_mechanism.model.scene import RunSettings, Scene
+from governor_scenes import machine_scene
 from reference import hartung
 
 PAPER_DIMENSIONS = {
@@ -36,16 +37,10 @@ def hartung_scene(
 ) -> Scene:
     """A Hartung governor with gravity, centrifugal load, and more effects."""
     machine, effects = HartungGovernor(**dimensions), (Gravity(), Centrifugal(), *more_effects)
-    part = Part(
-        name="governor",
-        machine=machine.name,
-        dimensions=machine.dimensions(),
-        mechanism=machine.mechanism_with_effects(effects),
-        effects=effects,
-        spindle=Spindle(speeds=(speed,)) if isinstance(speed, float) else speed,
-        start=Start(values={"lever_angle": angle}, rates={"lever_angle": rate}),
-    )
-    return Scene(title="test", parts=(part,), run=RunSettings(duration=duration, output_interval=output_interval, accuracy=accuracy))
+    spindle = Spindle(speeds=(speed,)) if isinstance(speed, float) else speed
+    start = Start(values={"lever_angle": angle}, rates={"lever_angle": rate})
+    run = RunSettings(duration=duration, output_interval=output_interval, accuracy=accuracy)
+    return machine_scene(machine, effects, spindle, start, run)
 
 
 def build_closed_form_governor(dimensions: dict[str, Any]) -> closed.HartungGovernor:

@@ -4,10 +4,11 @@ import math
 
 from governor_mechanism.closed_form import pendulum as closed
 from governor_mechanism.model.joints import GROUND, Pin, Point, Slider
-from governor_mechanism.model.mechanism import Body, Mechanism, SecondMoments
+from governor_mechanism.model.mechanism import Body, SecondMoments
 from governor_mechanism.model.output_variables import LineAngle
 from governor_scenes import PORTER, governor_scene
 from one_coordinate_reference import integrate_one_coordinate
+from scene_parts import make_mechanism, point_mass, rod_body
 
 ARM_MASS, LINK_MASS = 0.6, 0.5
 
@@ -31,22 +32,15 @@ def _build_mechanism():
         down = sign * angle - math.pi / 2
         arm, link = f"{side} arm", f"{side} link"
         bodies.append(Body(name=arm, mass=mass, second_moments=SecondMoments(xx=along)))
-        bodies.append(Body(name=link, mass=LINK_MASS, second_moments=SecondMoments(xx=LINK_MASS * length**2 / 12)))
+        bodies.append(rod_body(link, LINK_MASS, length))
         end = Point(body=arm, x=length - centre)
         joints.append(Pin(name=f"{side} suspension", first=Point(body=GROUND, x=sign * offset), second=Point(body=arm, x=-centre)))
         joints.append(Pin(name=f"{side} knee", first=end, second=Point(body=link, x=-length / 2)))
         joints.append(Pin(name=f"{side} lug", first=Point(body=link, x=length / 2), second=Point(body="sleeve", x=sign * offset)))
         sketch.append((sign * (offset + centre * math.sin(angle)), -centre * math.cos(angle), down))
         sketch.append((sign * (offset + length / 2 * math.sin(angle)), -1.5 * length * math.cos(angle), -math.pi - down))
-    bodies.append(Body(name="sleeve", mass=PORTER["sleeve_mass"], can_rotate=False))
+    bodies.append(point_mass("sleeve", PORTER["sleeve_mass"]))
     sketch.append((0.0, -2 * length * math.cos(angle), 0.0))
     joints.append(Slider(name="guide", first=Point(body=GROUND), second=Point(body="sleeve"), angle=math.pi / 2))
     reading = LineAngle(name="arm_angle", quantity="angle", start=Point(body=GROUND, x=offset), end=Point(body="right arm"))
-    return Mechanism(
-        bodies=tuple(bodies),
-        joints=tuple(joints),
-        readings=(reading,),
-        coordinate="arm_angle",
-        length_scale=length,
-        initial_guess=tuple(sketch),
-    )
+    return make_mechanism(bodies, joints, [reading], sketch, size=length)

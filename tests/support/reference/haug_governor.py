@@ -97,15 +97,8 @@ def trajectory(
     state, pieces = np.append(equilibrium(gravity), 0.0), []
     kinks = [0.0, RAMP_START, RAMP_END, max(times[-1], RAMP_END) + 1e-9]
     for start, end in pairwise(kinks):
-        run = solve_ivp(
-            lambda time, values: derivative(values, load(time), gravity, gain, damping),
-            (start, end),
-            state,
-            method="DOP853",
-            rtol=tolerance,
-            atol=tolerance / 10,
-            dense_output=True,
-        )
+        precision = {"method": "DOP853", "rtol": tolerance, "atol": tolerance / 10, "dense_output": True}
+        run = solve_ivp(lambda time, values: derivative(values, load(time), gravity, gain, damping), (start, end), state, **precision)
         state = run.y[:, -1]
         inside = times[(times >= start) & (times < end)]
         pieces += [run.sol(inside)] if inside.size else []
