@@ -29,14 +29,9 @@ from governor_mechanism.units.quantities import QUANTITY_KINDS
 from navigation import link_made_examples, list_entries
 
 INCLUDED = {
-    "scene_file": scene_file_text,
-    "effects_and_engines": effects_and_engines_page,
-    "commands": commands_text,
-    "readings": readings_page,
-    "api": api_page,
-    "gallery": gallery_page,
-    "catalogue": catalogue_page,
-}
+    "scene_file": scene_file_text, "effects_and_engines": effects_and_engines_page, "commands": commands_text,
+    "readings": readings_page, "api": api_page, "gallery": gallery_page, "catalogue": catalogue_page,
+}  # fmt: skip
 """Text that a page includes, by the name of the page."""
 
 

@@ -151,15 +151,11 @@ def test_too_large_a_message_closes_the_connection(port):
 
 
 @pytest.mark.parametrize(("message", "sentence"), [
-    ("{", "JSON"),
-    ("[" * 30_000, "JSON"),
-    ("[]", "has an action"),
-    ('{"action": "delete"}', "has an action"),
+    ("{", "JSON"), ("[" * 30_000, "JSON"), ("[]", "has an action"), ('{"action": "delete"}', "has an action"),
     ('{"action": "undo", "path": "/etc"}', 'takes no "path"'),
     ('{"action": "change", "values": {}}', "numbers by key"),
     ('{"action": "change", "values": {"dimensions.crank": 1}, "isLast": 1}', "true or false"),
-    ('{"action": ["change"]}', "has an action"),
-    ('{"action": "export", "ending": "exe"}', "one of toml"),
+    ('{"action": ["change"]}', "has an action"), ('{"action": "export", "ending": "exe"}', "one of toml"),
     ('{"action": "assemble", "assembly": 0}', "whole number"),
     ('{"action": "assemble", "assembly": 1.5}', "whole number"),
     ('{"action": "save", "name": 3}', "a name is a text"),

@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from decoding import assert_words_are_apart, boxes_of, paint_frames, painter_of
+from decoding import assert_words_are_clear, boxes_of, paint_frames, painter_of
 from drawing_checks import Drawn, assert_shapes_keep, assert_within, of_role
 from governor_mechanism.effects.dashpot import Dashpot
 from governor_mechanism.effects.holding import Clearance, DryFriction, Stops
@@ -88,7 +88,7 @@ def test_no_texts_overlap_with_every_effect_in_the_frame():
     picture.update(25)
     boxes = boxes_of(picture.figure)
     assert any(words.startswith("clearance, ") for words, _ in boxes)
-    assert_words_are_apart(boxes)
+    assert_words_are_clear(boxes)
 
 
 def test_a_ball_on_a_heavy_arm_is_drawn_at_the_arms_end_and_in_its_own_size():
@@ -110,11 +110,8 @@ def test_links_with_mass_are_centred_on_their_bodies():
 
 
 def test_a_shoe_is_coloured_while_it_sticks():
-    events = [
-        Event(time=0.3, kind="sticks", subject="sleeve_lift"),
-        Event(time=0.4, kind="sticks", subject="arm_angle"),
-        Event(time=0.6, kind="slips", subject="sleeve_lift"),
-    ]
+    told = [(0.3, "sticks", "sleeve_lift"), (0.4, "sticks", "arm_angle"), (0.6, "slips", "sleeve_lift")]
+    events = [Event(time=time, kind=kind, subject=subject) for time, kind, subject in told]
     drawn = draw([DryFriction(reading="sleeve_lift", force=FRICTION_FORCE)], events)
     for shapes, time in zip(drawn.moving, drawn.run.times, strict=True):
         held = 0.3 <= time < 0.6
@@ -223,11 +220,9 @@ def test_effects_on_a_point_coordinate_are_drawn_for_any_mechanism():
     bare = fake_machine_run("slider-crank", count=101)
     low, high = float(bare.poses[:, -1, 0].min()), float(bare.poses[:, -1, 0].max())
     effects = [
-        Stops(reading="displacement", low=low, high=high),
-        DryFriction(reading="displacement", force=FRICTION_FORCE),
-        Dashpot(reading="displacement", linear=1.0),
+        *(Stops(reading="displacement", low=low, high=high), DryFriction(reading="displacement", force=FRICTION_FORCE)),
+        *(Dashpot(reading=reading, linear=1.0) for reading in ("displacement", "turn_of_crank")),
         OutputSpring(reading="displacement", rate=1.0),
-        Dashpot(reading="turn_of_crank", linear=1.0),
     ]
     run = along(bare, effects, [Event(time=0.0, kind="strikes its stop", subject="displacement")])
     drawn = Drawn(run)

@@ -11,11 +11,9 @@ from governor_mechanism.render.geometry.primitives import Circle
 from governor_mechanism.render.machines.parabolic import N_CELLS, ParabolicDrawing
 
 EFFECTS = {
-    "effects.dry_friction": {"sleeve": "2 N"},
-    "effects.dashpot": {"sleeve": "20 N s/m"},
-    "effects.spring": {"sleeve": {"rate": "10 N/m"}},
+    "effects.dry_friction": {"sleeve": "2 N"}, "effects.dashpot": {"sleeve": "20 N s/m"}, "effects.spring": {"sleeve": {"rate": "10 N/m"}},
     "effects.stops": {"ball_radius": ["60 mm", "240 mm"], "restitution": 0.3},
-}
+}  # fmt: skip
 
 
 @pytest.fixture(scope="module")

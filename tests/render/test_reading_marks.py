@@ -13,18 +13,12 @@ from governor_mechanism.render.geometry.primitives import Circle, Polygon, TextS
 from governor_mechanism.render.machines.generic.drawing import make_letters
 from governor_mechanism.render.shown_readings import format_label, format_name
 
-DURATIONS = {
-    "slider_crank": "0.5 s",
-    "quick_return": "1 s",
-    "andrews_squeezer": "0.01 s",
-    "four_bar_chain": "1 s",
-    "pendulum_iftomm": "2 s",
-}
+DURATIONS = {"slider_crank": "0.5 s", "andrews_squeezer": "0.01 s", "pendulum_iftomm": "2 s"}
 
 
 @cache
 def draw(name):
-    return Drawn(gm.run(gm.load(name).replace({"run.duration": DURATIONS[name]})))
+    return Drawn(gm.run(gm.load(name).replace({"run.duration": DURATIONS.get(name, "1 s")})))
 
 
 def arrows_of(shapes, role):

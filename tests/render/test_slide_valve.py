@@ -163,12 +163,11 @@ def overlaps(figure):
     width, height = figure.get_size_inches() * figure.dpi
     frame = 6.5 / 25.4 * figure.dpi  # the inner line stands 6.5 mm inside the sheet
     out = [words for words, box in boxes if box.x0 < frame or box.x1 > width - frame or box.y0 < frame or box.y1 > height - frame]
-    near = [
-        (one, other)
-        for (one, a), (other, b) in combinations(boxes, 2)
-        if min(a.x1, b.x1) - max(a.x0, b.x0) > 1 and min(a.y1, b.y1) - max(a.y0, b.y0) > 2
-    ]
-    return out, near
+
+    def overlap(a, b):
+        return min(a.x1, b.x1) - max(a.x0, b.x0) > 1 and min(a.y1, b.y1) - max(a.y0, b.y0) > 2
+
+    return out, [(one, other) for (one, a), (other, b) in combinations(boxes, 2) if overlap(a, b)]
 
 
 @cache
@@ -208,11 +207,9 @@ def test_the_names_of_crowded_events_stand_clear_of_each_other(name, plate, pane
 REVERSER = "joint.lever.motion.harmonics.1.amplitude"
 
 
-@pytest.mark.parametrize(
-    "changes",
-    [{}, {REVERSER: 0.0, "valve.steam_lap": "32 mm"}, {REVERSER: "-20 deg"}],
-    ids=["full gear", "mid gear, never open", "against its rotation"],
-)
+@pytest.mark.parametrize("changes", [
+    {}, {REVERSER: 0.0, "valve.steam_lap": "32 mm"}, {REVERSER: "-20 deg"},
+], ids=["full gear", "mid gear, never open", "against its rotation"])  # fmt: skip
 def test_the_words_of_the_plate_of_any_valve_stand_clear_within_the_frame(changes):
     data = ValveDiagram(parse_scene_with(gm.load("gooch").document, changes.items()))
     plate = zeuner.draw_zeuner_plate(data)

@@ -74,17 +74,13 @@ def boxes_of(figure):
     return [(text.get_text(), text.get_window_extent(renderer)) for text in texts_of(figure)]
 
 
-def assert_words_are_apart(boxes):
-    """Assert that no words overlap; boxes of letters without descenders reach a little beyond their ink."""
+def assert_words_are_clear(boxes):
+    """Assert that all words are whole in a frame of 480 pixels, and none overlap: boxes without descenders reach beyond their ink."""
+    for words, box in boxes:
+        assert 0 <= box.x0 <= box.x1 <= 480, words
+        assert 0 <= box.y0 <= box.y1 <= 480, words
     for (words, box), (others, other) in combinations(boxes, 2):
         assert not box.padded(-1.0).overlaps(other.padded(-1.0)), f"{words!r} overlaps {others!r}"
-
-
-def assert_words_are_within(boxes, width=480, height=480):
-    """Assert that all words are whole in a frame of a size (pixels)."""
-    for words, box in boxes:
-        assert 0 <= box.x0 <= box.x1 <= width, words
-        assert 0 <= box.y0 <= box.y1 <= height, words
 
 
 def page_data_of(run, times=None, span=None, **options):
