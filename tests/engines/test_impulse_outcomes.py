@@ -79,27 +79,6 @@ def test_several_parts_are_refused():
 
 
 @pytest.mark.parametrize(
-    ("settings", "message"),
-    [
-        ({"runs": 4}, "runs must be 1, 2 or 3"),
-        ({"runs": 1}, "give step="),
-        ({"plain": True}, "give step="),
-        ({"step": 0.0}, "positive number of seconds"),
-        ({"step": math.nan}, "positive number of seconds"),
-        ({"iterations": 0}, "iterations must be at least 1"),
-        ({"max_steps": 0}, "max_steps must be at least 1"),
-        ({"max_events_per_step": 0}, "max_events_per_step must be at least 1"),
-        ({"max_step_halvings": -1}, "max_step_halvings must be at least 0"),
-        ({"monitor_interval": 0.0}, "positive number of time scales"),
-        ({"monitor_interval": None}, "positive number of time scales"),
-    ],
-)
-def test_invalid_settings_are_refused(settings, message):
-    with pytest.raises(MechanismError, match=message):
-        ImpulseEngine(**settings)
-
-
-@pytest.mark.parametrize(
     ("options", "message"),
     [
         ({"accuracy": 0.0}, "between 0 and 1"),

@@ -113,22 +113,6 @@ def test_many_values_are_solved_as_few_are():
             assert abs(one.reading_accelerations[name][0] - many.reading_accelerations[name][k]) < 1e-9
 
 
-@pytest.mark.parametrize(
-    ("name", "over", "values", "sentence"),
-    [
-        ("slider_crank_torque", "slider_x", [0.4], "the configuration is singular"),
-        ("slider_crank_torque", "slider_x", [0.1], "joint .* stays open by"),
-        ("slider_crank_torque", "time", [0.0], "needs 0 degrees of freedom: over 'time' the drivers must determine the motion"),
-        ("slider_crank_torque", "crank_angel", [0.1], "Did you mean 'crank_angle'"),
-        ("slider_crank_torque", "crank_angle", [math.nan], "must be a list of finite numbers"),
-        ("slider_crank_torque", "crank_angle", [], "must be a list of finite numbers"),
-    ],
-)
-def test_an_undetermined_motion_is_refused(name, over, values, sentence):
-    with pytest.raises(gm.MechanismError, match=sentence):
-        gm.kinematics(name, over, values)
-
-
 KNEE, HOOK, CENTRE = Point(body="b", x=0.2, y=-0.1), Point(body="b", x=0.2, y=0.1), Point(body="a", x=0.1, y=0.3)
 HANGING_FOLLOWER = {"top": Point(body=GROUND, x=0.1, y=0.9), "knee": KNEE, "fraction": 0.6, "guide_x": 0.2, "length": 3.0}
 READINGS = [

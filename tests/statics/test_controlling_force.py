@@ -311,30 +311,6 @@ def test_the_working_range_is_that_of_the_stops_or_the_given_one():
     assert not gm.controlling_force("watt_improved", points=2).working_range.stable  # equal speeds at both ends, a fold between
 
 
-@pytest.mark.parametrize(
-    ("options", "sentence"),
-    [
-        ({"between": {"sleeve_lift": ("1 m", "2 m")}}, "sleeve_lift = 1000 mm lies outside the travel"),
-        ({"between": {"sleeve_lift": ("20 mm", "20 mm")}}, "needs two different values"),
-        ({"between": {"sleeve_lift": "20 mm"}}, "must give two values of"),
-        ({"between": ("20 mm", "60 mm")}, "between must be two values of one reading"),
-        ({"between": {"lift": (0.1, 0.2)}}, "no reading 'lift'"),
-        ({"speed_change": 1.5}, "above 0 and at most 1, such as 0.01"),
-        ({"speed_change": True}, "above 0 and at most 1, such as 0.01"),
-        ({"radius": "sleeve_lift"}, "is not the distance of a ball from the spindle axis"),
-        ({"radius": 3}, "`radius` must be the name of a reading"),
-        ({"balls": 0}, "balls must be a number of balls"),
-        ({"points": 1}, "needs 2 to 1,000,000 points"),
-        ({"over": [2.0]}, "lies outside the travel"),
-        ({"resistance": -1.0}, "must not be negative"),
-        ({"against": "nothing"}, "no reading 'nothing'"),
-    ],
-)
-def test_wrong_arguments_are_refused_in_a_sentence(options, sentence):
-    with pytest.raises(gm.MechanismError, match=sentence):
-        gm.controlling_force("porter", **options)
-
-
 def test_a_mechanism_without_balls_says_what_is_missing():
     with pytest.raises(gm.MechanismError, match=r'add one to \[readings\], such as ball_radius = \{ x = "ball.centre" \}'):
         gm.controlling_force("haug_governor", against="collar_height")
