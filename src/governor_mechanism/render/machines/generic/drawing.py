@@ -265,7 +265,7 @@ class GenericDrawing(MechanismExtents):
         yield from joints.foot_parts(placed)
         yield fixed(bodies.weld_wall_shapes(placed))
         yield fixed(force_elements.wall_shapes(placed))
-        yield fixed(joints.drag_caption_shapes(self))
+        yield fixed(force_elements.drag_caption_shapes(self))
 
     def _axis_shapes(self) -> Iterator[DrawnShape]:
         """Yield the axis of a plane that turns, and the spindle in its bearings."""
@@ -315,7 +315,7 @@ class GenericDrawing(MechanismExtents):
         yield from force_elements.output_effect_parts(self)
         yield from bodies.tracer_parts(placed)
         yield from force_elements.force_arrow_parts(self)
-        yield self.flex(joints.drag_arrow_shapes, section_only=True)
+        yield self.flex(force_elements.drag_arrow_shapes, section_only=True)
         yield from reading_mark_parts(self)
 
     def _link_part(self, joint: Joint) -> Attached:

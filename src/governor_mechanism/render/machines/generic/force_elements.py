@@ -4,16 +4,20 @@ Only readings that are the coordinate of a point along a direction of the ground
 """
 
 import math
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from functools import partial
+
+import numpy as np
 
 from governor_mechanism.effects.dashpot import Dashpot
 from governor_mechanism.effects.holding import DryFriction, Stops
 from governor_mechanism.effects.spring import OutputSpring
+from governor_mechanism.mechanics.kinematics.constraint_rows import rotate_vector
 from governor_mechanism.model.effect import OutputEffect
 from governor_mechanism.model.force_elements import Damper, Force, Spring, Torque, TorsionDamper, TorsionSpring
-from governor_mechanism.model.joints import GROUND, Distance, Pin, Point, RotationalDriver, TranslationalDriver, Weld
+from governor_mechanism.model.joints import GROUND, Distance, Pin, Point, RotationalDriver, Slider, TranslationalDriver, Weld
 from governor_mechanism.model.output_variables import PointCoordinate
+from governor_mechanism.numerics.once_per_object import once_per_object
 from governor_mechanism.render.geometry.attached import Attached, DrawnPart, Frame, Moment
 from governor_mechanism.render.geometry.outlines import make_arrow, make_burst, make_rectangle, make_wall
 from governor_mechanism.render.geometry.primitives import (
@@ -21,21 +25,24 @@ from governor_mechanism.render.geometry.primitives import (
     DrawnShape,
     Lines,
     PoseTuple,
+    TextShape,
     Vec2,
     arc_points,
     axes_to_plane,
     place_points,
 )
-from governor_mechanism.render.machines.generic.joints import ram_drags
-from governor_mechanism.render.machines.generic.placed_mechanism import MechanismExtents, PlacedMechanism
+from governor_mechanism.render.machines.generic.joints import RAM_LENGTH, ram_offsets
+from governor_mechanism.render.machines.generic.placed_mechanism import LoadFunction, MechanismExtents, PlacedMechanism
 from governor_mechanism.render.machines.governor_parts import friction_shoe_parts
+from governor_mechanism.render.shown_readings import format_name
 
 _N_COILS = 6
 _ELEMENT_WIDTH = 0.075
 """Width of a zigzag or a cylinder, as a fraction of the length scale."""
 _LATERAL_SPACING = 0.065
 """Offset of elements between the same two points from the line, as a fraction of the length scale."""
-_ARROW_LENGTH, _ARROW_HEAD_SIZE, _TORQUE_ARROW_RADIUS = 0.30, 0.06, 0.13
+_ARROW_LENGTH, _ARROW_HEAD_SIZE, _TORQUE_ARROW_RADIUS, _LETTER_WIDTH = 0.30, 0.06, 0.13, 0.0235
+"""Length of the largest force and of its head, radius of a torque, and width of a letter, as fractions of the length scale."""
 _DRIVE_RADIUS = 0.029
 """Radius of the ring around a driven pin, as a fraction of the length scale."""
 _LEAD_RATIO = 0.14
@@ -284,3 +291,52 @@ def _offset_element(effect: Dashpot | OutputSpring, reading: PointCoordinate, pl
     beam = ((length, 0.0), (length, beam_offset))
     placed_lines = tuple(place_points((*wall, heading), line) for line in (*lines, beam))
     return [Lines(role, placed_lines), make_wall(wall, heading, 0.05 * u, 0.035 * u)]
+
+
+@once_per_object
+def ram_drags(extents: MechanismExtents) -> Mapping[str, tuple[Slider, LoadFunction, float]]:
+    """Return the dampers that resist a sliding body along its guide and have no room to be drawn in it.
+
+    By name of the damper: the slider, its force on the body along the guide over time (N; the second component is zero), and the largest.
+    """
+    mechanism, drags = extents.part.mechanism, {}
+    for slider in mechanism.joints:
+        if not isinstance(slider, Slider) or slider.name not in ram_offsets(extents):
+            continue
+        low, high = extents.joint_travels[slider.name]
+        is_passed = low <= RAM_LENGTH / 2 * extents.length_scale and high >= -RAM_LENGTH / 2 * extents.length_scale
+        for damper in mechanism.force_elements:
+            if isinstance(damper, Damper) and {damper.first, damper.second} == {slider.first, slider.second} and is_passed:
+                force = _drag_along_guide(extents, slider.second, slider.angle, damper.damping)
+                drags[damper.name] = (slider, force, float(np.abs(force(extents.run.times)[0]).max()))
+    return drags
+
+
+def _drag_along_guide(extents: MechanismExtents, point: Point, angle: float, damping: float) -> LoadFunction:
+    """Return the force of a damper (N) on a body that only slides along a guide, over time."""
+    velocities = extents.select_bodies(extents.run.velocities)[:, extents.part.mechanism.body_index(point.body), :2]
+    forces = -damping * rotate_vector(-angle, *velocities.T)[0]
+    return lambda times: np.array([np.interp(times, extents.run.times, forces), np.zeros(len(times))])
+
+
+def drag_arrow_shapes(placed: PlacedMechanism) -> Iterator[DrawnShape]:
+    """Yield the force of each drag as an arrow at the face of the ram, of a length proportional to it, in front of the ram."""
+    u = placed.unit
+    for slider, force, largest in ram_drags(placed.extents).values():
+        fraction = float(force(np.array([placed.time]))[0, 0]) / largest if largest > 0.0 else 0.0
+        axes = (*placed.position(slider.second), slider.angle)
+        offset, face = ram_offsets(placed.extents)[slider.name], RAM_LENGTH / 2 * u
+        # A push ends at the face, a pull begins there.
+        ends = (face, face + abs(fraction) * _ARROW_LENGTH * u)
+        start, end = ends if fraction > 0.0 else ends[::-1]
+        yield from make_arrow("force", (axes_to_plane(axes, start, offset), axes_to_plane(axes, end, offset)), _ARROW_HEAD_SIZE * u)
+
+
+def drag_caption_shapes(extents: MechanismExtents) -> Iterator[DrawnShape]:
+    """Yield what the arrow of each drag means, above its guide: a damper resists both strokes, not only that of a cut."""
+    u = extents.length_scale
+    for name, (slider, _, largest) in ram_drags(extents).items():
+        text = f"{format_name(name)}: damper, both strokes, up to {largest:.3g} N"
+        low, _ = extents.joint_travels[slider.name]
+        x, y = axes_to_plane((slider.first.x, slider.first.y, slider.angle), low, ram_offsets(extents)[slider.name] + 0.13 * u)
+        yield TextShape("scale", x, y, text, _LETTER_WIDTH * len(text) * u)

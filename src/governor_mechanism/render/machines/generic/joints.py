@@ -19,7 +19,6 @@ from governor_mechanism.numerics.once_per_object import once_per_object
 from governor_mechanism.render.geometry import attached
 from governor_mechanism.render.geometry.attached import Attached, Frame, Moment
 from governor_mechanism.render.geometry.outlines import (
-    make_arrow,
     make_band,
     make_bar,
     make_box,
@@ -35,7 +34,6 @@ from governor_mechanism.render.geometry.primitives import (
     Lines,
     Polygon,
     PoseTuple,
-    TextShape,
     Vec2,
     arc_points,
     axes_to_plane,
@@ -47,8 +45,7 @@ from governor_mechanism.render.geometry.primitives import (
     wheel_centres,
     wheel_radii,
 )
-from governor_mechanism.render.machines.generic.placed_mechanism import LoadFunction, MechanismExtents, PlacedMechanism
-from governor_mechanism.render.shown_readings import format_name
+from governor_mechanism.render.machines.generic.placed_mechanism import MechanismExtents, PlacedMechanism
 from governor_mechanism.types import FloatArray
 
 RAM_LENGTH, BLOCK_WIDTH = 0.30, 0.08
@@ -56,8 +53,6 @@ RAM_LENGTH, BLOCK_WIDTH = 0.30, 0.08
 _CLEARANCE = 0.16
 """Distance of the guide's middle from the points that pass along it, relative to the length scale: half a bar, half a block, a wall."""
 _MAX_OFFSET = 0.35
-_ARROW_LENGTH, _ARROW_HEAD_SIZE, _LETTER_WIDTH = 0.30, 0.06, 0.0235
-"""Length of the largest force and of its head, and width of a letter, as fractions of the length scale."""
 
 
 @once_per_object
@@ -91,55 +86,6 @@ def _offset_of(extents: MechanismExtents, slider: Slider) -> float:
     if not heights.size or (heights.min() < 0.0 < heights.max()):
         return 0.0
     return float(heights.max() + _CLEARANCE * u if heights.max() <= 0.0 else heights.min() - _CLEARANCE * u)
-
-
-@once_per_object
-def ram_drags(extents: MechanismExtents) -> Mapping[str, tuple[Slider, LoadFunction, float]]:
-    """Return the dampers that resist a sliding body along its guide and have no room to be drawn in it.
-
-    By name of the damper: the slider, its force on the body along the guide over time (N; the second component is zero), and the largest.
-    """
-    mechanism, drags = extents.part.mechanism, {}
-    for slider in mechanism.joints:
-        if not isinstance(slider, Slider) or slider.name not in ram_offsets(extents):
-            continue
-        low, high = extents.joint_travels[slider.name]
-        is_passed = low <= RAM_LENGTH / 2 * extents.length_scale and high >= -RAM_LENGTH / 2 * extents.length_scale
-        for damper in mechanism.force_elements:
-            if isinstance(damper, Damper) and {damper.first, damper.second} == {slider.first, slider.second} and is_passed:
-                force = _drag_along_guide(extents, slider.second, slider.angle, damper.damping)
-                drags[damper.name] = (slider, force, float(np.abs(force(extents.run.times)[0]).max()))
-    return drags
-
-
-def _drag_along_guide(extents: MechanismExtents, point: Point, angle: float, damping: float) -> LoadFunction:
-    """Return the force of a damper (N) on a body that only slides along a guide, over time."""
-    velocities = extents.select_bodies(extents.run.velocities)[:, extents.part.mechanism.body_index(point.body), :2]
-    forces = -damping * rotate_vector(-angle, *velocities.T)[0]
-    return lambda times: np.array([np.interp(times, extents.run.times, forces), np.zeros(len(times))])
-
-
-def drag_arrow_shapes(placed: PlacedMechanism) -> Iterator[DrawnShape]:
-    """Yield the force of each drag as an arrow at the face of the ram, of a length proportional to it, in front of the ram."""
-    u = placed.unit
-    for slider, force, largest in ram_drags(placed.extents).values():
-        fraction = float(force(np.array([placed.time]))[0, 0]) / largest if largest > 0.0 else 0.0
-        axes = (*placed.position(slider.second), slider.angle)
-        offset, face = ram_offsets(placed.extents)[slider.name], RAM_LENGTH / 2 * u
-        # A push ends at the face, a pull begins there.
-        ends = (face, face + abs(fraction) * _ARROW_LENGTH * u)
-        start, end = ends if fraction > 0.0 else ends[::-1]
-        yield from make_arrow("force", (axes_to_plane(axes, start, offset), axes_to_plane(axes, end, offset)), _ARROW_HEAD_SIZE * u)
-
-
-def drag_caption_shapes(extents: MechanismExtents) -> Iterator[DrawnShape]:
-    """Yield what the arrow of each drag means, above its guide: a damper resists both strokes, not only that of a cut."""
-    u = extents.length_scale
-    for name, (slider, _, largest) in ram_drags(extents).items():
-        text = f"{format_name(name)}: damper, both strokes, up to {largest:.3g} N"
-        low, _ = extents.joint_travels[slider.name]
-        x, y = axes_to_plane((slider.first.x, slider.first.y, slider.angle), low, ram_offsets(extents)[slider.name] + 0.13 * u)
-        yield TextShape("scale", x, y, text, _LETTER_WIDTH * len(text) * u)
 
 
 _SLOT_WIDTH, STRIP_WIDTH = 0.046, 0.100
