@@ -18,7 +18,7 @@ from governor_mechanism.model.joints import GROUND, RotationalDriver, Translatio
 from governor_mechanism.model.mechanism import Mechanism, bodies_of_reading
 from governor_mechanism.model.motion_readings import KINEMATIC_KINDS, MechanicalAdvantage, find_named_readings, find_transmissions
 from governor_mechanism.model.output_variables import BodyAngle, DerivedReading
-from governor_mechanism.model.results.result import Column, format_columns, item_column
+from governor_mechanism.model.results.result import Column, format_columns, item_column, path_column
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.observables.derived_readings import analyse_kinematics
 from governor_mechanism.observables.linkage import DeadCentre, DriveTravel, FourBar, Mobility, Toggle, find_four_bars, find_mobility
@@ -88,7 +88,7 @@ class KinematicStudy(Kinematics):
         ]
         # Those whose paths the scene names are among the readings.
         points = [point.name for point in mechanism.points if f"{point.name}.x" not in self.readings]
-        columns += [_path_column(point, axis) for point in points for axis in "xy"]
+        columns += [path_column(point, axis) for point in points for axis in "xy"]
         return over, *columns
 
     @cached_property
@@ -197,11 +197,6 @@ class KinematicStudy(Kinematics):
         factor, shown = display_unit(unit)
         rounded = round(value * factor, SHOWN_DECIMALS) + 0.0  # what is zero but for rounding
         return f"{rounded:.{digits}g} {shown}".rstrip()
-
-
-def _path_column(point: str, axis: str) -> Column:
-    """Return the column of a coordinate of a named point."""
-    return Column(f"{point}.{axis}", value=lambda study: study.paths[point][:, "xy".index(axis)], unit="m")
 
 
 def _reason_of_gap(name: str) -> str:

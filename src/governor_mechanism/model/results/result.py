@@ -87,6 +87,11 @@ def item_column(key: str, attribute: str, item: Any, **options: Any) -> Column:
     return Column(key, value=lambda row: attrgetter(attribute)(row)[item], **options)
 
 
+def path_column(point: str, axis: str) -> Column:
+    """Return the column of the coordinate x or y of a point, whose path (n, 2) is an item of "paths"."""
+    return Column(f"{point}.{axis}", unit="m", value=lambda row: row.paths[point][:, "xy".index(axis)])
+
+
 def format_columns(columns: Iterable[Column], rows: Iterable[object]) -> str:
     """Return rows as a text table of those columns that have a heading."""
     shown = [column for column in columns if column.heading is not None]

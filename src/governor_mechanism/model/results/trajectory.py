@@ -12,7 +12,7 @@ from governor_mechanism.model.events import Event
 from governor_mechanism.model.motion_state import MotionState
 from governor_mechanism.model.results.pictures import Figure, Film, FilmKeywords, FilmOptions, show_film_options
 from governor_mechanism.model.results.records import Cost, Energy, Outcome, Reaction, Recurrence, SpeedFluctuation
-from governor_mechanism.model.results.result import Column, Result, item_column, name_values
+from governor_mechanism.model.results.result import Column, Result, item_column, name_values, path_column
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.types import DataFrame, Dataset, FloatArray
 from governor_mechanism.units.quantities import format_value
@@ -45,11 +45,6 @@ class DeferredResults(Protocol):
 
     def lags_at(self, k: int) -> tuple[float, ...]:
         """Return the states of the lags at reported time k."""
-
-
-def _path_column(name: str, index: int, axis: str) -> Column:
-    """Return the column of a coordinate of a point."""
-    return Column(f"{name}.{axis}", unit="m", value=lambda run: run.paths[name][:, index])
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -149,7 +144,7 @@ class Trajectory(Result):
         for name in self.rates if rates else ():
             yield item_column(f"rate of {name}", "rates", name, unit=f"{self.units[name]}/s")
         for name in paths:
-            yield from (_path_column(name, k, axis) for k, axis in enumerate("xy"))
+            yield from (path_column(name, axis) for axis in "xy")
 
     @cached_property
     def reactions(self) -> Mapping[str, Reaction]:
