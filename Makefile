@@ -17,6 +17,7 @@
 # make errata   writes the page of the papers' errata and its pictures, docs/errata/, from what the package recomputes
 # make certificates compares the error estimates of every engine with true errors over 10,000 runs, and states the result (40 minutes)
 # make kernel-coverage runs the kernels without a compiler: short runs and tests must reach all their lines and branches (minutes)
+# make test-indices runs the tests with a library of kernels that ends the process at a negative index (minutes)
 # make mutants  counts how many small faults in the program the tests notice (hours)
 # make benchmark measures speed and accuracy, as ratios within one run, and writes the tables of benchmarks/RESULTS.md
 
@@ -36,7 +37,7 @@ EXPLAIN = echo "the installation failed; it needs the package index once, also f
   "(numba; and ziglang where there is no C compiler: cc, gcc or clang)" >&2
 
 .NOTPARALLEL:
-.PHONY: run kernels kernel-comparison test test-all test-docs docs test-pages test-browser check package wheels lock gallery gallery-page pictures contact-sheet errata certificates kernel-coverage mutants benchmark clean
+.PHONY: run kernels kernel-comparison test test-all test-docs docs test-pages test-browser check package wheels lock gallery gallery-page pictures contact-sheet errata certificates kernel-coverage test-indices mutants benchmark clean
 
 run: $(VENV)/installed $(LIBRARY)
 	$(BIN)/governor-mechanism run porter --out renders/latest
@@ -108,6 +109,10 @@ certificates: $(VENV)/installed-test $(LIBRARY)
 
 kernel-coverage: $(VENV)/installed-test
 	$(BIN)/python benchmarks/kernel_coverage.py
+
+test-indices: $(VENV)/installed-test
+	$(BIN)/python kernel_build/build.py --checked
+	$(BIN)/python -m pytest -n auto --dist worksteal -m "not long" --hypothesis-profile=quick; status=$$?; $(BIN)/python kernel_build/build.py --again; exit $$status
 
 mutants: $(VENV)/installed-test
 	$(BIN)/python benchmarks/mutants.py

@@ -1,8 +1,8 @@
 """Build one shared library with all kernels that Python calls.
 
-Usage: python kernel_build/build.py [--again] [PLATFORM ...]. Without names: for machines like this one, into the package. With names: for
-every machine of these platforms, into kernel_build/built/, for wheels of the package index. It does nothing if the library of the
-present kernels exists, and only links if their machine code does. It ends with status 1 and one sentence if it cannot.
+Usage: python kernel_build/build.py [--again] [--checked] [PLATFORM ...]. Without names: for machines like this one, into the package.
+With names: for every machine of these platforms, into kernel_build/built/, for wheels of the package index. It does nothing if the
+library of the present kernels exists, and only links if their machine code does. It ends with status 1 and one sentence if it cannot.
 """
 
 import argparse
@@ -30,6 +30,7 @@ def main() -> None:
         sys.exit(subprocess.call([sys.executable, *sys.argv], env={**os.environ, "PYTHONHASHSEED": "0"}))
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--again", action="store_true", help="also where no kernel has changed, but the types with which Python calls one")
+    parser.add_argument("--checked", action="store_true", help="a library that ends the process at a negative index, for tests")
     parser.add_argument("platforms", nargs="*", metavar="PLATFORM", help=", ".join(PLATFORMS))
     options = parser.parse_args()
     names = options.platforms
@@ -37,7 +38,8 @@ def main() -> None:
         parser.error(f"no platform {', '.join(sorted(unknown))}; there are {', '.join(PLATFORMS)}")
     wanted = [Target(name, for_index=True) for name in names] or [Target.of_this_machine()]
     try:
-        build([target for target in wanted if options.again or not target.is_current], options.again)
+        is_again = options.again or options.checked
+        build([target for target in wanted if is_again or not target.is_current], is_again, options.checked)
     except Exception as error:
         reason = next(iter(str(error).splitlines()), type(error).__name__)
         tell(f"the library could not be built: {reason}")
@@ -49,10 +51,10 @@ def tell(text: str) -> None:
     print(f"kernels: {text}", file=sys.stderr, flush=True)
 
 
-def build(targets: list[Target], is_again: bool) -> None:
+def build(targets: list[Target], is_again: bool, is_checked: bool) -> None:
     """Build libraries and their indices, from machine code that exists unless it is made again; the types are found once for all."""
     commands = [find_compiler(target) for target in targets]  # first: there may be none
-    translate_all([target for target in targets if is_again or not target.has_objects])
+    translate_all([target for target in targets if is_again or not target.has_objects], is_checked)
     for target, command in zip(targets, commands, strict=True):
         target.library_folder.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryDirectory(dir=target.library_folder) as temporary:
@@ -80,12 +82,14 @@ def keep(library: Path, target: Target) -> int:
     return len(content)
 
 
-def translate_all(targets: list[Target]) -> None:
+def translate_all(targets: list[Target], is_checked: bool) -> None:
     """Make the machine code of the kernels for several platforms."""
     if not targets:
         return
     described, text = translate()
-    from translation import optimise
+    from translation import count_from_start, optimise
+
+    text = count_from_start(text, is_checked)
 
     for target in targets:
         tell(f"3 of 3: machine code for {target.platform} ...")

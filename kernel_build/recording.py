@@ -60,6 +60,7 @@ def observe_kernels() -> None:
     """Make every kernel that is defined from now on an observed one."""
     jit.jit = lambda function: ObservedKernel(function, _nrt=True)
     jit.jit_in_place = lambda function: ObservedKernel(function, _nrt=False)
+    jit.jit_inlined = lambda function: ObservedKernel(function, _nrt=False, forceinline=True)
 
 
 def record_signatures(calculations: Mapping[str, Callable[[], object]]) -> dict[ObservedKernel, Signature]:

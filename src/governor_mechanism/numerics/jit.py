@@ -28,7 +28,8 @@ class Kernel:
     """A function compiled beforehand, into the library, or by numba at its first call; callers check for the infinity or NaN of 1 / 0."""
 
     def __init__(self, function: Callable[..., Any], **options: Any) -> None:
-        self._options: dict[str, Any] = {"error_model": "numpy", "no_cfunc_wrapper": True, **options}
+        # What a kernel calls is compiled with the kernel's options where it has none of its own.
+        self._options: dict[str, Any] = {"error_model": "numpy", "no_cfunc_wrapper": True, "forceinline": False, **options}
         self.__wrapped__ = function
         update_wrapper(self, function)
 
@@ -76,6 +77,12 @@ def jit_in_place(function: CompiledFunction) -> CompiledFunction:
     # a short function. Such a function must not allocate arrays (the compiler refuses it), nor return
     # any, nor call a function that returns one.
     return cast(CompiledFunction, Kernel(function, _nrt=False)) if USES_COMPILER else function
+
+
+def jit_inlined(function: CompiledFunction) -> CompiledFunction:
+    """Compile a function that only changes its arguments, as a part of each function that calls it."""
+    # Named tuples of arrays are flattened into hundreds of values. Passing them takes as long as the arithmetic of one evaluation.
+    return cast(CompiledFunction, Kernel(function, _nrt=False, forceinline=True)) if USES_COMPILER else function
 
 
 def record_dtype(*fields: tuple[str, str] | tuple[str, str, tuple[int, ...]]) -> np.dtype[np.void]:

@@ -17,7 +17,7 @@ from pathlib import Path
 PACKAGE = __name__.partition(".")[0]
 
 COMPILING_MODULE = f"{PACKAGE}.numerics.jit"
-COMPILING_NAMES = {(COMPILING_MODULE, name) for name in ("jit", "jit_in_place", "record_dtype")}
+COMPILING_NAMES = {(COMPILING_MODULE, name) for name in ("jit", "jit_in_place", "jit_inlined", "record_dtype")}
 """What makes kernels and types of records."""
 
 ENUMS = {"Enum", "IntEnum", "IntFlag", "StrEnum"}

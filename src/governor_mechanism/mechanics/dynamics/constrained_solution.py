@@ -16,7 +16,7 @@ from governor_mechanism.mechanics.kinematics.constraint_kernels import evaluate_
 from governor_mechanism.mechanics.kinematics.constraint_rows import RowColumn
 from governor_mechanism.mechanics.kinematics.time_functions import stack_local_cubics
 from governor_mechanism.model.scene import Scene
-from governor_mechanism.numerics.jit import jit_in_place
+from governor_mechanism.numerics.jit import jit_in_place, jit_inlined
 from governor_mechanism.numerics.linear_equations import factorise_band, solve_band_system, solve_factorised_band
 from governor_mechanism.types import GROUND_INDEX, FloatArray, IntArray
 
@@ -96,7 +96,7 @@ def equal_mass_pivot_ratio(system: System, workspace: SystemWorkspace) -> float:
     return factorise_band(band, workspace.factor)
 
 
-@jit_in_place
+@jit_inlined
 def solve_constrained_system(
     system: System,
     # work arrays with J, gamma, the band of J M^-1 J^T and the inverse masses; the multipliers remain in them
@@ -112,7 +112,7 @@ def solve_constrained_system(
     return pivot_ratio
 
 
-@jit_in_place
+@jit_inlined
 def _solve_with_stand_ins(system: System, workspace: SystemWorkspace, forces: FloatArray, gamma_factor: float, result: FloatArray) -> float:
     """Solve as `solve_constrained_system`, with a mass matrix that includes the stand-in inertia."""
     for k in range(system.bodies.size):

@@ -24,7 +24,7 @@ from governor_mechanism.mechanics.kinematics.constraint_rows import FOR_FORCES, 
 from governor_mechanism.mechanics.kinematics.time_functions import stack_local_cubics
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.numerics.array_copy import copy_array
-from governor_mechanism.numerics.jit import jit, jit_in_place
+from governor_mechanism.numerics.jit import jit, jit_in_place, jit_inlined
 from governor_mechanism.numerics.linear_equations import solve_dense
 from governor_mechanism.types import GROUND_INDEX, NO_INDEX, FloatArray
 
@@ -32,7 +32,7 @@ JAMMED = -1.0
 """In place of a pivot ratio: friction of what slides raises the forces that press it more than any of them can bear (Painleve)."""
 
 
-@jit_in_place
+@jit_inlined
 def evaluate_accelerations(
     system: System,
     workspace: SystemWorkspace,
@@ -118,7 +118,7 @@ def _add_rubbing(system: System, workspace: SystemWorkspace, velocities: FloatAr
     return determinant, power
 
 
-@jit_in_place
+@jit_inlined
 def evaluate_inputs_at(
     system: System,
     workspace: SystemWorkspace,

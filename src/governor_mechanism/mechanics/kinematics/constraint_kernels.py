@@ -34,7 +34,7 @@ from governor_mechanism.mechanics.curves.segments import evaluate_curve, evaluat
 from governor_mechanism.mechanics.kinematics.constraint_rows import ANY_USE, NO_POINT, ConstraintRows, RowColumn, rotate_vector
 from governor_mechanism.mechanics.kinematics.time_functions import evaluate_motion
 from governor_mechanism.model.joints.base import RowKind
-from governor_mechanism.numerics.jit import jit_in_place
+from governor_mechanism.numerics.jit import jit_in_place, jit_inlined
 from governor_mechanism.types import GROUND_INDEX, NO_INDEX, FloatArray, RecordArray
 
 MIN_DROP_SQUARED = 1e-300
@@ -291,7 +291,7 @@ def _move_second_point(
     return _move_point(poses, velocities, row.second, x, y)
 
 
-@jit_in_place
+@jit_inlined
 def _evaluate_row(row: RecordArray, curve_segments: FloatArray, first: PointMotion, second: PointMotion, third_angle: float) -> RowGeometry:
     """Return the value of a row of any kind, and its derivatives."""
     dx, dy, du, dv = second.x - first.x, second.y - first.y, second.u - first.u, second.v - first.v
@@ -348,7 +348,7 @@ def evaluate_rows_for(
         )
 
 
-@jit_in_place
+@jit_inlined
 def evaluate_rows(rows: ConstraintRows, poses: FloatArray, velocities: FloatArray, row_values: FloatArray, jacobian: FloatArray) -> None:
     """Fill residual and gamma of row_values (rows, 5), and the Jacobian (rows, sides, 3) with respect to the poses of the bodies."""
     # The prescribed motion is in row_values already. J * accelerations = gamma keeps the joints closed
