@@ -177,6 +177,8 @@ def from_mass_centres(
 def _shift_reference_points(system: System, sign: float, poses: FloatArray, velocities: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return poses and velocities of points shifted by the vector from body origin to mass centre (sign 1) or back (-1)."""
     poses, velocities = poses.copy(), velocities.copy()
+    if not (system.bodies["x"].any() or system.bodies["y"].any()):
+        return poses, velocities
     arm_x, arm_y = rotate_vector(poses[..., 2], sign * system.bodies["x"], sign * system.bodies["y"])
     poses[..., 0] += arm_x
     poses[..., 1] += arm_y
