@@ -83,15 +83,11 @@ COARSER = {
     "stiff_flyball": (1e-5, 0.2),
     "quick_return": (1e-6, 0.5),
 }
-OF_FIRST_ORDER = ("disc_cam", "disc_cam_flat_follower")
-"""Scenes in which `impulse` holds a roller on a curve: its error is of first order, and does not reach the accuracy of the others."""
 
 
 @pytest.mark.long
 @pytest.mark.parametrize("name", shipped_scenes())
-def test_engines_agree_on_every_shipped_scene(name, request):
-    if name in OF_FIRST_ORDER:
-        request.applymarker(pytest.mark.xfail(strict=True, reason="impulse holds a roller on a curve with an error of first order"))
+def test_engines_agree_on_every_shipped_scene(name):
     scene = gm.load(name)
     if scene.output_effects or (reason := ImpulseEngine().refusal(scene)):
         pytest.skip("its contacts are compared in test_impulse_effects.py" if scene.output_effects else f"impulse: {reason}")
@@ -103,16 +99,6 @@ def test_engines_agree_on_every_shipped_scene(name, request):
     for reading, values in fine.readings.items():
         difference = np.max(np.abs(values - coarse.readings[reading]))
         assert difference <= allowed * fine.scales[reading], reading
-
-
-@pytest.mark.long
-@pytest.mark.parametrize("name", OF_FIRST_ORDER)
-def test_what_impulse_does_not_reach_on_curves_is_within_its_estimate(name):
-    times = np.linspace(0.0, 0.3, 61)
-    fine, coarse = (gm.run(name, engine=engine, accuracy=1e-2, times=times) for engine in ("multibody", "impulse"))
-    allowed = fine.error_estimate + coarse.error_estimate
-    for reading, values in fine.readings.items():
-        assert np.max(np.abs(values - coarse.readings[reading])) <= allowed * fine.scales[reading], reading
 
 
 STEP = Spindle(times=(0.0, 0.237, 0.237), speeds=(1.0, 1.0, 1.05))

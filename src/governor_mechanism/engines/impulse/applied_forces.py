@@ -238,6 +238,7 @@ class AppliedForces:
         tables = system.bodies, system.force_elements, system.output_rows, self.output_forces
         _evaluate_forces(*tables, poses, velocities, spindle_speed, inputs, workspace)
         self.output_values = workspace.row_values[:, RowColumn.RESIDUAL].copy()
+        self.output_gammas = workspace.row_values[:, RowColumn.GAMMA].copy()
         return workspace.forces
 
     def output_rates(self, velocities: FloatArray) -> FloatArray:

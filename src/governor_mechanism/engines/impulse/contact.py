@@ -94,6 +94,9 @@ class ContactModeTracker:
 
     def change_mode(self, events: Sequence[DetectedEvent] = ()) -> None:
         """Select the contact mode at the present time, after events there, and set springs, sliding friction and constraints to it."""
+        if events and all(event.kind is None for event in events):
+            self._joins.keep(self.scene_contacts.model[0])  # the forces on the next edge decide what it releases
+            return
         was_resting, scene_contacts = self.resting, self.scene_contacts
         released = {event.index for event in events if event.kind in (EventKind.SLIP, EventKind.SEPARATION)}
         if released and scene_contacts.mobility == 1:
@@ -145,9 +148,12 @@ class ContactModeTracker:
 
     def detect_events(self, end: StepState) -> list[DetectedEvent]:
         """Return the events that a step to a state has passed."""
-        detected = list[DetectedEvent]()
+        detected = list(self._joins.detect(end))
+        passed_joins = {event.index for event in detected}
         for k, constraint in enumerate(self.constraints):
-            if direction := self._release_direction(k, float(end.rates_after_kick[self.contact_outputs[k]])):
+            if k in passed_joins:
+                continue  # the forces of the step are those of two edges: what leaves is seen behind the join
+            if direction := self._release_direction(k, self._rate_after_kick(k, end)):
                 kind = EventKind.SEPARATION if constraint.stop_side else EventKind.SLIP
                 event_function = partial(self._leave_value, k, direction) if constraint.stop_side else partial(self._friction_excess, k)
                 detected.append(DetectedEvent(kind, k, event_function, direction))
@@ -162,7 +168,7 @@ class ContactModeTracker:
                 detected.append(DetectedEvent(crossing.kind, crossing.index, crossing, int(crossing.sign), latest))
             if value > 0.0 or (value == 0.0 and crossing.kind is EventKind.STICK):
                 detected.append(DetectedEvent(crossing.kind, crossing.index, crossing, int(crossing.sign)))
-        return [*detected, *self._joins.detect(end)]
+        return detected
 
     def _find_closed(self, crossing: OutputCrossing, end: StepState) -> float:
         """Return the fraction of a step at which a gap is closed that is open at both ends of the step, or 0; poses are interpolated."""
@@ -178,6 +184,11 @@ class ContactModeTracker:
             is_rising = crossing.sign * middle.rates[crossing.output] > 0.0
             first, last = (middle, last) if is_rising else (first, middle)
         return 0.0
+
+    def _rate_after_kick(self, k: int, state: StepState) -> float:
+        """Return the rate of contact `k` after the kick of a step, relative to that which closes a gap from its stop."""
+        constraint = self.constraints[k]
+        return float(state.rates_after_kick[self.contact_outputs[k]]) - constraint.stop_side * constraint.closing_rate
 
     def _release_direction(self, k: int, rate: float) -> int:
         """Return the direction in which contact `k` is released, given its rate after a kick; 0 if it stays held or was not held."""
@@ -197,7 +208,7 @@ class ContactModeTracker:
 
     def _leave_value(self, k: int, direction: int, state: StepState) -> float:
         """Return the event function of a separation: the rate away from the stop, or minus the force of a stop that pushes alone."""
-        constraint, rate = self.constraints[k], direction * float(state.rates_after_kick[self.contact_outputs[k]])
+        constraint, rate = self.constraints[k], direction * self._rate_after_kick(k, state)
         if constraint.held_value is not None:
             return rate - self._stiction_rates[k]
         return -constraint.stop_force if constraint.stop_force > 0.0 else rate

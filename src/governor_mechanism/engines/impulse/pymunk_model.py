@@ -182,6 +182,9 @@ STOP_ENGAGEMENT_RATIO = 1e-3
 MIN_BIAS_SPEED = 1e-30
 """Smallest correction speed (m/s, rad/s); pymunk treats a limit without any correction speed as not reached."""
 
+ALLOW_APPROACH = math.inf
+"""Error bias with which the correction speed of a pymunk limit is one toward the limit, which it allows, instead of away from it."""
+
 
 class FrictionStopConstraint:
     """Constraints that can hold one contact: one bears friction, the other only pushes away from a stop.
@@ -189,6 +192,7 @@ class FrictionStopConstraint:
     Both act along the gradient of the output variable and are updated before every step for the predicted pose. `held_value` (m or rad) is
     the value at which friction holds the contact, None if it does not. `stop_side` is 1 at the high stop, -1 at the low stop, 0 at neither.
     The last of `bodies` is the ground. `is_force_limited` states whether friction bears no more than its limit, which is an input.
+    `closing_rate` (m/s) is the rate toward the stop that it allows in a step in which a gap would open, else 0.
     """
 
     def __init__(self, space: pymunk.Space, bodies: list[pymunk.Body], output: int, friction_input: int, length_scale: float) -> None:
@@ -198,7 +202,7 @@ class FrictionStopConstraint:
         self._active: list[pymunk.Constraint] = []
         self.held_value: float | None = None
         self.stop_value, self.stop_side, self.is_force_limited = 0.0, 0, True
-        self._step, self._kick_duration, self._gradient_norm = 1.0, 1.0, 1.0
+        self._step, self._kick_duration, self._gradient_norm, self.closing_rate = 1.0, 1.0, 1.0, 0.0
 
     def check_line_of_action(self, poses: FloatArray, gradient: FloatArray, contact: Contact) -> None:
         """Raise UnsupportedEffect if the forces of an output variable have no single line of action, as every pymunk joint needs."""
@@ -217,7 +221,7 @@ class FrictionStopConstraint:
             "two bodies; use engine 'multibody', or a reading between two bodies or from fixed points"
         )
 
-    def update(self, poses: Poses, values: FloatArray, output_jacobian: FloatArray, inputs: StepInputs) -> None:
+    def update(self, poses: Poses, values: FloatArray, gammas: FloatArray, output_jacobian: FloatArray, inputs: StepInputs) -> None:
         """Update the constraints for the predicted poses, and outputs there, and remove those that are not needed."""
         self._step, self._kick_duration = inputs.h, inputs.h * inputs.kick_scale
         if not self.is_needed:
@@ -238,7 +242,9 @@ class FrictionStopConstraint:
         active = [friction] * (self.held_value is not None) + [stop] * (self.stop_side != 0)
         step_ratio = inputs.h / inputs.next_h
         residual = 0.0 if self.held_value is None else (value - self.held_value) * step_ratio
-        penetration = max(self.stop_side * (value - self.stop_value), 0.0) * step_ratio if self.stop_side else 0.0
+        # At a constant velocity the output bends by half of c'' h h in the next step, so that a roller would leave its curve.
+        bend = -0.5 * inputs.next_h**2 * float(gammas[self._output])
+        penetration = self.stop_side * (value + bend - self.stop_value) * step_ratio
         if is_rotational:
             # A motor keeps the relative angular velocity (second body minus first) at minus its rate.
             friction.rate = residual * rotation / self._gradient_norm / self._gradient_norm / inputs.h
@@ -256,7 +262,11 @@ class FrictionStopConstraint:
                     start_point = contact_point[0] - length * normal[0], contact_point[1] - length * normal[1]
                     joint.anchor_a, joint.anchor_b = to_body_axes(poses, first, start_point), contact_anchor
         if self.stop_side:
-            stop.max_bias = max(penetration / self._gradient_norm / inputs.h, MIN_BIAS_SPEED)
+            # An angle is linear in the poses, and opens no gap.
+            closes_gap = penetration < 0.0 and not is_rotational
+            self.closing_rate = -penetration / inputs.h if closes_gap else 0.0
+            stop.max_bias = max(self.closing_rate, penetration / inputs.h, MIN_BIAS_SPEED) / self._gradient_norm
+            stop.error_bias = ALLOW_APPROACH if closes_gap else 0.0
         limit = float(inputs.values[self.friction_input]) if self.is_force_limited and self.held_value is not None else math.inf
         friction.max_force = limit * self._gradient_norm * inputs.kick_scale
         self._activate(active)
@@ -401,7 +411,7 @@ class PymunkModel:
         np.multiply(forces, inputs.kick_scale, out=self._force_values)
         set_space_bodies(self._space, BODY_FORCE, self._force_buffer)
         for constraint in self._contact_constraints:
-            constraint.update(joint_poses, self.forces.output_values, self.forces.output_jacobian, inputs)
+            constraint.update(joint_poses, self.forces.output_values, self.forces.output_gammas, self.forces.output_jacobian, inputs)
         self._count_step(self._present_iterations)
         self._space.step(inputs.h)
         return velocities

@@ -8,13 +8,17 @@ from governor_mechanism.engines.impulse.settings import ImpulseSettings, WorkBud
 from governor_mechanism.engines.impulse.time_inputs import SpindleState, TimeInputs
 from governor_mechanism.integrators.time_grid import TimeGrid
 from governor_mechanism.mechanics.contact.scene_contacts import SceneContacts
+from governor_mechanism.mechanics.dynamics.arrays import System, SystemWorkspace
 from governor_mechanism.mechanics.dynamics.constrained_solution import CLOSURE_TOLERANCE_RATIO, StateProjector
-from governor_mechanism.mechanics.dynamics.contact_modes import ContactMode
+from governor_mechanism.mechanics.dynamics.contact_modes import ContactMode, has_contacts
 from governor_mechanism.model.events import Event, EventKind
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.observables.evaluation import ReadingEvaluator
 from governor_mechanism.observables.run_result import StateHistory
 from governor_mechanism.types import FloatArray
+
+HeldModel = tuple[System, SystemWorkspace]
+"""Model of a contact mode, in which held outputs are constraints, and its workspace."""
 
 
 @dataclass(frozen=True)
@@ -39,6 +43,11 @@ class FixedStepProblem:
         """Return the contacts of the scene, which every run begins again with `continue_from`."""
         tolerance = CLOSURE_TOLERANCE_RATIO * self.scene.part.mechanism.length_scale
         return SceneContacts(self.scene, self.evaluator.time_scale, tolerance)
+
+    @property
+    def held_model(self) -> HeldModel | None:
+        """Return the model of the present contact mode, in which held outputs are constraints; None without contacts."""
+        return self.scene_contacts.model if has_contacts(self.scene) else None
 
 
 @dataclass(frozen=True)

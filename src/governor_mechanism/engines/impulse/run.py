@@ -6,13 +6,15 @@ staggered scheme restarts at each event from poses and velocities of one time.
 """
 
 import math
+from collections.abc import Sequence
 from dataclasses import replace
+from itertools import groupby
 
 import numpy as np
 
 from governor_mechanism.engines.impulse.contact import ContactModeTracker
 from governor_mechanism.engines.impulse.pymunk_model import PymunkModel
-from governor_mechanism.engines.impulse.records import DetectedEvent, FixedStepProblem, FixedStepSolution, StepExit
+from governor_mechanism.engines.impulse.records import DetectedEvent, FixedStepProblem, FixedStepSolution, HeldModel, StepExit
 from governor_mechanism.engines.impulse.settings import StepLimitError
 from governor_mechanism.engines.impulse.staggered_stepper import StaggeredStepper
 from governor_mechanism.mechanics.dynamics.contact_modes import has_contacts
@@ -143,10 +145,11 @@ class EventDrivenStepper(StaggeredStepper):
         from scipy.optimize import brentq  # slow to import
 
         constraint = self._contact_tracker.constraints[event.index] if event.kind == EventKind.SLIP else None
+        is_release = event.kind in (EventKind.SLIP, EventKind.SEPARATION)
         min_fraction = self._min_fraction(h)
 
         # Those of forces are negative at the start: they have no value before a step.
-        initial_value = -1.0 if event.kind in (EventKind.SLIP, EventKind.SEPARATION) else event.event_function(self.state)
+        initial_value = -1.0 if is_release else event.event_function(self.state)
 
         def event_value(fraction: float) -> float:
             if fraction <= min_fraction:
@@ -162,7 +165,7 @@ class EventDrivenStepper(StaggeredStepper):
             end_value, low, high = event_value(event.latest), 0.0, event.latest
             if end_value <= 0.0:
                 return math.inf  # the joint solver had not converged in the full step
-            if event.kind in (EventKind.SLIP, EventKind.SEPARATION):
+            if is_release:
                 low = RELEASE_SEARCH_START if event.kind == EventKind.SEPARATION else SLIP_SEARCH_START
                 low_value = event_value(low)
                 if low_value >= 0.0:
@@ -230,6 +233,7 @@ def integrate_over_grid(problem: FixedStepProblem, level: int, iterations: int, 
     # A stop that is struck at the start has changed the velocities.
     start = stepper.mass_centre_state() if contacts or step_counts.size else problem.start
     states, contact_modes = [(*start, 0.0, 0.0, stepper.state.dissipated_energy)], [contacts.mode] if contacts else []
+    models = [problem.held_model]
     first_exit: StepExit | None = None
     has_limits = bool(evaluator.mechanism.limits) and not settings.plain
     is_complete, reached_limit, max_distance = True, False, settings.max_distance_ratio * evaluator.mechanism.length_scale
@@ -248,6 +252,7 @@ def integrate_over_grid(problem: FixedStepProblem, level: int, iterations: int, 
             break
         states.append((poses, velocities, time_inputs.spindle.work, time_inputs.spindle.angle, stepper.state.dissipated_energy))
         contact_modes += [contacts.mode] if contacts else []
+        models.append(problem.held_model)
         if np.max(np.abs(poses[:, :2])) > max_distance:
             break  # it flies away, or its joints are torn
         if stepper.path:
@@ -263,7 +268,7 @@ def integrate_over_grid(problem: FixedStepProblem, level: int, iterations: int, 
     times, lags = times[: len(states)], np.zeros((len(states), 0))
     history = StateHistory(times=times, poses=raw_poses, velocities=velocities, work=work, dissipated_energy=dissipated_energy, lags=lags)
     return FixedStepSolution(
-        states=_with_compatible_velocities(problem, history, spindle_angle),
+        states=_with_compatible_velocities(problem, history, models, spindle_angle),
         raw_poses=raw_poses,
         events=tuple(contacts.events) if contacts else (),
         contact_modes=tuple(contact_modes),
@@ -294,12 +299,20 @@ def _find_step_exit(
     return StepExit(index, found[1], float(times[k - 1] + high * (times[k] - times[k - 1])))
 
 
-def _with_compatible_velocities(problem: FixedStepProblem, history: StateHistory, spindle_angle: FloatArray) -> StateHistory:
-    """Return the states of a run with velocities that the joints allow, and with the shaft of a free spindle at angles (times,) rad."""
-    times, poses, velocities, evaluator = history.times, history.poses, history.velocities, problem.evaluator
+def _with_compatible_velocities(
+    problem: FixedStepProblem, history: StateHistory, models: Sequence[HeldModel | None], spindle_angle: FloatArray
+) -> StateHistory:
+    """Return the states of a run with velocities that joints and held outputs allow, and a free shaft at angles (times,) rad."""
+    times, poses, velocities, evaluator = history.times, history.poses.copy(), history.velocities.copy(), problem.evaluator
     if not problem.settings.plain:
         # The mean of two half steps opens the joints slightly, and more where the step length changes.
         # With contacts the gap depends on the step, which differs where a step was split.
-        poses, velocities = problem.projector.project(times, poses, velocities, closes_joints=has_contacts(problem.scene))
+        closes_joints = has_contacts(problem.scene)
+        start = 0
+        for _, group in groupby(models, key=lambda model: id(model and model[0])):
+            part = slice(start, start + len(list(group)))
+            motion = times[part], poses[part], velocities[part]
+            poses[part], velocities[part] = problem.projector.project(*motion, closes_joints=closes_joints, model=models[start])
+            start = part.stop
     poses, velocities = evaluator.with_shaft(times, poses, velocities, spindle_angle)
     return replace(history, poses=poses, velocities=velocities)

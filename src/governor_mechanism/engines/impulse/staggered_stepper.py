@@ -148,7 +148,7 @@ class StaggeredStepper:
         """Return a state with closed joints and compatible velocities."""
         centre_poses, centre_velocities = self.model.to_mass_centres(state.poses, state.velocities)
         (poses,), (velocities,) = self._problem.projector.project(
-            np.array([state.time]), centre_poses[np.newaxis], centre_velocities[np.newaxis]
+            np.array([state.time]), centre_poses[np.newaxis], centre_velocities[np.newaxis], model=self._problem.held_model
         )
         proxy_velocities = self.model.to_proxy_velocities(velocities)
         proxy_poses = np.where(self.model.pinned_mask, state.poses, poses)

@@ -248,15 +248,16 @@ class StateProjector:
         velocities: FloatArray,  # their time derivatives; shape (n, bodies, 3)
         *,
         closes_joints: bool = True,  # whether poses are projected as well; else they are kept
+        model: tuple[System, SystemWorkspace] | None = None,  # one in which outputs are held as well
     ) -> tuple[FloatArray, FloatArray]:
         """Return the nearest poses (n, bodies, 3) with closed joints, and the velocities that impulses of the joints bring about."""
-        system = self._model[0]
+        system, workspace = model or self._model
         n_bodies = poses.shape[1]
         without_shafts = ((0, 0), (0, len(system.bodies) - n_bodies), (0, 0))
         origins, origin_velocities = from_mass_centres(system, np.pad(poses, without_shafts), np.pad(velocities, without_shafts))
         cubics = stack_local_cubics(self._input_functions, times)
         tolerance = self._closure_tolerance if closes_joints else np.inf
         for k in range(len(times)):
-            project_state(*self._model, cubics[k], 0.0, origins[k], origin_velocities[k], tolerance)
+            project_state(system, workspace, cubics[k], 0.0, origins[k], origin_velocities[k], tolerance)
         projected_poses, projected_velocities = to_mass_centres(system, origins, origin_velocities)
         return projected_poses[:, :n_bodies], projected_velocities[:, :n_bodies]
