@@ -9,7 +9,7 @@ from PIL import Image
 
 import governor_mechanism as gm
 from decoding import decode_film, words_of
-from drawing_checks import of_role
+from drawing_checks import assert_within, of_role
 from governor_mechanism.render.figures.time_series import choose_overview
 from governor_mechanism.render.film.painters import EngineRoomPainter, write_still
 from governor_mechanism.render.frame_data import FrameData
@@ -156,11 +156,7 @@ def test_every_frame_has_the_same_shapes_within_the_room(model, request):
     frames = [list(drawing.moving_shapes(state)) for state in states]
     assert len({tuple((type(shape), shape.role) for shape in frame) for frame in frames}) == 1
     for shapes in (*frames, list(drawing.background_shapes())):
-        left, right, bottom, top = bounding_box(shapes)
-        assert left >= 0.0
-        assert right <= room.WIDTH
-        assert bottom >= 0.0
-        assert top <= room.HEIGHT
+        assert_within(shapes, (0.0, room.WIDTH, 0.0, room.HEIGHT), margin=1e-9)
 
 
 @pytest.mark.parametrize("ratio", [1.0, 52 / 30, 0.51, -0.8])

@@ -40,6 +40,11 @@ def test_the_balls_and_the_traced_path_are_those_of_the_readings(drawn):
     assert [ball.x for ball in of_role(drawn.at(-1), "ball", Circle)] == pytest.approx([-path[-1, 0], path[-1, 0]], rel=1e-9)
 
 
+def test_the_pointer_shows_the_lift_on_the_scale(drawn):
+    for row in (0, len(drawn.run.times) // 2, -1):
+        assert drawn.shown_lift(row) == pytest.approx(drawn.run.readings["sleeve_lift"][row], abs=1e-9)
+
+
 def test_the_flange_of_a_hartnell_sleeve_lies_on_the_rollers_under_the_spring():
     drawn = draw("hartnell")
     assert isinstance(drawn.drawing, HartnellDrawing)

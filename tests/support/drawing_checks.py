@@ -31,7 +31,7 @@ class Drawn:
 
     def shown_lift(self, k):
         """Return the lift (m) that the pointer of a governor shows on its scale, which has a number at either end, at report k."""
-        low, high = (shape for shape in self.still if isinstance(shape, TextShape))
+        low, *_, high = (one for one in of_role(self.still, "scale", TextShape) if not one.text.isalpha())  # not the key of shoes
         first, last = (float(mark.text.removesuffix(" mm")) / 1e3 for mark in (low, high))
         tip = of_role(self.at(k), "pointer")[0].points[0][1]
         return first + (tip - low.y) / (high.y - low.y) * (last - first)
