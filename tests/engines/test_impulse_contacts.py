@@ -1,6 +1,7 @@
 """Parts that touch in engine `impulse`: against `multibody` and closed forms, its estimates, and pymunk's own collisions beside it."""
 
 import math
+import tomllib
 
 import numpy as np
 import pymunk
@@ -13,6 +14,7 @@ from governor_mechanism.engines import ImpulseEngine
 from governor_mechanism.errors import UnsupportedEffect
 from governor_mechanism.model.events import EventKind
 from governor_mechanism.model.results.records import Outcome
+from governor_mechanism.scenes.library import shipped_scenes
 from random_contacts import KINDS, ContactReferences, draw_contact_scene
 
 SEED = 20261127
@@ -57,6 +59,20 @@ def test_shipped_scenes_agree_within_the_estimate(name, duration):
     for reading in moved:
         difference = np.max(np.abs(one.readings[reading][:n_times] - other.readings[reading]))
         assert difference <= other.reading_errors[reading] + one.reading_errors[reading]
+
+
+def test_a_roller_on_a_free_cam_moves_with_an_error_of_second_order():
+    """No motor turns the cam, so that its angle shows how the roller is held, also over the nose, where its gap would open."""
+    document = tomllib.loads(shipped_scenes()["disc_cam"].read_text(encoding="utf-8"))
+    document["joint"] = [one for one in document["joint"] if one["type"] != "driven_turn"]
+    document["body"][0]["mass"] = "15 kg"
+    scene = gm.Scene.from_dict(document | {"start": {"cam_rate": "-20 rad/s"}})
+    times = np.linspace(0.0, 0.2, 11)
+    exact = gm.run(scene, "multibody", accuracy=1e-10, times=times)
+    runs = [ImpulseEngine(step=step, runs=1).run(scene, times=times, certify=False) for step in (4e-4, 2e-4)]
+    for values in ("readings", "rates"):
+        coarse, fine = (np.max(np.abs(getattr(run, values)["cam_angle"] - getattr(exact, values)["cam_angle"])) for run in runs)
+        assert coarse / fine == pytest.approx(4.0, rel=0.05)
 
 
 @pytest.mark.parametrize("numbers", [range(3), pytest.param(range(3, 200), marks=pytest.mark.long)], ids=["few", "most"])

@@ -134,11 +134,30 @@ def test_auto_takes_multibody_for_parts_that_touch():
     assert run.cost.engine == "multibody"
 
 
-def test_repeated_rollers_are_refused():
-    scene = pendulum(BLOCK, 0.5)
-    scene["contact"][0]["repeat"] = 2
-    with pytest.raises(gm.UnsupportedEffect, match=r"several rollers.*contact 'c'.*choose engine 'multibody'"):
-        gm.run(gm.Scene.from_dict(scene), "reduced")
+def wheel(restitution, turn_rate, **contact):
+    """A heavy wheel with twelve pins that swings below its axle, and whose pins strike an anvil."""
+    arm = {"name": "arm", "mass": 1.0, "inertia": 0.05, "at": [0, 0], "centre": [0, -0.2], "points": {"pin": [0, -0.3]}}
+    pins = {"name": "c", "first": "arm.pin", "radius": BOB, "second": "anvil", "restitution": restitution, "repeat": 12, **contact}
+    anvil = {"outline": [[0.1, -0.7], [0.3, -0.7], [0.3, -0.3], [0.1, -0.3]]}
+    return document([arm], [], [pins], 0.1, turn_rate, obstacles=[("anvil", [0, 0], anvil)])
+
+
+def test_one_gap_of_several_rollers_is_refused():
+    match = r"one gap of several rollers.*contact 'c'; give it at_once, as large as repeat.*choose engine 'multibody'"
+    with pytest.raises(gm.UnsupportedEffect, match=match):
+        gm.run(gm.Scene.from_dict(wheel(0.5, 5.0)), "reduced")
+
+
+@pytest.mark.parametrize(("restitution", "turn_rate", "friction"), [(0.7, -2.0, 0.0), (0.3, 5.0, 0.0), (0.7, -2.0, 0.2)])
+def test_repeated_rollers_with_a_gap_of_each_touch_as_in_multibody(restitution, turn_rate, friction):
+    scene = gm.Scene.from_dict(wheel(restitution, turn_rate, friction=friction, at_once=12))
+    reduced, multibody = (gm.run(scene, engine) for engine in ("reduced", "multibody"))
+    assert reduced.outcome is multibody.outcome is gm.Outcome.DONE
+    assert [(one.kind, one.subject) for one in reduced.events] == [(one.kind, one.subject) for one in multibody.events]
+    assert len(reduced.events) > 1
+    for name, values in multibody.readings.items():
+        bound = reduced.reading_errors[name] + multibody.reading_errors[name]
+        assert np.abs(reduced.readings[name] - values).max() <= bound, name
 
 
 FLOOR = [[-1, -1], [1, -1], [1, -0.45], [-1, -0.45]]

@@ -63,7 +63,8 @@ class ReducedEngine(ErrorControlledEngine):
             return f"engine 'reduced' integrates one degree of freedom; this mechanism has mobility {mobility}; {remedy}"
         for gap in outline_gaps_of(scene):
             if gap.others:
-                return f"engine 'reduced' cannot model the several rollers of contact {gap.contact!r}; {remedy}"
+                cure = "give it at_once, as large as repeat, which makes a gap of each"
+                return f"engine 'reduced' cannot model one gap of several rollers, as of contact {gap.contact!r}; {cure}, or {remedy}"
         own_readings = {prefix + reading.name for reading in (*part.mechanism.readings, *part.mechanism.internal_outputs)}
         for problem in _shaft_problems(scene, find_shaft_train(scene), own_readings):
             return f"engine 'reduced' cannot model {problem}; {remedy}"
