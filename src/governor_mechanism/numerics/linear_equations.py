@@ -3,7 +3,7 @@
 import math
 
 from governor_mechanism.numerics.array_copy import copy_array
-from governor_mechanism.numerics.jit import jit_in_place
+from governor_mechanism.numerics.jit import jit_in_place, jit_inlined
 from governor_mechanism.types import FloatArray
 
 MIN_BAND_PIVOT_RATIO = 1e-12
@@ -16,7 +16,7 @@ JACOBI_TOLERANCE = 1e-17
 """Entry relative to the geometric mean of its diagonal entries that counts as zero."""
 
 
-@jit_in_place
+@jit_inlined
 def factorise_band(band: FloatArray, factor: FloatArray) -> float:
     """Factorise a band matrix by Cholesky, with inverse diagonal; return the smallest pivot relative to its entry, 0 if one vanishes."""
     # The entries of a column are next to each other.
@@ -54,7 +54,7 @@ def solve_factorised_band(factor: FloatArray, vector: FloatArray) -> None:
         vector[j] = total * factor[j, 0]
 
 
-@jit_in_place
+@jit_inlined
 def solve_band_system(
     band: FloatArray,  # lower band by columns: entry (j + k, j) is at [j, k]; shape (rows, bandwidth + 1)
     factor: FloatArray,  # workspace for the Cholesky factor, with the shape of `band`

@@ -41,7 +41,7 @@ from governor_mechanism.model.mechanism import Mechanism
 from governor_mechanism.model.time_functions import StrokeHold
 from governor_mechanism.numerics.array_copy import copy_array
 from governor_mechanism.numerics.interpolation import cubic_hermite_jit, quintic_hermite_jit
-from governor_mechanism.numerics.jit import jit_in_place
+from governor_mechanism.numerics.jit import jit_in_place, jit_inlined
 from governor_mechanism.numerics.linear_equations import solve_band_system
 from governor_mechanism.types import NO_INDEX, FloatArray, IntArray
 
@@ -158,7 +158,7 @@ def _project_to(equation: MultibodyEquation, local_time: float, state: FloatArra
     project_state(equation.system, equation.workspace, equation.input_cubics, local_time, poses, velocities, tolerance)
 
 
-@jit_in_place
+@jit_inlined
 def _evaluate(equation: MultibodyEquation, local_time: float, state: FloatArray, derivatives: FloatArray, k: int) -> float:
     """Evaluate the state derivative, near a change point after a projection, and return the pivot ratio of the constraint rows."""
     pivot_ratio, is_projected = 0.0, False
