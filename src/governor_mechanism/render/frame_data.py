@@ -45,9 +45,7 @@ class FrameData:
     values (f,) interpolated linearly; `spindle_angle` (f,) rad counts from the start and is zero without a spindle speed. `drawing` is that
     of the whole run. A second of the run takes `slow_down` seconds of film. `chosen` are names of readings of the run, or "rate of ...",
     that are shown besides. The motion of the drawing is magnified by `magnification`; the readings are not.
-
-    `sample_times` (s,) are the reported times within the time span and its ends; curves are drawn through them, since a fast crank moves
-    far from one frame to the next.
+    `sample_times` (s,) are the reported times within the time span and its ends.
     """
 
     def __init__(
@@ -70,6 +68,7 @@ class FrameData:
         self.poses = self.poses_at(times)
         first, last = (float(np.clip(time, run.times[0], run.times[-1])) for time in time_span)
         inside = run.times[(run.times > first) & (run.times < last)]
+        # Curves are drawn through these, since a fast crank moves far from one frame to the next.
         self.sample_times = np.unique(np.concatenate([[first], inside, [last]]))
         readings = self.drawing.select_entries(shown_readings(run)) | self._select_chosen(run, chosen)
         speed = readings["spindle_speed"].values if "spindle_speed" in readings else np.zeros(len(run.times))

@@ -113,11 +113,10 @@ def _find_cells(pixels: PackedPixels) -> PackedPixels:
 
 
 class GifWriter:
-    """Streams frames into an open binary file; call `close` to finish it.
+    """Streams frames into an open binary file; call `close` to finish it."""
 
-    A compressor compresses a frame while the next is painted: Pillow leaves the interpreter to others while it writes into a true file.
-    `size` are the bytes of the frames that are finished when the last one is begun, the same in every run.
-    """
+    # A compressor compresses a frame while the next is painted: Pillow leaves the interpreter to others while it writes into a true
+    # file. `size` are the bytes of the frames that are finished when the last one is begun, the same in every run.
 
     def __init__(self, file: BinaryIO, palette: Palette, compressor: ThreadPoolExecutor | None = None) -> None:
         self._file = file
