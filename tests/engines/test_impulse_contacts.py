@@ -77,7 +77,11 @@ def test_a_roller_on_a_free_cam_moves_with_an_error_of_second_order():
             assert coarse < 1e-6  # twice and five times as much where the stop ignores the bend of the curve, or takes its sign wrong
 
 
-@pytest.mark.parametrize("numbers", [range(3), pytest.param(range(3, 200), marks=pytest.mark.long)], ids=["few", "most"])
+FEW = (0, 1, 2, 3, 16, 103, 142)
+"""From number 3 on, those that tell of a release at a wrong rate, of held contacts left out of the projection, and of a change of edge."""
+
+
+@pytest.mark.parametrize("numbers", [FEW, pytest.param(sorted({*range(200)} - {*FEW}), marks=pytest.mark.long)], ids=["few", "most"])
 def test_errors_are_within_their_estimates(numbers):
     checks = []
     for number in numbers:

@@ -59,17 +59,6 @@ def test_the_kernels_of_the_package_are_found_with_what_they_use():
     assert ("governor_mechanism.mechanics.dynamics.lowering", "make_body_records") not in found
 
 
-def test_members_are_followed_through_classes_in_any_order():
-    # Each class is searched again once the member is named, in sets whose order changes from run to run.
-    n_classes = 12
-    classes = "".join(f"class Law{k}:\n    def step{k}(self):\n        return self.next.step{k + 1}\n" for k in range(n_classes))
-    last = f"DENSITY = 1.2\nclass Last:\n    def step{n_classes}(self):\n        return DENSITY\n"
-    names = ", ".join([*(f"Law{k}" for k in range(n_classes)), "Last"])
-    kernel = f"@jit\ndef evaluate(law):\n    laws = {names}\n    return law.step0, laws\n"
-    texts = {"governor_mechanism.forces": f"from governor_mechanism.numerics.jit import jit\n{classes}{last}{kernel}"}
-    assert ("governor_mechanism.forces", "DENSITY") in KernelSources(texts).definitions
-
-
 def test_the_digest_is_kept_until_a_file_changes(tmp_path, monkeypatch):
     package, library = tmp_path / "package", tmp_path / "library"
     (package / "inner").mkdir(parents=True)
