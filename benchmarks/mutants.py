@@ -69,9 +69,11 @@ ENGINE_TESTS = tuple(
 )
 
 TESTS = {
-    "closed_form": Tests(("tests/closed_form", "tests/machines/test_hartnell.py", "tests/machines/test_proell.py"), ("tests/machines",)),
-    "effects": Tests(("tests/effects", "tests/scenes/test_effect_tables.py", "tests/engines/test_effects.py")),
-    "mechanics": Tests(("tests/mechanics",), ENGINE_TESTS),
+    "closed_form": Tests(
+        ("tests/closed_form", "tests/refusals", "tests/machines/test_hartnell.py", "tests/machines/test_proell.py"), ("tests/machines",)
+    ),
+    "effects": Tests(("tests/effects", "tests/refusals", "tests/scenes/test_effect_tables.py", "tests/engines/test_effects.py")),
+    "mechanics": Tests(("tests/mechanics", "tests/refusals"), ENGINE_TESTS),
 }
 """Tests of each folder."""
 

@@ -2,6 +2,7 @@
 
 import itertools
 import math
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -333,8 +334,13 @@ def test_the_table_and_the_harmonic_agree():
 
 
 def test_loads_and_wheels_that_cannot_be_are_refused():
-    with pytest.raises(MechanismError, match=r"cannot carry the load: .* never exceeds .* the shaft stalls; reduce load_pressure"):
+    with pytest.raises(
+        MechanismError, match=r"cannot carry the load: .* never exceeds .* the shaft stalls; reduce load_pressure"
+    ) as refused:
         flywheel_equilibrium.energy_fluctuation(replace(ENGINE, load_pressure=5e5))
+    stated = float(re.search(r"at most ([\d.]+) N m", str(refused.value))[1])
+    assert stated == pytest.approx(np.max(closed.gas_torque(ENGINE, crank_angle=np.linspace(0.0, math.pi, 10001))), rel=1e-5)
+    replace(ENGINE, pump_clearance=0.99 / (ENGINE.supply_pressure / ENGINE.atmospheric_pressure - 1))  # a hundredth below the largest
     assert flywheel_equilibrium.find_equilibria(replace(ENGINE, load_pressure=5e5)) == ()
     with pytest.raises(MechanismError, match=r"can carry no load: in a stroke the air does -"):
         closed.closing_load_pressure(replace(ENGINE, back_pressure=3e5))
