@@ -72,7 +72,8 @@ def compare_kernel(scene: Scene | str | Path, kernel: Callable[..., Any], *argum
     __tracebackhide__ = True
     import governor_mechanism as gm
 
-    report, problem = None, _find_wrong_argument(inspect.signature(gm.crosscheck), scene, kernel, *arguments, **options)
+    report = None
+    problem = _find_wrong_argument(inspect.signature(gm.crosscheck), scene, kernel, *arguments, **options)
     if not problem:
         try:
             report = gm.crosscheck(scene, kernel, *arguments, **options)

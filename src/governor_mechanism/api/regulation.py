@@ -58,7 +58,8 @@ def load_change_study(
     from governor_mechanism.studies.regulation.load_change import parse_load_step, study_load_change
     from governor_mechanism.units.quantities import parse_quantity
 
-    begin, duration = None if at is None else parse_quantity(at, "time", "at"), parse_quantity(ramp, "time", "ramp")
+    begin = None if at is None else parse_quantity(at, "time", "at")
+    duration = parse_quantity(ramp, "time", "ramp")
     fractions = parse_load_step(load_step)
     return study_load_change(as_scene(scene), fractions, at=begin, ramp=duration, engine=engine, accuracy=accuracy)
 

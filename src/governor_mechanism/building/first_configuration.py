@@ -273,7 +273,9 @@ def _with_choice(document: dict[str, Any], first: _First) -> dict[str, Any]:
 def _with_pose(table: dict[str, Any], body: SketchedBody, pose: Sequence[float], scale: float) -> dict[str, Any]:
     """Return the table of a body with the pose of its axes; what is given stays as it is written where it is that of the pose."""
     centre_x, centre_y = rotate_point(*body.shape.element.centre, pose[2])
-    x, y, angle = pose[0] - centre_x, pose[1] - centre_y, pose[2]
+    x = pose[0] - centre_x
+    y = pose[1] - centre_y
+    angle = pose[2]
     keeps_position = "at" in table and math.dist((x, y), body.origin) < KEPT_TOLERANCE * scale
     keeps_angle = not body.can_rotate or ("angle" in table and abs(angle - body.angle) < KEPT_TOLERANCE)
     position = {} if keeps_position else {"at": [round(x, N_DECIMALS) + 0.0, round(y, N_DECIMALS) + 0.0]}
@@ -386,7 +388,8 @@ def _find_poses(
         return _sum_of_squared_deviations(sketch, one.poses, given_angles)
 
     starts = [*_close_at_best(sketch, given_angles, guesses), *guesses]
-    near, held_names = min(_search(sketch, {}, starts), key=distance, default=None), list[str]()
+    near = min(_search(sketch, {}, starts), key=distance, default=None)
+    held_names = list[str]()
     if near is not None:
         held_names = list(_find_independent(sketch, given_angles, {}, near))
     is_overdetermined = near is not None and len(held_names) < len(given_angles)

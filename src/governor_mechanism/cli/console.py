@@ -36,7 +36,10 @@ Accuracy = Annotated[float | None, typer.Option(help="Accuracy relative to the s
 EngineOfScene = Annotated[str, typer.Option(help="Name of an engine; auto uses the engine of the scene.")]
 EngineOfRuns = Annotated[str, typer.Option(help="The engine of all runs.")]
 Workers = Annotated[int, typer.Option(help="Largest number of processes. The result does not depend on it.")]
-EXIT_OK, EXIT_FAILED, EXIT_BAD_INPUT, EXIT_INTERRUPTED = 0, 1, 2, 130
+EXIT_OK = 0
+EXIT_FAILED = 1
+EXIT_BAD_INPUT = 2
+EXIT_INTERRUPTED = 130
 
 INTERRUPT_REPEAT_INTERVAL = 1.0
 """Time after which a swallowed interrupt is raised again, s; long enough to delete a half-written file."""

@@ -83,7 +83,8 @@ def fit(
     so far. The exit status is 1 if the search does not converge.
     """
     loaded = load_changed(scene, changes)
-    levels, intervals = _read_noise(noise or []), [tuple(one.split(":")) for one in without or []]
+    levels = _read_noise(noise or [])
+    intervals = [tuple(one.split(":")) for one in without or []]
     with console.show_status("fitting"), console.first_interrupt_is_answered():
         options: dict[str, Any] = {"engine": engine, "starts": starts, "seed": seed, "workers": workers}
         result = gm.fit(loaded, data, over, noise=levels, without=intervals, profile=profile or (), **options)

@@ -135,7 +135,8 @@ def speed_limits(
     MechanismError
         If the flywheel is too light: it would come to rest.
     """
-    mean, swing = _positive(mean_speed, "mean_speed", "rad/s"), _positive(energy, "energy", "J") / _positive(inertia, "inertia", "kg m2")
+    mean = _positive(mean_speed, "mean_speed", "rad/s")
+    swing = _positive(energy, "energy", "J") / _positive(inertia, "inertia", "kg m2")
     largest = mean**2 if mean_energy else 2 * mean**2
     sentence = "the flywheel is too light: it would come to rest in each stroke"
     raise_where(swing > largest, sentence, ("inertia", inertia, "kg m2"), hint="increase inertia or mean_speed")
@@ -166,7 +167,8 @@ def speed_after_work(*, inertia: FloatOrArray, start_speed: FloatOrArray, work: 
     MechanismError
         If the shaft has not as much energy as it should give.
     """
-    start, done = _positive(start_speed, "start_speed", "rad/s"), validate_argument(work, "work", "J")
+    start = _positive(start_speed, "start_speed", "rad/s")
+    done = validate_argument(work, "work", "J")
     square = start**2 + 2 * done / _positive(inertia, "inertia", "kg m2")
     raise_where(square < 0, "the shaft stalls: its energy is less than the work it should give", ("work", done, "J"))
     return as_scalar_or_array(np.sqrt(square))
@@ -279,7 +281,8 @@ def arm_bending_moment(*, torque: FloatOrArray, radius: FloatOrArray, hub_radius
     MechanismError
         If the hub is not inside the rim.
     """
-    rim, hub = _positive(radius, "radius", "m"), _positive(hub_radius, "hub_radius", "m")
+    rim = _positive(radius, "radius", "m")
+    hub = _positive(hub_radius, "hub_radius", "m")
     raise_where(hub >= rim, "hub_radius must be below radius, that of the rim", ("hub_radius", hub, "m"), ("radius", rim, "m"))
     return as_scalar_or_array(_positive(torque, "torque", "N m") * (rim - hub) / (rim * _positive(arms, "arms", "")))
 
@@ -299,7 +302,8 @@ def arm_major_axis(*, bending_moment: FloatOrArray, stress: FloatOrArray) -> Flo
     FloatOrArray
         Major axis a, m, in the plane of the wheel; the minor one is a / 2.
     """
-    moment, allowed = _positive(bending_moment, "bending_moment", "N m"), _positive(stress, "stress", "Pa")
+    moment = _positive(bending_moment, "bending_moment", "N m")
+    allowed = _positive(stress, "stress", "Pa")
     return as_scalar_or_array(np.cbrt(64 * moment / (math.pi * allowed)))
 
 
@@ -342,7 +346,8 @@ def table_energy(*, angles: FloatArray, torques: FloatArray) -> float:
     MechanismError
         If the angles do not ascend, or the two arrays do not fit.
     """
-    corners, values = validate_argument(angles, "angles", "rad"), validate_argument(torques, "torques", "N m")
+    corners = validate_argument(angles, "angles", "rad")
+    values = validate_argument(torques, "torques", "N m")
     steps = np.diff(corners)
     if corners.ndim != 1 or corners.shape != values.shape or corners.size < 2 or np.any(steps < 0) or not corners[-1] > corners[0]:
         raise MechanismError("angles and torques must be lists of equal length, with at least two ascending angles")

@@ -269,12 +269,10 @@ def pump_work(engine: AirEngine, *, crank_angle: FloatOrArray) -> FloatOrArray:
         Work, J; 0 at the dead centre.
     """
     u, m = np.asarray(piston_travel(crank_angle=crank_angle)), engine.pump_clearance
-    atmosphere, supply, suction, delivery = (
-        engine.atmospheric_pressure,
-        engine.supply_pressure,
-        engine.suction_travel,
-        engine.delivery_travel,
-    )
+    atmosphere = engine.atmospheric_pressure
+    supply = engine.supply_pressure
+    suction = engine.suction_travel
+    delivery = engine.delivery_travel
     behind = supply * m * np.log1p(np.minimum(u, suction) / m) + atmosphere * (np.maximum(u, suction) - suction)
     in_front = -atmosphere * (m + 1) * np.log1p(-np.minimum(u, delivery) / (m + 1)) + supply * (np.maximum(u, delivery) - delivery)
     return as_scalar_or_array(engine.pump_area * engine.pump_stroke * (behind - in_front))

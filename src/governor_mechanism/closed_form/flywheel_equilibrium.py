@@ -173,7 +173,8 @@ def bracket_terms(engine: AirEngine, *, slowest_angle: float, fastest_angle: flo
     _validate_paper_intervals(engine, slowest_angle, fastest_angle)
     cos_a, cos_b = math.cos(slowest_angle), math.cos(fastest_angle)
     u_a, u_b = math.sin(slowest_angle / 2) ** 2, math.sin(fastest_angle / 2) ** 2
-    m, compression = engine.pump_clearance, engine.supply_pressure / engine.atmospheric_pressure
+    m = engine.pump_clearance
+    compression = engine.supply_pressure / engine.atmospheric_pressure
     initial = engine.cut_off + engine.clearance
     pump_ratio = engine.pump_area * engine.pump_stroke / (engine.area * engine.stroke)
     return (

@@ -118,7 +118,8 @@ def acceleration_ratio(slots: int, *, driver_angle: FloatOrArray) -> FloatOrArra
 
 def _read(slots: int, driver_angle: FloatOrArray) -> tuple[float, FloatArray]:
     """Return the crank over the distance of the shafts, and the angle of the driver."""
-    largest, angle = engaged_angle(slots), validate_argument(driver_angle, "driver_angle", "rad")
+    largest = engaged_angle(slots)
+    angle = validate_argument(driver_angle, "driver_angle", "rad")
     is_free = np.abs(angle) > largest * (1 + 1e-12)
     raise_where(is_free, f"the pin is in a slot up to {largest:.9g} rad from the line of centres", ("driver_angle", angle, "rad"))
     return math.sin(math.pi / slots), angle

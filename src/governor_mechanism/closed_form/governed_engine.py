@@ -288,7 +288,8 @@ def characteristic_coefficients(
     """
     inertia = validate_argument(coordinate_inertia, "coordinate_inertia", "kg m2", greater_than=0.0)
     damping = validate_argument(coordinate_damping, "coordinate_damping", "N m s/rad", minimum=0.0)
-    rate, slope = validate_argument(stiffness, "stiffness", "N m/rad"), validate_argument(torque_derivative, "torque_derivative", "N m/rad")
+    rate = validate_argument(stiffness, "stiffness", "N m/rad")
+    slope = validate_argument(torque_derivative, "torque_derivative", "N m/rad")
     ratio = validate_argument(gear_ratio, "gear_ratio", "")
     coupling = (  # N = r^2 w J', with w_s = r w
         ratio

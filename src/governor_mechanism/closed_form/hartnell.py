@@ -219,7 +219,8 @@ def squared_natural_frequency(
     FloatOrArray
         Squared frequency, rad2/s2.
     """
-    force, rate = validate_argument(spring_force, "spring_force", "N"), validate_argument(spring_rate, "spring_rate", "N/m")
+    force = validate_argument(spring_force, "spring_force", "N")
+    rate = validate_argument(spring_rate, "spring_rate", "N/m")
     speed = validate_argument(spindle_speed, "spindle_speed", "rad/s")
     return as_scalar_or_array(_paths(governor, arm_angle).squared_frequency(force, rate, speed))
 
@@ -255,7 +256,8 @@ def arm_acceleration(
     FloatOrArray
         Acceleration, rad/s2.
     """
-    paths, rate = _paths(governor, arm_angle), validate_argument(arm_rate, "arm_rate", "rad/s")
+    paths = _paths(governor, arm_angle)
+    rate = validate_argument(arm_rate, "arm_rate", "rad/s")
     force = validate_argument(spring_force, "spring_force", "N") + validate_argument(damping, "damping", "N s/m") * paths.z1 * rate
     return as_scalar_or_array(paths.acceleration(rate, validate_argument(spindle_speed, "spindle_speed", "rad/s"), force))
 
@@ -293,7 +295,8 @@ def spindle_acceleration(
     """
     names = (("rad/s", "arm_rate", arm_rate), ("rad/s", "spindle_speed", spindle_speed))
     rate, speed = (validate_argument(value, name, unit) for unit, name, value in names)
-    inertia, moment = validate_argument(constant_inertia, "constant_inertia", "kg m2"), validate_argument(torque, "torque", "N m")
+    inertia = validate_argument(constant_inertia, "constant_inertia", "kg m2")
+    moment = validate_argument(torque, "torque", "N m")
     return as_scalar_or_array(_paths(governor, arm_angle).spindle_acceleration(rate, speed, inertia, moment))
 
 
@@ -302,7 +305,9 @@ def _validate_arm_angle(arm_angle: FloatOrArray) -> FloatOrArray:
 
 
 def _paths(governor: HartnellGovernor, arm_angle: FloatOrArray) -> GovernorPaths:
-    beta, a, b = _validate_arm_angle(arm_angle), governor.ball_arm, governor.sleeve_arm
+    beta = _validate_arm_angle(arm_angle)
+    a = governor.ball_arm
+    b = governor.sleeve_arm
     across, along = a * np.sin(beta), a * np.cos(beta)
     return GovernorPaths(
         ball_mass=governor.ball_mass,

@@ -131,7 +131,8 @@ def astatic_spring_force(governor: HartungGovernor, *, lever_angle: FloatOrArray
     ----------
     Dubois (1912), p. 618.
     """
-    alpha, speed = _validate_lever_angle(lever_angle), validate_argument(spindle_speed, "spindle_speed", "rad/s")
+    alpha = _validate_lever_angle(lever_angle)
+    speed = validate_argument(spindle_speed, "spindle_speed", "rad/s")
     a, weight = governor.weight_arm, governor.weight_mass * governor.gravity
     sleeve_force_share = 0.5 * governor.sleeve_mass * governor.gravity * _lift_derivatives(governor, alpha)[0] / (a * np.cos(alpha))
     return as_scalar_or_array(_centrifugal_force(governor, alpha, speed) + sleeve_force_share - weight * np.tan(alpha))
@@ -156,7 +157,8 @@ def equilibrium_speed(governor: HartungGovernor, *, lever_angle: FloatOrArray, s
     FloatOrArray
         Spindle speed w, rad/s.
     """
-    alpha, force = _validate_lever_angle(lever_angle), validate_argument(spring_force, "spring_force", "N")
+    alpha = _validate_lever_angle(lever_angle)
+    force = validate_argument(spring_force, "spring_force", "N")
     standstill_force = np.asarray(astatic_spring_force(governor, lever_angle=alpha, spindle_speed=0.0))
     squared_speed = (force - standstill_force) / (governor.weight_mass * np.asarray(weight_radius(governor, lever_angle=alpha)))
     message = "no spindle speed balances the weights: the spring is too weak"
@@ -189,7 +191,8 @@ def static_sleeve_force(governor: HartungGovernor, *, lever_angle: FloatOrArray,
     ----------
     Dubois (1912), p. 620.
     """
-    alpha, force = _validate_lever_angle(lever_angle), validate_argument(spring_force, "spring_force", "N")
+    alpha = _validate_lever_angle(lever_angle)
+    force = validate_argument(spring_force, "spring_force", "N")
     height_derivative = _lift_derivatives(governor, alpha)[0]
     message = "the lever is at or beyond its change point: an outward motion does not lift the sleeve"
     raise_where(height_derivative >= 0, message, ("lever_angle", np.degrees(alpha), "deg"))
@@ -230,8 +233,10 @@ def stiffness(
     2 [(k - M w^2) a^2 cos^2 + (P - M w^2 x) a sin - M g a cos] + m g z", sin and cos of the lever angle. The force P (N) and the rate
     k (N/m) are those of one spring. With a vertical hanger m g z" is -m g b cos(g + alpha).
     """
-    alpha, force = _validate_lever_angle(lever_angle), validate_argument(spring_force, "spring_force", "N")
-    rate, speed = (validate_argument(spring_rate, "spring_rate", "N/m"), validate_argument(spindle_speed, "spindle_speed", "rad/s"))
+    alpha = _validate_lever_angle(lever_angle)
+    force = validate_argument(spring_force, "spring_force", "N")
+    rate = validate_argument(spring_rate, "spring_rate", "N/m")
+    speed = validate_argument(spindle_speed, "spindle_speed", "rad/s")
     a, mass = governor.weight_arm, governor.weight_mass
     sine, cosine = np.sin(alpha), np.cos(alpha)
     per_weight = (rate - mass * speed**2) * (a * cosine) ** 2
@@ -298,9 +303,13 @@ def lever_acceleration(
     FloatOrArray
         Angular acceleration, rad/s2.
     """
-    alpha, rate = _validate_lever_angle(lever_angle), validate_argument(lever_rate, "lever_rate", "rad/s")
-    force, speed = (validate_argument(spring_force, "spring_force", "N"), validate_argument(spindle_speed, "spindle_speed", "rad/s"))
-    a, mass, sleeve = governor.weight_arm, governor.weight_mass, governor.sleeve_mass
+    alpha = _validate_lever_angle(lever_angle)
+    rate = validate_argument(lever_rate, "lever_rate", "rad/s")
+    force = validate_argument(spring_force, "spring_force", "N")
+    speed = validate_argument(spindle_speed, "spindle_speed", "rad/s")
+    a = governor.weight_arm
+    mass = governor.weight_mass
+    sleeve = governor.sleeve_mass
     height_derivative, height_second_derivative = _lift_derivatives(governor, alpha)
     generalised_force = 2 * (force - _centrifugal_force(governor, alpha, speed)) * a * np.cos(alpha)
     generalised_force += 2 * mass * governor.gravity * a * np.sin(alpha) - sleeve * governor.gravity * height_derivative
@@ -342,8 +351,10 @@ def spindle_acceleration(
     FloatOrArray
         Angular acceleration, rad/s2.
     """
-    alpha, rate = _validate_lever_angle(lever_angle), validate_argument(lever_rate, "lever_rate", "rad/s")
-    speed, drive_torque = (validate_argument(spindle_speed, "spindle_speed", "rad/s"), validate_argument(torque, "torque", "N m"))
+    alpha = _validate_lever_angle(lever_angle)
+    rate = validate_argument(lever_rate, "lever_rate", "rad/s")
+    speed = validate_argument(spindle_speed, "spindle_speed", "rad/s")
+    drive_torque = validate_argument(torque, "torque", "N m")
     x = np.asarray(weight_radius(governor, lever_angle=alpha))
     inertia_derivative = -4 * governor.weight_mass * x * governor.weight_arm * np.cos(alpha)
     total_inertia = validate_argument(constant_inertia, "constant_inertia", "kg m2", minimum=0.0) + 2 * governor.weight_mass * x**2

@@ -300,7 +300,8 @@ def _validate_angle_and_swing(angle: FloatOrArray, swing: FloatOrArray) -> tuple
 
 def _validate_wire_and_coil(wire: FloatOrArray, coil: FloatOrArray) -> tuple[FloatArray, FloatArray]:
     """Return the diameters (m) of wire and coil; the coil is wider than the wire."""
-    d, diameter = (validate_argument(wire, "wire", "m", greater_than=0.0), validate_argument(coil, "coil", "m", greater_than=0.0))
+    d = validate_argument(wire, "wire", "m", greater_than=0.0)
+    diameter = validate_argument(coil, "coil", "m", greater_than=0.0)
     shown = (("coil", diameter, "m"), ("wire", d, "m"))
     raise_where(diameter <= d, "coil must exceed the diameter of the wire", *shown)
     return d, diameter

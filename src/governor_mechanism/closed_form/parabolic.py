@@ -127,7 +127,8 @@ def guide_transit_time(
     # k of the inertia of the guided balls and their sleeve, 2 M (1 + k^2 x^2)
     c = validate_argument(double_parameter, "double_parameter", "m", greater_than=0.0)
     k = 2 * np.sqrt(1 + 2 * validate_argument(mass_ratio, "mass_ratio", "", minimum=0.0)) / c
-    x1, x2 = validate_argument(start, "start", "m"), validate_argument(end, "end", "m")
+    x1 = validate_argument(start, "start", "m")
+    x2 = validate_argument(end, "end", "m")
     rate = validate_argument(start_rate, "start_rate", "m/s")
     shown = (("start", x1, "m"), ("end", x2, "m"), ("start_rate", rate, "m/s"))
     is_moving_away = (rate * (x2 - x1) < 0) | ((rate == 0) & (x1 != x2))

@@ -151,7 +151,8 @@ class LinkagePosition:
     def spindle_inertia_derivatives(self) -> tuple[FloatArray, FloatArray]:
         """Return J' and J'' (kg m2 per rad, per rad^2) of the moment of inertia J about the spindle; J' is 4 M x l cos a without rods."""
         governor = self.governor
-        m, mu, ml = governor.ball_mass, governor.arm_mass, governor.link_mass
+        m = governor.ball_mass
+        mu, ml = governor.arm_mass, governor.link_mass
         l, l1, e = governor.arm, governor.joint_length, governor.offset  # noqa: E741
         cosine_coefficient = 4 * m * l * self.ball_radius + 2 * mu * l * (e + 2 * l * self.sine / 3)
         cosine_coefficient = cosine_coefficient + 2 * ml * l1 * (2 * self.joint_radius + governor.lug_radius) / 3
@@ -162,7 +163,9 @@ class LinkagePosition:
         """Return I (kg m2) and I' (kg m2/rad) of the in-plane energy I a'^2 / 2; I is 2 M l^2 + m_s z'^2 without rod masses."""
         governor = self.governor
         l1, dz, ddz = governor.joint_length, self.sleeve_derivative, self.sleeve_second_derivative  # z' and z" of the sleeve
-        m, mu, ml, ms = governor.ball_mass, governor.arm_mass, governor.link_mass, governor.sleeve_mass
+        m = governor.ball_mass
+        mu, ml = governor.arm_mass, governor.link_mass
+        ms = governor.sleeve_mass
         constant_inertia = 2 * (m + mu / 3) * governor.arm**2 + 2 * governor.ball_inertia
         inertia = constant_inertia + ms * dz**2 + 2 * ml * (l1**2 + l1 * self.sine * dz + dz**2) / 3
         link_term_derivative = l1 * (self.cosine * dz + self.sine * ddz) + 2 * dz * ddz
@@ -177,7 +180,8 @@ def ball_radius(governor: PendulumGovernor, *, arm_angle: FloatOrArray) -> Float
 def spindle_inertia(governor: PendulumGovernor, *, arm_angle: FloatOrArray) -> FloatOrArray:
     """Return the moment of inertia J (kg m2) of balls and rods about the spindle; 2 M x^2 without rod masses and ball_inertia."""
     position = LinkagePosition(governor, arm_angle)
-    lug_radius, offset, radial_extent = governor.lug_radius, governor.offset, governor.arm * position.sine
+    lug_radius, offset = governor.lug_radius, governor.offset
+    radial_extent = governor.arm * position.sine
     arms = 2 * governor.arm_mass * (offset**2 + offset * radial_extent + radial_extent**2 / 3)
     links = 2 * governor.link_mass * (position.joint_radius**2 + position.joint_radius * lug_radius + lug_radius**2) / 3
     return as_scalar_or_array(2 * governor.ball_mass * position.ball_radius**2 + arms + links + 2 * governor.ball_inertia)
@@ -277,7 +281,7 @@ def arm_acceleration(
         Angular acceleration a'', rad/s2.
     """
     position = LinkagePosition(governor, arm_angle)
-    rate, speed = (validate_argument(arm_rate, "arm_rate", "rad/s"), validate_argument(spindle_speed, "spindle_speed", "rad/s"))
+    rate, speed = validate_argument(arm_rate, "arm_rate", "rad/s"), validate_argument(spindle_speed, "spindle_speed", "rad/s")
     sleeve_damping = validate_argument(damping, "damping", "N s/m", minimum=0.0)
     inertia, inertia_derivative = position.in_plane_inertia_and_derivative()
     moment = speed**2 * position.spindle_inertia_derivatives()[0] / 2 - position.potential_derivatives()[0]
@@ -318,7 +322,7 @@ def spindle_acceleration(
         Angular acceleration w', rad/s2.
     """
     position = LinkagePosition(governor, arm_angle)
-    rate, speed = (validate_argument(arm_rate, "arm_rate", "rad/s"), validate_argument(spindle_speed, "spindle_speed", "rad/s"))
+    rate, speed = validate_argument(arm_rate, "arm_rate", "rad/s"), validate_argument(spindle_speed, "spindle_speed", "rad/s")
     fixed_inertia = validate_argument(constant_inertia, "constant_inertia", "kg m2", minimum=0.0)
     total_inertia = fixed_inertia + np.asarray(spindle_inertia(governor, arm_angle=position.angle))
     message = "spindle and governor together must have some inertia about the axis"
@@ -349,7 +353,7 @@ def drive_torque(
         Torque, N m; positive drives.
     """
     position = LinkagePosition(governor, arm_angle)
-    rate, speed = (validate_argument(arm_rate, "arm_rate", "rad/s"), validate_argument(spindle_speed, "spindle_speed", "rad/s"))
+    rate, speed = validate_argument(arm_rate, "arm_rate", "rad/s"), validate_argument(spindle_speed, "spindle_speed", "rad/s")
     return as_scalar_or_array(speed * position.spindle_inertia_derivatives()[0] * rate)
 
 
@@ -464,7 +468,8 @@ def _moment_balance(governor: PendulumGovernor, speed: FloatArray, angle: FloatA
 
 def _travel_grid(governor: PendulumGovernor, lowest: float, highest: float) -> FloatArray:
     """Return the scan angles (rad): uniform over the travel, graded at its ends, where the speed may grow without bound."""
-    radius_offset, l1, l2 = governor.offset - governor.lug_radius, governor.joint_length, governor.link_length
+    radius_offset = governor.offset - governor.lug_radius
+    l1, l2 = governor.joint_length, governor.link_length
     low = math.asin(min(1.0, max(-1.0, -governor.offset / governor.arm, (-l2 - radius_offset) / l1)))
     high = math.asin(max(-1.0, min(1.0, (l2 - radius_offset) / l1)))
     low, high = max(low, lowest), min(high, highest)
@@ -484,7 +489,9 @@ def _bisect_between(
     sign = np.sign(function(knots))
     on_knot = sign == 0 if skip_knots is None else skip_knots
     has_sign_change = (sign[:-1] * sign[1:] < 0) & ~on_knot[:-1] & ~on_knot[1:]
-    low, high, low_sign = knots[:-1][has_sign_change], knots[1:][has_sign_change], sign[:-1][has_sign_change]
+    low = knots[:-1][has_sign_change]
+    high = knots[1:][has_sign_change]
+    low_sign = sign[:-1][has_sign_change]
     for _ in range(100 if low.size else 0):
         middle = (low + high) / 2
         root_above_middle = np.sign(function(middle)) == low_sign

@@ -60,7 +60,8 @@ def angle_of_lift(*, arm: FloatOrArray, lift: FloatOrArray) -> FloatOrArray:
     MechanismError
         If the sleeve cannot rise so far.
     """
-    length, height = _positive(arm, "arm", "m"), validate_argument(lift, "lift", "m", minimum=0.0)
+    length = _positive(arm, "arm", "m")
+    height = validate_argument(lift, "lift", "m", minimum=0.0)
     raise_where(height >= 2 * length, "the lift must be below twice the arm", ("lift", height, "m"), ("arm", length, "m"))
     return as_scalar_or_array(2 * np.arcsin(np.sqrt(height / (4 * length))))
 
@@ -89,7 +90,8 @@ def speed_ratio(*, arm: FloatOrArray, offset: FloatOrArray, inner_angle: FloatOr
     MechanismError
         If a ball is on or beyond the axis.
     """
-    length, distance = _positive(arm, "arm", "m"), validate_argument(offset, "offset", "m")
+    length = _positive(arm, "arm", "m")
+    distance = validate_argument(offset, "offset", "m")
     inner, outer = (
         validate_angle(angle, name, 90.0, positive=True) for angle, name in ((inner_angle, "inner_angle"), (outer_angle, "outer_angle"))
     )

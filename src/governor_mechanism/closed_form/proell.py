@@ -152,7 +152,8 @@ def squared_natural_frequency(governor: ProellGovernor, *, arm_angle: FloatOrArr
     FloatOrArray
         Squared frequency, rad2/s2.
     """
-    speed, no_force = validate_argument(spindle_speed, "spindle_speed", "rad/s"), np.zeros(())
+    speed = validate_argument(spindle_speed, "spindle_speed", "rad/s")
+    no_force = np.zeros(())
     return as_scalar_or_array(_paths(governor, arm_angle).squared_frequency(no_force, no_force, speed))
 
 
@@ -179,7 +180,8 @@ def arm_acceleration(
     FloatOrArray
         Acceleration, rad/s2.
     """
-    paths, rate = _paths(governor, arm_angle), validate_argument(arm_rate, "arm_rate", "rad/s")
+    paths = _paths(governor, arm_angle)
+    rate = validate_argument(arm_rate, "arm_rate", "rad/s")
     force = validate_argument(damping, "damping", "N s/m") * paths.z1 * rate
     return as_scalar_or_array(paths.acceleration(rate, validate_argument(spindle_speed, "spindle_speed", "rad/s"), force))
 
@@ -215,13 +217,18 @@ def spindle_acceleration(
     FloatOrArray
         Acceleration, rad/s2.
     """
-    rate, speed = validate_argument(arm_rate, "arm_rate", "rad/s"), validate_argument(spindle_speed, "spindle_speed", "rad/s")
-    inertia, moment = validate_argument(constant_inertia, "constant_inertia", "kg m2"), validate_argument(torque, "torque", "N m")
+    rate = validate_argument(arm_rate, "arm_rate", "rad/s")
+    speed = validate_argument(spindle_speed, "spindle_speed", "rad/s")
+    inertia = validate_argument(constant_inertia, "constant_inertia", "kg m2")
+    moment = validate_argument(torque, "torque", "N m")
     return as_scalar_or_array(_paths(governor, arm_angle).spindle_acceleration(rate, speed, inertia, moment))
 
 
 def _paths(governor: ProellGovernor, arm_angle: FloatOrArray) -> GovernorPaths:
-    theta, arm, link, e = validate_angle(arm_angle, "arm_angle", 90.0), governor.arm, governor.link, governor.extension
+    theta = validate_angle(arm_angle, "arm_angle", 90.0)
+    arm = governor.arm
+    link = governor.link
+    e = governor.extension
     sine, cosine = np.sin(theta), np.cos(theta)
     reach = governor.offset + arm * sine - governor.lug_offset
     raise_where(np.abs(reach) >= link, _LINK_TOO_SHORT, ("arm_angle", np.degrees(theta), "deg"), ("link", link, "m"))
@@ -232,7 +239,8 @@ def _paths(governor: ProellGovernor, arm_angle: FloatOrArray) -> GovernorPaths:
     across, along = e * np.sin(phi + governor.bend), e * np.cos(phi + governor.bend)
     y1 = arm * sine - across * phi1
     y2 = arm * cosine - along * phi1**2 - across * phi2
-    drop1, drop2 = link * np.sin(phi) * phi1, link * (np.cos(phi) * phi1**2 + np.sin(phi) * phi2)
+    drop1 = link * np.sin(phi) * phi1
+    drop2 = link * (np.cos(phi) * phi1**2 + np.sin(phi) * phi2)
     return GovernorPaths(
         ball_mass=governor.ball_mass,
         sleeve_mass=governor.sleeve_mass,

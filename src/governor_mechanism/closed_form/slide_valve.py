@@ -115,7 +115,8 @@ def valve_velocity(eccentric: Eccentric, *, crank_angle: FloatOrArray, crank_rat
     FloatOrArray
         Velocity, m/s.
     """
-    theta, rate = _eccentric_angle(eccentric, crank_angle), validate_argument(crank_rate, "crank_rate", "rad/s")
+    theta = _eccentric_angle(eccentric, crank_angle)
+    rate = validate_argument(crank_rate, "crank_rate", "rad/s")
     r, q = eccentric.radius, _rod_extent(eccentric, theta)
     return as_scalar_or_array(rate * (r * np.cos(theta) + r**2 * np.sin(theta) * np.cos(theta) / q))
 
@@ -139,7 +140,8 @@ def valve_acceleration(eccentric: Eccentric, *, crank_angle: FloatOrArray, crank
     FloatOrArray
         Acceleration, m/s2.
     """
-    theta, rate = _eccentric_angle(eccentric, crank_angle), validate_argument(crank_rate, "crank_rate", "rad/s")
+    theta = _eccentric_angle(eccentric, crank_angle)
+    rate = validate_argument(crank_rate, "crank_rate", "rad/s")
     r, q = eccentric.radius, _rod_extent(eccentric, theta)
     rod_term = r**2 * np.cos(2 * theta) / q - (r**2 * np.sin(theta) * np.cos(theta)) ** 2 / q**3
     return as_scalar_or_array(rate**2 * (rod_term - r * np.sin(theta)))
@@ -294,7 +296,9 @@ def crank_angles_at(eccentric: Eccentric, *, threshold: FloatOrArray, centre: fl
     By the law of cosines, with the centre c of `valve_displacement`: sin(w + d) = ((c + t)^2 + r^2 - l^2) / (2 r (c + t)). With an
     infinitely long rod, Zeuner's law without an error term, it is (c + t) / r.
     """
-    t, r, rod = validate_argument(threshold, "threshold", "m"), eccentric.radius, eccentric.rod
+    t = validate_argument(threshold, "threshold", "m")
+    r = eccentric.radius
+    rod = eccentric.rod
     if eccentric.has_infinite_rod:
         sine = (t + (centre or 0.0)) / r
     else:

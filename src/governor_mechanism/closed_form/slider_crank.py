@@ -187,7 +187,8 @@ def rod_angular_velocity(train: CrankTrain, *, crank_angle: FloatOrArray, crank_
     FloatOrArray
         Angular velocity, rad/s.
     """
-    angle, rate = _validate_crank_angle(crank_angle), validate_argument(crank_rate, "crank_rate", "rad/s")
+    angle = _validate_crank_angle(crank_angle)
+    rate = validate_argument(crank_rate, "crank_rate", "rad/s")
     return as_scalar_or_array(train.crank_to_rod_ratio * rate * np.cos(angle) / _cos_rod_angle(train, angle))
 
 
@@ -208,7 +209,8 @@ def rod_angular_acceleration(train: CrankTrain, *, crank_angle: FloatOrArray, cr
     FloatOrArray
         Angular acceleration, rad/s2.
     """
-    angle, rate = _validate_crank_angle(crank_angle), validate_argument(crank_rate, "crank_rate", "rad/s")
+    angle = _validate_crank_angle(crank_angle)
+    rate = validate_argument(crank_rate, "crank_rate", "rad/s")
     n = train.crank_to_rod_ratio
     return as_scalar_or_array(-n * rate**2 * (1 - n**2) * np.sin(angle) / _cos_rod_angle(train, angle) ** 3)
 
@@ -230,7 +232,8 @@ def crosshead_velocity(train: CrankTrain, *, crank_angle: FloatOrArray, crank_ra
     FloatOrArray
         Velocity, m/s.
     """
-    angle, rate = _validate_crank_angle(crank_angle), validate_argument(crank_rate, "crank_rate", "rad/s")
+    angle = _validate_crank_angle(crank_angle)
+    rate = validate_argument(crank_rate, "crank_rate", "rad/s")
     rod_term = train.crank_to_rod_ratio * np.cos(angle) / _cos_rod_angle(train, angle)
     return as_scalar_or_array(-train.crank * rate * np.sin(angle) * (1 + rod_term))
 
@@ -254,7 +257,8 @@ def crosshead_acceleration(train: CrankTrain, *, crank_angle: FloatOrArray, cran
     FloatOrArray
         Acceleration, m/s2.
     """
-    angle, rate = _validate_crank_angle(crank_angle), validate_argument(crank_rate, "crank_rate", "rad/s")
+    angle = _validate_crank_angle(crank_angle)
+    rate = validate_argument(crank_rate, "crank_rate", "rad/s")
     n, cos_phi = train.crank_to_rod_ratio, _cos_rod_angle(train, angle)
     rod_term = n * np.cos(2 * angle) / cos_phi + n**3 * np.sin(2 * angle) ** 2 / (4 * cos_phi**3)
     return as_scalar_or_array(-train.crank * rate**2 * (np.cos(angle) + rod_term))
@@ -320,7 +324,8 @@ def bearing_loads(train: CrankTrain, *, crank_angle: FloatOrArray, crank_rate: F
     phi_acceleration = np.asarray(rod_angular_acceleration(train, crank_angle=t, crank_rate=rate))
     weight = np.array([0.0, gravity])
     crank_direction = _stack_xy(np.cos(t), np.sin(t))
-    rod_direction, rod_normal = _stack_xy(np.cos(phi), -np.sin(phi)), _stack_xy(-np.sin(phi), -np.cos(phi))
+    rod_direction = _stack_xy(np.cos(phi), -np.sin(phi))
+    rod_normal = _stack_xy(-np.sin(phi), -np.cos(phi))
     pin_acceleration = -train.crank * rate[..., None] ** 2 * crank_direction
     swing_acceleration = phi_acceleration[..., None] * rod_normal - phi_rate[..., None] ** 2 * rod_direction
     rod_centre_acceleration = pin_acceleration + train.rod_centre * swing_acceleration

@@ -135,7 +135,9 @@ def first_order_amplitudes(link_gear: LinkGear, *, offset_ratio: FloatOrArray) -
     tuple[FloatOrArray, FloatOrArray]
         Amplitudes A and B, m.
     """
-    ratio, r, d = validate_argument(offset_ratio, "offset_ratio", ""), link_gear.radius, link_gear.advance
+    ratio = validate_argument(offset_ratio, "offset_ratio", "")
+    r = link_gear.radius
+    d = link_gear.advance
     rod_term = (1.0 - ratio**2) * link_gear.half_link / link_gear.rod * math.cos(d)
     cosine = r * (math.sin(d) + (-rod_term if link_gear.crossed else rod_term))
     sine = r * ratio * math.cos(d) * (-1.0 if link_gear.crossed else 1.0)
@@ -196,7 +198,8 @@ def _position_at(link_gear: LinkGear, crank_angle: float, gear: float) -> tuple[
         raise MechanismError(f"the link cannot be assembled at a crank angle of {math.degrees(crank_angle):.6g} deg in gear {gear:.6g}")
     angle = find_root(hanger_error, *bracket)
     x, y = _arc_middle(link_gear, crank_angle, angle)
-    centre_x, centre_y = x - link_gear.link_radius * math.cos(angle), y - link_gear.link_radius * math.sin(angle)
+    centre_x = x - link_gear.link_radius * math.cos(angle)
+    centre_y = y - link_gear.link_radius * math.sin(angle)
     if abs(centre_y) >= link_gear.link_radius:
         raise MechanismError(
             f"the arc does not meet the valve line at a crank angle of {math.degrees(crank_angle):.6g} deg in gear {gear:.6g}"

@@ -149,7 +149,8 @@ class Engine(ABC):
         return refusals[self]
 
     def _find_refusal(self, scene: Scene) -> str:
-        effect_types, joint_types = {type(effect) for effect in scene.effects}, {type(joint) for joint in scene.mechanism.joints}
+        effect_types = {type(effect) for effect in scene.effects}
+        joint_types = {type(joint) for joint in scene.mechanism.joints}
         if missing := (effect_types - self.effects) | (joint_types - self.joints):
             names = sorted(missing_type.__name__ for missing_type in missing)
             return f"engine {self.name!r} cannot model {names}; choose another engine or remove them from the scene"
@@ -176,7 +177,9 @@ class Runner(ABC):
     expected_work: ExpectedWork | None = None
 
     def __init__(self, engine: str, settings: dict[str, Any], request: RunRequest, evaluator: ReadingEvaluator) -> None:
-        self._engine, self._settings, self.request = engine, settings, request
+        self._engine = engine
+        self._settings = settings
+        self.request = request
         self.evaluator, self.scene, self.n_runs = evaluator, evaluator.scene, 0
 
     @abstractmethod
@@ -195,7 +198,8 @@ class Runner(ABC):
         self, result: RunResult, other: RunResult, is_near_event: BoolArray, event_time_difference: float, error_ratio: float = 1.0
     ) -> RunResult:
         """Return a result with its errors: a ratio times its difference from another one, at shared times not near an event."""
-        indices, observables = np.flatnonzero(~is_near_event), [result.observables, other.observables]
+        indices = np.flatnonzero(~is_near_event)
+        observables = [result.observables, other.observables]
         if len(indices) < max(result.n_reached, other.n_reached):
             runs = (result, other)
             observables = [self.evaluator.evaluate(one.reported_states.at(indices), modes_at(one.reported_modes, indices)) for one in runs]
@@ -218,7 +222,8 @@ class Runner(ABC):
         """Return the trajectory of the best result."""
         start_time, accuracy = time.perf_counter(), self.request.accuracy
         best = self._end_at_unresolved_branch(self.find_best())
-        wall_time, (steps, rejected, evaluations) = time.perf_counter() - start_time - self.setup_time, self.count_work()
+        wall_time = time.perf_counter() - start_time - self.setup_time
+        steps, rejected, evaluations = self.count_work()
         cost = Cost(
             engine=self._engine,
             reason=state_reason(self.request.reason, self.expected_work),
@@ -255,7 +260,8 @@ class Runner(ABC):
         if pass_times is None:
             return result
         time, last_time = pass_times
-        reported, n_kept = result.reported_states, int(np.searchsorted(states.times, last_time, side="right"))
+        reported = result.reported_states
+        n_kept = int(np.searchsorted(states.times, last_time, side="right"))
         kept_states = reported.at(slice(int(np.searchsorted(reported.times, last_time, side="right"))))
         indices = np.arange(len(states.times))[result.reported_indices][: len(kept_states.times)]
         modes = result.contact_modes[:n_kept]

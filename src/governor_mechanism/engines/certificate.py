@@ -292,7 +292,9 @@ class CertifiedRunner(Runner):
         n_steps_before = self.count_steps()
         coarse = self._start(tolerance)
         fine = self._halve(coarse)
-        best_run, best, n_stagnant = coarse, self._compare(coarse, fine), 0
+        best_run = coarse
+        best = self._compare(coarse, fine)
+        n_stagnant = 0
         while self._misses(best) and n_stagnant < self.engine.settings.max_stagnant_runs:
             n_used = self.count_steps() - n_steps_before
             if best.outcome is Outcome.STEP_LIMIT or n_used + 2 * fine.n_steps > RUNS_PER_CERTIFICATE * self.max_steps:
@@ -396,7 +398,9 @@ class CertifiedRunner(Runner):
     def _with_rounding(self, result: RunResult, n_steps: int) -> RunResult:
         """Return a result whose errors are at least the roundings of readings and times over its steps, which add up like a random walk."""
         relative = ROUNDING_SAFETY_FACTOR * float(np.finfo(np.float64).eps) * math.sqrt(n_steps)
-        readings, rates, times = result.observables.readings, result.observables.rates, result.reported_states.times
+        readings = result.observables.readings
+        rates = result.observables.rates
+        times = result.reported_states.times
         sizes = {name: np.abs(values) + np.abs(times * rates.get(name, 0.0)) for name, values in readings.items()}
         return self.with_least_errors(result, {name: relative * float(size.max(initial=0.0)) for name, size in sizes.items()})
 

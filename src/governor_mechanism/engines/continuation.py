@@ -79,7 +79,8 @@ def _continue_part(scene: Scene, part: Part, delay: float, poses: FloatArray, ve
     prefix = f"{part.name}." if len(scene.parts) > 1 else ""
     own_poses = poses[[scene.mechanism.body_index(prefix + body.name) for body in part.mechanism.bodies]]
     delayed: Part = _delayed(part, delay)
-    mechanism, spindle = _continue_drives(delayed.mechanism, own_poses), delayed.spindle
+    mechanism = _continue_drives(delayed.mechanism, own_poses)
+    spindle = delayed.spindle
     if isinstance(spindle, FreeSpindle) and spindle.start_speed is not None:
         plane = next(one for one in scene.system.planes if one.prefix == prefix)
         speed = plane.ratio * float(velocities[scene.mechanism.body_index(plane.shaft), 2])
@@ -93,10 +94,12 @@ def _continue_drives(mechanism: Mechanism, poses: FloatArray) -> Mechanism:
     if not any(isinstance(joint, Driver) for joint in mechanism.joints):
         return mechanism
     equations = constraint_equations_of(mechanism)
-    residuals, scales = equations.residuals(poses), equations.rows.table["drive_scale"]
+    residuals = equations.residuals(poses)
+    scales = equations.rows.table["drive_scale"]
     joints = list(mechanism.joints)
     for row in np.flatnonzero(equations.is_driven).tolist():
-        index, offset = int(equations.joint_indices[row]), float(residuals[row] / scales[row])
+        index = int(equations.joint_indices[row])
+        offset = float(residuals[row] / scales[row])
         joint = joints[index]
         if isinstance(joint, Driver) and abs(residuals[row]) > DRIVE_TOLERANCE * mechanism.length_scale:
             motion = joint.motion

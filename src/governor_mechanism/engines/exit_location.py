@@ -138,9 +138,12 @@ def find_first_exit(
     if event_times is not None:
         excursion = find_first_excursion(evaluator.mechanism, states.at(slice(index)), event_times, accuracy)
     if excursion is not None:
-        outside, index, exit_ = excursion.time, excursion.index, Exit(excursion.time, Outcome.LEFT_RANGE, excursion.sentence)
+        outside = excursion.time
+        index = excursion.index
+        exit_ = Exit(excursion.time, Outcome.LEFT_RANGE, excursion.sentence)
     elif found is not None:
-        outside, exit_ = float(states.times[index]), Exit(float(states.times[index]), found[1], found[2])
+        outside = float(states.times[index])
+        exit_ = Exit(float(states.times[index]), found[1], found[2])
     else:
         return None
     return exit_ if index == 0 else _locate_exit(evaluator, state_at, index - 1, (float(states.times[index - 1]), outside), exit_)
@@ -149,7 +152,8 @@ def find_first_exit(
 def is_searched_between_samples(scene: Scene) -> bool:
     """Return whether events, change points, controls or stalls of a motion are searched for between its samples."""
     # With contacts alone nothing is: they are events of the steps, which watch the limits too.
-    mechanism, is_custom = scene.mechanism, any(part.machine == CUSTOM_MACHINE for part in scene.parts)
+    mechanism = scene.mechanism
+    is_custom = any(part.machine == CUSTOM_MACHINE for part in scene.parts)
     has_control = any(isinstance(reading, ControlledValue) for reading in mechanism.derived_readings)
     return not has_contacts(scene) or is_custom or has_control or bool(scene.crossings or mechanism.stall_limits)
 

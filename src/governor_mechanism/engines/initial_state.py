@@ -65,7 +65,8 @@ def _solve_initial_state(scene: Scene) -> Motion:
     values = scene.start.values
     if position_solver.equations.is_driven.any() and scene.state is None:
         _require_independent_drivers(mechanism)
-    undetermined, velocities = None if scene.state else _find_undetermined_plane(scene, position_solver), None
+    undetermined = None if scene.state else _find_undetermined_plane(scene, position_solver)
+    velocities = None
     if scene.state is not None:
         poses, velocities = motion_at_start(scene, scene.state)
     elif undetermined is not None:
@@ -173,7 +174,8 @@ def _require_independent_drivers(mechanism: Mechanism) -> None:
     driver_names = _driver_names(position_solver)
     undriven_mechanism = replace(mechanism, joints=tuple(joint for joint in mechanism.joints if joint.name not in driver_names))
     poses = PositionSolver(undriven_mechanism).solve({})
-    n_drivers, undriven_mobility = int(np.sum(is_driver_row)), position_solver.count_degrees_of_freedom(poses, include_drives=False)
+    n_drivers = int(np.sum(is_driver_row))
+    undriven_mobility = position_solver.count_degrees_of_freedom(poses, include_drives=False)
     n_independent = undriven_mobility - position_solver.count_degrees_of_freedom(poses)
     if n_independent < n_drivers <= undriven_mobility:
         raise MechanismError(
@@ -241,7 +243,8 @@ def _require_within_stops(scene: Scene, poses: FloatArray) -> None:
     _require_apart(scene, poses)
     for contact in contacts_of(scene):
         is_angle = mechanism.reading(contact.output_name).quantity == "angle"
-        unit, coordinate_scale = "rad" if is_angle else "m", mechanism.output_scale(contact.output_name)
+        unit = "rad" if is_angle else "m"
+        coordinate_scale = mechanism.output_scale(contact.output_name)
         value = float(evaluate_output_value(mechanism, contact.output_name, poses))
         if not contact.low - STOP_TOLERANCE * coordinate_scale <= value <= contact.high + STOP_TOLERANCE * coordinate_scale:
             stop_range = " to ".join(format_quantity(end, unit) for end in (contact.low, contact.high))
@@ -253,9 +256,12 @@ def _require_within_stops(scene: Scene, poses: FloatArray) -> None:
 
 def _require_apart(scene: Scene, poses: FloatArray) -> None:
     """Raise an error for what lies inside an outline at the start."""
-    mechanism, problems, depths = scene.mechanism, dict[str, str](), dict[str, float]()
+    mechanism = scene.mechanism
+    problems = dict[str, str]()
+    depths = dict[str, float]()
     for gap in outline_gaps_of(scene):
-        value, tolerance = float(evaluate_output_value(mechanism, gap.name, poses)), STOP_TOLERANCE * mechanism.length_scale
+        value = float(evaluate_output_value(mechanism, gap.name, poses))
+        tolerance = STOP_TOLERANCE * mechanism.length_scale
         origin, roller = (point_path(mechanism, poses[np.newaxis], point)[0] for point in (gap.origin, gap.roller))
         angle = poses[mechanism.body_index(gap.origin.body), 2] if gap.origin.body != GROUND else 0.0
         is_within = (
@@ -303,7 +309,8 @@ def stable_equilibrium_poses(scene: Scene) -> FloatArray:
     """Return the poses of the only stable equilibrium at the first spindle speed. Raise an error if there is none or more than one."""
     from governor_mechanism.statics.equilibria import find_equilibria  # few scenes need it, and it takes time
 
-    name, depends_on_speed = scene.part.mechanism.coordinate, has_spindle_dependent_loads(scene)
+    name = scene.part.mechanism.coordinate
+    depends_on_speed = has_spindle_dependent_loads(scene)
     try:
         equilibria = find_equilibria(scene)
     except MechanismError as error:
@@ -352,7 +359,8 @@ def rotating_part_alone(scene: Scene) -> Scene:
                 f"equilibria of its own. {remedy}"
             )
     poses, velocities = initial_state(scene)
-    speed, coordinate = initial_speed(scene, plane, velocities), part.mechanism.coordinate
+    speed = initial_speed(scene, plane, velocities)
+    coordinate = part.mechanism.coordinate
     position = float(evaluate_output_value(scene.mechanism, prefix + coordinate, poses))
     own = rename((part.mechanism, part.effects), lambda name: name.removeprefix(prefix))
     start = Start(values={coordinate: position})

@@ -79,7 +79,8 @@ def estimate_run_time(
 
 def _estimate_evaluations(scene: Scene, accuracy: float) -> float:
     """Return the approximate number of evaluations in the two runs of a certificate."""
-    n_motions, tolerance_factor = scene.run.duration / max_step_scale(scene), float(initial_tolerance(accuracy) ** (-1 / ORDER))
+    n_motions = scene.run.duration / max_step_scale(scene)
+    tolerance_factor = float(initial_tolerance(accuracy) ** (-1 / ORDER))
     n_steps = n_motions * (STEPS_PER_MOTION_WITH_CONTACTS if has_contacts(scene) else STEPS_PER_MOTION * tolerance_factor)
     return RUNS_PER_CERTIFICATE * EVALUATIONS_PER_STEP * n_steps
 

@@ -20,7 +20,9 @@ _MAGIC: Final = b"CDF\x02"
 _N_RECORDS: Final = 0
 """No dimension can grow."""
 
-_DIMENSIONS, _VARIABLES, _ATTRIBUTES = 10, 11, 12
+_DIMENSIONS = 10
+_VARIABLES = 11
+_ATTRIBUTES = 12
 """Tags of the lists of a header."""
 
 _TYPES: Final = {"b": 1, "S": 2, "i": 4, "d": 6}

@@ -159,7 +159,9 @@ def _event_variables(run: Trajectory) -> Iterator[RunVariable]:
 FORMAT_VERSION: Final = 1
 """Version of the files of runs. It changes with what `read_netcdf` needs."""
 
-_VERSION_NAME, _RECORD_NAME, _DIGEST_NAME = "governor_mechanism_format", "governor_mechanism_record", "governor_mechanism_sha256"
+_VERSION_NAME = "governor_mechanism_format"
+_RECORD_NAME = "governor_mechanism_record"
+_DIGEST_NAME = "governor_mechanism_sha256"
 """Attributes: version of the format, what is no array as JSON, and the digest of the file."""
 
 _NO_DIGEST: Final = b"0" * 64

@@ -74,7 +74,10 @@ def make_output(functions: EquationFunctions[Equation]) -> Callable[..., float]:
         states: FloatArray,  # result: states at the times; shape (n, components)
     ) -> float:
         stages, progress = buffers.stages, buffers.progress[0]
-        t, h, t_next, n_reached = progress.t, progress.h, progress.t_next, progress.n_reached
+        t = progress.t
+        h = progress.h
+        t_next = progress.t_next
+        n_reached = progress.n_reached
         if n_reached >= times.size or times[n_reached] > t_next or not h > 0.0:
             return 1.0
         for stage in range(END_STAGE + 1, N_STAGES):
@@ -138,7 +141,8 @@ RUNNING = -1
 
 def make_dop853(functions: EquationFunctions[Equation]) -> Integration[Equation]:
     """Return the integration of an equation, to be called by a compiled function."""
-    attempt_step, ends = jit_in_place(make_attempt(functions)), make_step_ends(functions)
+    attempt_step = jit_in_place(make_attempt(functions))
+    ends = make_step_ends(functions)
     start = jit_in_place(_make_start(functions))
     choose_step = jit_in_place(_make_choice_of_step(ends))
     tries_again_at_kink = jit_in_place(_make_retry_at_kink(ends))
@@ -155,7 +159,9 @@ def make_dop853(functions: EquationFunctions[Equation]) -> Integration[Equation]
         states: FloatArray,
     ) -> tuple[IntegrationStatus, float, int, float]:
         """Integrate a state in place up to the end of a span or to the first event; see `Integration`."""
-        end, progress, counts = span[1], buffers.progress[0], buffers.stages.counts
+        end = span[1]
+        progress = buffers.progress[0]
+        counts = buffers.stages.counts
         start(equation, buffers, span, time_origin, state, limits)
         while progress.status == RUNNING and progress.t < end:
             check_limits(progress, counts, limits, end)
@@ -307,7 +313,9 @@ def reject_step(progress: RecordArray) -> None:
 
 def _make_acceptance(functions: EquationFunctions[Equation], ends: StepEnds) -> Callable[..., None]:
     """Return the function that accepts a step, up to the first event in it, and advances the state."""
-    check_step, cut_at_event, write_outputs = functions.check_step, ends.cut_at_event, jit_in_place(make_output(functions))
+    check_step = functions.check_step
+    cut_at_event = ends.cut_at_event
+    write_outputs = jit_in_place(make_output(functions))
 
     def accept_step(
         equation: Equation,
@@ -319,7 +327,9 @@ def _make_acceptance(functions: EquationFunctions[Equation], ends: StepEnds) -> 
         times: FloatArray,
         states: FloatArray,
     ) -> None:
-        stages, progress, n_integrated = buffers.stages, buffers.progress[0], buffers.error_scale.size
+        stages = buffers.stages
+        progress = buffers.progress[0]
+        n_integrated = buffers.error_scale.size
         local_time = progress.t - time_origin
         stages.counts[StepCounter.ACCEPTED] += 1
         is_stiff = is_at_stability_limit(buffers, limits)

@@ -90,7 +90,8 @@ def make_step_buffers(
     """Allocate the buffers of an integration."""
     stages, trial_stages = (runge_kutta.make_stages(n_components, error_scale.size, n_coupled, counts) for _ in range(2))
     event_values = np.full((EVENT_SAMPLE_FRACTIONS.size, event_tolerances.size), INACTIVE_EVENT_VALUE)
-    arming_tolerances, trial_event_values = event_tolerances.copy(), np.empty(event_tolerances.size)
+    arming_tolerances = event_tolerances.copy()
+    trial_event_values = np.empty(event_tolerances.size)
     return StepBuffers(
         stages=stages,
         trial_stages=trial_stages,
@@ -164,7 +165,8 @@ def leads_through_gap(buffers: StepBuffers) -> bool:
     for i in range(count_located(buffers)):
         if not buffers.is_gap[i]:
             continue
-        rise, tolerance = FASTER_RATIO * buffers.start_slopes[i] * EVENT_SAMPLE_FRACTIONS[1] * progress.h, buffers.event_tolerances[i]
+        rise = FASTER_RATIO * buffers.start_slopes[i] * EVENT_SAMPLE_FRACTIONS[1] * progress.h
+        tolerance = buffers.event_tolerances[i]
         for j in range(LAST_SAMPLE):
             before, behind = values[j, i], values[j + 1, i]
             fall = FASTER_RATIO * (behind - values[j + 2, i]) if j + 2 <= LAST_SAMPLE else rise

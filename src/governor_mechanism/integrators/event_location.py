@@ -65,8 +65,11 @@ def _locate_parabola_maximum(event_values: FloatArray, i: int, j: int) -> tuple[
     """Return fraction and an upper estimate of the maximum of the parabola through sample j of function i and its neighbours, or -1."""
     # The estimate is raised by OVERSHOOT_RATIO of the spread of the samples. It is -1 if there is no
     # maximum between the samples.
-    before, middle, after = event_values[j - 1, i], event_values[j, i], event_values[j + 1, i]
-    second_difference, central_difference = before - 2.0 * middle + after, 0.5 * (after - before)
+    before = event_values[j - 1, i]
+    middle = event_values[j, i]
+    after = event_values[j + 1, i]
+    second_difference = before - 2.0 * middle + after
+    central_difference = 0.5 * (after - before)
     if not second_difference < 0.0 or abs(central_difference) > -second_difference:
         return EVENT_SAMPLE_FRACTIONS[j], -1.0
     spread = max(before, middle, after) - min(before, middle, after)
@@ -108,7 +111,8 @@ def make_trial_evaluation(
 
     def evaluate_after_fraction(equation: Equation, step: EventStep, fraction: float, values: FloatArray) -> None:
         """Fill the event functions (event functions,) after a fraction of the step, or INACTIVE_EVENT_VALUE if it leaves the domain."""
-        trial, local_end = step.buffers.trial_stages, step.local_time + fraction * step.h
+        trial = step.buffers.trial_stages
+        local_end = step.local_time + fraction * step.h
         copy_array(trial.derivatives[:, 0], step.buffers.stages.derivatives[:, 0])
         quality = take_step(equation, step.local_time, fraction * step.h, step.state, trial)
         values[:] = INACTIVE_EVENT_VALUE
@@ -124,7 +128,8 @@ def make_bracketing(evaluate_after_fraction: TrialEvaluation[Equation]) -> Calla
 
     def bracket_first_event(equation: Equation, step: EventStep) -> tuple[float, float]:
         """Return the fractions of a step before and after its first event, or NO_EVENT twice."""
-        event_values, trial_values = step.buffers.event_values, step.buffers.trial_event_values
+        event_values = step.buffers.event_values
+        trial_values = step.buffers.trial_event_values
         low, high = NO_EVENT, NO_EVENT
         for i in range(count_located(step.buffers)):
             tolerance = step.buffers.arming_tolerances[i]
@@ -142,7 +147,8 @@ def make_bracketing(evaluate_after_fraction: TrialEvaluation[Equation]) -> Calla
                 if peak_value > 0.0 and fraction < high and is_negative_before:
                     evaluate_after_fraction(equation, step, fraction, trial_values)
                     if trial_values[i] > 0.0:
-                        low, high = EVENT_SAMPLE_FRACTIONS[j - 1 if fraction <= EVENT_SAMPLE_FRACTIONS[j] else j], fraction
+                        low = EVENT_SAMPLE_FRACTIONS[j - 1 if fraction <= EVENT_SAMPLE_FRACTIONS[j] else j]
+                        high = fraction
                         break
         return low, high
 
@@ -158,8 +164,10 @@ def make_zero_search(evaluate_after_fraction: TrialEvaluation[Equation]) -> Call
         """Return the fraction of the step just after a zero of an event function, between negative and positive values."""
         # The row of event functions at LOW_VALUES is that at `low`; the last row is that at `high`,
         # and becomes that at the result.
-        values_high, trial_values = step.buffers.event_values[LAST_SAMPLE], step.buffers.trial_event_values
-        at_low, at_high = min(step.buffers.event_values[LOW_VALUES, i], -MIN_POSITIVE_EVENT_VALUE), values_high[i]
+        values_high = step.buffers.event_values[LAST_SAMPLE]
+        trial_values = step.buffers.trial_event_values
+        at_low = min(step.buffers.event_values[LOW_VALUES, i], -MIN_POSITIVE_EVENT_VALUE)
+        at_high = values_high[i]
         at_zero, side = AT_ZERO * step.buffers.event_tolerances[i], 0
         for _ in range(MAX_ROOT_ITERATIONS):
             width = high - low
@@ -172,12 +180,16 @@ def make_zero_search(evaluate_after_fraction: TrialEvaluation[Equation]) -> Call
             if value > 0.0:
                 if side > 0:
                     at_low *= 1.0 - value / at_high if value < 0.5 * at_high else 0.5
-                high, at_high, side = middle, value, 1
+                high = middle
+                at_high = value
+                side = 1
                 copy_array(values_high, trial_values)
             else:
                 if side < 0:
                     at_high *= 1.0 - value / at_low if value > 0.5 * at_low else 0.5
-                low, at_low, side = middle, min(value, -MIN_POSITIVE_EVENT_VALUE), -1
+                low = middle
+                at_low = min(value, -MIN_POSITIVE_EVENT_VALUE)
+                side = -1
         return high
 
     return locate_zero
@@ -193,7 +205,8 @@ def make_event_location(evaluate_after_fraction: TrialEvaluation[Equation]) -> C
     def locate_first_event(equation: Equation, step: EventStep) -> float:
         """Return the fraction of the step after its first event, or NO_EVENT; the last row of event functions becomes that there."""
         buffers, n_located = step.buffers, count_located(step.buffers)
-        trial_values, end_values = buffers.trial_event_values, buffers.event_values[LAST_SAMPLE]
+        trial_values = buffers.trial_event_values
+        end_values = buffers.event_values[LAST_SAMPLE]
         low, high = bracket_first_event(equation, step)
         if high > 1.0:
             return NO_EVENT
@@ -218,7 +231,9 @@ def _make_location_in_bracket(evaluate_after_fraction: TrialEvaluation[Equation]
     def locate_in_bracket(equation: Equation, step: EventStep, low: float, high: float) -> float:
         """Return where the first of the functions that are positive at `high` becomes positive; the last row becomes that just after."""
         buffers, n_located = step.buffers, count_located(step.buffers)
-        trial_values, start_values, tolerances = buffers.trial_event_values, buffers.event_values[0], buffers.arming_tolerances
+        trial_values = buffers.trial_event_values
+        start_values = buffers.event_values[0]
+        tolerances = buffers.arming_tolerances
         at_event, rising = buffers.event_values[LAST_SAMPLE], buffers.is_rising
         for i in range(rising.size):
             rising[i] = i < n_located and trial_values[i] > 0.0

@@ -35,7 +35,9 @@ MAX_KEPT_STEP_RATIO = 1.2
 MAX_PREDICTED_RATE = 0.3
 """Rate of convergence of Newton's method to which a step may be lengthened: the rate grows with the step at least in proportion."""
 
-MIN_STEP_FACTOR, MAX_STEP_FACTOR, STEP_SAFETY_FACTOR = 0.2, 8.0, 0.9
+MIN_STEP_FACTOR = 0.2
+MAX_STEP_FACTOR = 8.0
+STEP_SAFETY_FACTOR = 0.9
 """Bounds of the factor from one step size to the next, and the factor on what the error allows."""
 
 MIN_STEP_RATIO = 1e-13
@@ -102,9 +104,12 @@ def make_radau(functions: StiffEquationFunctions[Equation]) -> ImplicitIntegrati
         outputs: FloatArray,
     ) -> tuple[IntegrationStatus, float, int, float]:
         """Integrate a state in place over a span; see `ImplicitIntegration`."""
-        progress, counts, end = buffers.progress[0], buffers.counts, span[1]
+        progress = buffers.progress[0]
+        counts = buffers.counts
+        end = span[1]
         set_radau_progress(progress, span[0], limits)
-        max_total, min_step = limits.max_steps + count_steps(counts), MIN_STEP_RATIO * (end - span[0])
+        max_total = limits.max_steps + count_steps(counts)
+        min_step = MIN_STEP_RATIO * (end - span[0])
         progress.status = finish_step(equation, span[0] - time_origin, state, buffers.start_derivative)
         while progress.status == IntegrationStatus.DONE and progress.t < end:
             local_time = progress.t - time_origin
@@ -175,7 +180,8 @@ def choose_radau_step(progress: RecordArray, limits: RadauLimits, end: float) ->
 
 def _make_solution(functions: StiffEquationFunctions[Equation]) -> Callable[..., None]:
     """Return the function that solves the equations of a step, with the Jacobian and the matrices that it keeps or makes."""
-    evaluate_jacobian, iterate = functions.evaluate_jacobian, jit_in_place(radau_stages.make_newton_iteration(functions.evaluate))
+    evaluate_jacobian = functions.evaluate_jacobian
+    iterate = jit_in_place(radau_stages.make_newton_iteration(functions.evaluate))
 
     def solve_step(equation: Equation, buffers: RadauBuffers, local_time: float, state: FloatArray, tolerance: float) -> None:
         progress = buffers.progress[0]

@@ -95,7 +95,8 @@ def make_radau_tableau(
     integrals = np.stack([legendre.legval(zeros, legendre.legint(row, lbnd=-1.0)) for row in np.eye(n_stages)], axis=1)
     inverse_matrix = np.asarray(2.0 * np.linalg.solve(integrals.T, basis.T).T, dtype=np.float64)
     eigenvalues, vectors = np.linalg.eig(inverse_matrix)
-    real, is_above = int(np.argmin(np.abs(eigenvalues.imag))), eigenvalues.imag > 1e-9
+    real = int(np.argmin(np.abs(eigenvalues.imag)))
+    is_above = eigenvalues.imag > 1e-9
     inverse_vectors = np.linalg.inv(vectors)
     real_eigenvalue = float(eigenvalues[real].real)
     # The embedded method has the same nodes and the weight 1 / real eigenvalue at the start; its conditions of order in Legendre's basis:
@@ -260,7 +261,9 @@ def set_weights(nodes: FloatArray, fraction: float, weights: FloatArray) -> None
 @jit_in_place
 def predict_increments(buffers: RadauBuffers, previous_h: float, h: float) -> None:
     """Fill the increments of a step from the collocation polynomial of the step before."""
-    nodes, weights, previous = buffers.tableau.nodes, buffers.weights, buffers.previous_increments
+    nodes = buffers.tableau.nodes
+    weights = buffers.weights
+    previous = buffers.previous_increments
     n_stages, n = previous.shape
     for stage in range(n_stages):
         set_weights(nodes, 1.0 + nodes[stage + 1] * h / previous_h, weights)
@@ -285,7 +288,9 @@ def interpolate_state(buffers: RadauBuffers, state: FloatArray, fraction: float,
 @jit_in_place
 def _subtract_slopes(buffers: RadauBuffers, h: float) -> None:
     """Subtract the slopes of the collocation polynomial from the derivatives at the stages: the residuals."""
-    inverse_matrix, increments, residuals = buffers.tableau.inverse_matrix, buffers.increments, buffers.residuals
+    inverse_matrix = buffers.tableau.inverse_matrix
+    increments = buffers.increments
+    residuals = buffers.residuals
     n_stages, n = increments.shape
     for stage in range(n_stages):
         for k in range(n_stages):
@@ -297,7 +302,9 @@ def _subtract_slopes(buffers: RadauBuffers, h: float) -> None:
 @jit_in_place
 def _update_increments(buffers: RadauBuffers, h: float) -> float:
     """Add the solution of the linear systems for the residuals to the increments; return its mean size relative to the scales."""
-    tableau, residuals, increments = buffers.tableau, buffers.residuals, buffers.increments
+    tableau = buffers.tableau
+    residuals = buffers.residuals
+    increments = buffers.increments
     real_update, complex_updates = buffers.real_update, buffers.complex_updates
     n_stages, n = increments.shape
     n_pairs = complex_updates.shape[0]
@@ -352,11 +359,16 @@ def make_newton_iteration(
         last_rate: float,
     ) -> tuple[int, float]:
         """Solve the collocation equations in place; return the number of iterations, 0 without convergence, and its rate."""
-        nodes, increments, residuals = buffers.tableau.nodes, buffers.increments, buffers.residuals
+        nodes = buffers.tableau.nodes
+        increments = buffers.increments
+        residuals = buffers.residuals
         n_stages, n = increments.shape
-        max_iterations, newton_tolerance = 5 + n_stages, NEWTON_TOLERANCE_RATIO * tolerance
+        max_iterations = 5 + n_stages
+        newton_tolerance = NEWTON_TOLERANCE_RATIO * tolerance
         rounding = NEWTON_ROUNDINGS * _rounding_of(state, buffers.error_scale)
-        iteration, last_size, rate = 0, 0.0, max(last_rate, EPSILON) ** 0.8
+        iteration = 0
+        last_size = 0.0
+        rate = max(last_rate, EPSILON) ** 0.8
         while True:  # max_iterations at most: what does not pass the first test of the rate in the last one fails the second
             iteration += 1
             for stage in range(n_stages):
@@ -385,7 +397,9 @@ def make_newton_iteration(
 @jit_in_place
 def estimate_errors(buffers: RadauBuffers, h: float, derivative: FloatArray) -> float:
     """Fill the errors of a step from the derivative at its start, filtered by the real matrix; return their mean relative to the scales."""
-    weights, errors, n_stages = buffers.tableau.error_weights, buffers.errors, buffers.increments.shape[0]
+    weights = buffers.tableau.error_weights
+    errors = buffers.errors
+    n_stages = buffers.increments.shape[0]
     for i in range(errors.size):
         total = 0.0
         for stage in range(n_stages):

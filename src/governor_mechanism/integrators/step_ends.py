@@ -81,16 +81,24 @@ def _make_root_search(sample_events: SampleEvents[Equation]) -> Callable[[Equati
 
     def find_root(equation: Equation, step: EventStep, i: int, sample: int) -> float:
         """Return the zero of an event function by secant steps, as a fraction of the step, or NO_EVENT if it is too far behind."""
-        event_values, buffer = step.buffers.event_values, step.buffers.trial_event_values
-        low, high, is_bracketed = EVENT_SAMPLE_FRACTIONS[sample - 1], EVENT_SAMPLE_FRACTIONS[sample], event_values[sample, i] > 0.0
-        position, previous, previous_value, value = high, low, event_values[sample - 1, i], event_values[sample, i]
+        event_values = step.buffers.event_values
+        buffer = step.buffers.trial_event_values
+        low = EVENT_SAMPLE_FRACTIONS[sample - 1]
+        high = EVENT_SAMPLE_FRACTIONS[sample]
+        is_bracketed = event_values[sample, i] > 0.0
+        position = high
+        previous = low
+        previous_value = event_values[sample - 1, i]
+        value = event_values[sample, i]
         for _ in range(MAX_SECANT_STEPS):
             if value == previous_value:
                 break
             change = -value * (position - previous) / (value - previous_value)
             if is_bracketed and not low <= position + change <= high:  # an end of the bracket may be the zero itself
                 change = 0.5 * (low + high) - position
-            previous, previous_value, position = position, value, position + change
+            previous = position
+            previous_value = value
+            position = position + change
             if not position <= 1.0 + 2.0 * MAX_STRETCH:
                 return NO_EVENT
             if abs(change) <= SECANT_TOLERANCE:
@@ -141,7 +149,10 @@ def make_kink_aim(
         buffer: FloatArray,  # buffer; shape (components,)
     ) -> float:
         """Return the length (s) of a step, or a shorter one up to the first kink along the tangent of the motion."""
-        aim, kink, low, high = h, NO_INDEX, 0.0, h
+        aim = h
+        kink = NO_INDEX
+        low = 0.0
+        high = h
         for j in range(1, EVENT_SAMPLE_FRACTIONS.size):
             low, high = EVENT_SAMPLE_FRACTIONS[j - 1] * h, EVENT_SAMPLE_FRACTIONS[j] * h
             evaluate_on_tangent(equation, local_time, high, state, derivative, buffer, event_values[j])
@@ -225,7 +236,9 @@ def _make_choice_of_length(functions: EquationFunctions[Equation]) -> Callable[.
 
 def _make_finish_and_sample(functions: EquationFunctions[Equation]) -> Callable[..., float]:
     """Return the function that finishes a step, samples its event functions, and returns the quality of the state after it."""
-    finish_step, evaluate_events, sample_events = functions.finish_step, functions.evaluate_events, functions.sample_events
+    finish_step = functions.finish_step
+    evaluate_events = functions.evaluate_events
+    sample_events = functions.sample_events
 
     def finish_and_sample(
         equation: Equation,
@@ -280,7 +293,9 @@ def _make_correction_of_length(functions: EquationFunctions[Equation]) -> Callab
 
 def _make_cut_at_event(functions: EquationFunctions[Equation]) -> Callable[..., float]:
     """Return the function that cuts a finished step at the first event, and returns the fraction that precedes it, or NO_EVENT."""
-    take_step, finish_step, evaluate_events = functions.take_step, functions.finish_step, functions.evaluate_events
+    take_step = functions.take_step
+    finish_step = functions.finish_step
+    evaluate_events = functions.evaluate_events
     evaluate_after_fraction = jit_in_place(event_location.make_trial_evaluation(take_step, finish_step, evaluate_events))
     locate_first_event = jit_in_place(event_location.make_event_location(evaluate_after_fraction))
 

@@ -59,8 +59,13 @@ The gap reaches from 0.333 to 0.6 of the step. With the change point in its midd
 the start away, and the quality is the square of an angle: 0.08. Half of it is required, because the angle is extrapolated.
 """
 
-BELOW_DOMAIN, ABOVE_DOMAIN, FAR_OUTSIDE_DOMAIN = -1.0, -2.0, -3.0
-OUT_OF_RANGE, TURNED_BACK, LEFT_LIMITS, UNDETERMINED = -4.0, -5.0, -6.0, -7.0
+BELOW_DOMAIN = -1.0
+ABOVE_DOMAIN = -2.0
+FAR_OUTSIDE_DOMAIN = -3.0
+OUT_OF_RANGE = -4.0
+TURNED_BACK = -5.0
+LEFT_LIMITS = -6.0
+UNDETERMINED = -7.0
 """Qualities of a stage that leaves the domain of the equation, of one so far outside that a shorter step may stay inside, and of ends of
 a step at which the integration ends.
 """

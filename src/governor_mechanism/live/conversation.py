@@ -234,7 +234,9 @@ def _extend(session: Session, request: Request) -> Later:
 
 def _export(session: Session, request: Request) -> Later:
     """Return what makes a file of the present scene, or of the last run: a film, a page, a table or a figure."""
-    ending, run, document = request.ending, session.run, session.document
+    ending = request.ending
+    run = session.run
+    document = session.document
     name = f"{session.file.name.rpartition('.')[0]}.{ending}"
 
     def export() -> Answer:

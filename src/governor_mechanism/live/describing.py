@@ -80,7 +80,8 @@ class _MomentResults(DeferredMotionAnalysis):
 
 def prepare_moment(run: Trajectory, whole: Trajectory | None) -> Trajectory:
     """Return a run as a drawing of one of its moments needs it; one that ends early has the rest of the last whole one behind it."""
-    drawn, results = run if whole is None else continue_with(run, whole), run.deferred_results
+    drawn = run if whole is None else continue_with(run, whole)
+    results = run.deferred_results
     if not isinstance(results, DeferredMotionAnalysis):
         return drawn
     return replace(drawn, deferred_results=_MomentResults(results.scene, results.result, results.mobility))

@@ -27,13 +27,18 @@ from governor_mechanism.units.quantities import display_unit, format_quantity, f
 
 WIDTH, HEIGHT = 440.0, 400.0
 """Size of a plot, pixels."""
-LEFT, TOP, RIGHT, BOTTOM = 62.0, 40.0, 424.0, 350.0
+LEFT = 62.0
+TOP = 40.0
+RIGHT = 424.0
+BOTTOM = 350.0
 """Edges of the region of the curves, pixels from the upper left corner."""
 MAX_TICKS = 6
 """Largest number of steps between the ticks of an axis."""
 TEXT_HEIGHT = 11.0
 """Height of labels, pixels."""
-LEGEND_WIDTH, LEGEND_HEIGHT, LEGEND_COLUMNS = 120.0, 16.0, 3
+LEGEND_WIDTH = 120.0
+LEGEND_HEIGHT = 16.0
+LEGEND_COLUMNS = 3
 """Width and height of an entry of the legend, pixels, and number of them in a row; the first row is the lower one."""
 
 

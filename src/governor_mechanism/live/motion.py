@@ -80,7 +80,9 @@ class Motion:
                 run = gm.run(scene, times=times, start=last.run.state(float(last.run.times[last.count - 1])))
             except MechanismError as error:
                 note = f"The motion starts again from the start of the scene: {'; '.join(error.problems)}."
-                run, start, self._pieces = gm.run(scene, times=times), 0.0, []
+                run = gm.run(scene, times=times)
+                start = 0.0
+                self._pieces = []
             if len(run.times) < 2:
                 raise MechanismError(f"the motion does not go on: {run.message}")
             self._pieces.append(Piece(offset=start, run=run, count=len(run.times)))

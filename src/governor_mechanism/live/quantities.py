@@ -174,7 +174,9 @@ GRAVITY: Final = 9.81
 START_SHARES: Final = {DryFriction: 0.01, OutputSpring: 0.1, Dashpot: 0.1}
 """Load that is switched on, relative to the weight of the moving bodies: at a length scale, or at the rate of a swing over it."""
 
-CONSTANT_SPEED, SPEED_OVER_TIME, FREE_SPEED = "constant speed", "speed over time", "free"
+CONSTANT_SPEED = "constant speed"
+SPEED_OVER_TIME = "speed over time"
+FREE_SPEED = "free"
 CONSTANT_RATE, MOTION_OVER_TIME = "constant rate", "over time"
 
 Value = str | bool

@@ -313,7 +313,9 @@ class Session:
         # brief one whose whole run takes long goes to the shown time at most, or to where it would
         # take too long.
         with self._solving:
-            document, number, is_bounded = self._document, self._number, self._is_dragging or is_brief
+            document = self._document
+            number = self._number
+            is_bounded = self._is_dragging or is_brief
             last = self._last
             if last.number == number and (is_bounded or not last.is_bounded):
                 return last

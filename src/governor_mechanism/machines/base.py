@@ -61,7 +61,8 @@ class Machine(ABC):
                 if value not in declared.words:
                     yield f"{name} must be one of {', '.join(map(repr, declared.words))}; got {value!r}"
                 continue
-            is_positive, max_size = declared.sign == "positive", QUANTITY_KINDS[declared.kind].largest
+            is_positive = declared.sign == "positive"
+            max_size = QUANTITY_KINDS[declared.kind].largest
             value = max(values_of(value), key=abs)
             if not (MIN_DIMENSION <= (abs(value) or MIN_DIMENSION) <= max_size and (value > 0 or not is_positive)):
                 required = "a positive" if is_positive else "a finite"
@@ -183,8 +184,10 @@ def slender_rod(mass: float, end: Vector2) -> MassElement:
 def thin_arc(mass: float, radius: float, half_angle: float) -> MassElement:
     """Return a thin uniform arc (kg) about the origin (m), symmetric about the direction of -x, from -half_angle to half_angle (rad)."""
     centre = -radius * math.sin(half_angle) / half_angle
-    half_mean_square, variation = 0.5 * radius**2, radius**2 * math.sin(2 * half_angle) / (4 * half_angle)
-    along, across = half_mean_square + variation - centre**2, half_mean_square - variation
+    half_mean_square = 0.5 * radius**2
+    variation = radius**2 * math.sin(2 * half_angle) / (4 * half_angle)
+    along = half_mean_square + variation - centre**2
+    across = half_mean_square - variation
     return MassElement(mass=mass, centre=(centre, 0.0), moments=SecondMoments(xx=mass * along, yy=mass * across))
 
 

@@ -229,7 +229,10 @@ def _values_of_control(control: float | InputFunction) -> list[float]:
     return [value for function in control.functions if isinstance(function, TableFunction) for value in function.values]
 
 
-FLYWHEEL, SHAFT, LOAD, THROTTLE, EXPANSION, MEAN_GAS = "flywheel", "shaft", "load", "throttle", "expansion", "gas"
+FLYWHEEL = "flywheel"
+SHAFT = "shaft"
+LOAD = "load"
+THROTTLE, EXPANSION, MEAN_GAS = "throttle", "expansion", "gas"
 CRANK_ANGLE = BodyAngle(name="crank_angle", quantity="angle", body=FLYWHEEL)
 
 MakeGas = Callable[..., CylinderGas]
@@ -344,7 +347,8 @@ class FlywheelEngine(FlywheelEngineDimensions):
         """Return the gas behind the pump piston, which expands until air is taken in, and in front, which is compressed until delivery."""
         supply, atmosphere = self.supply_pressure, self.atmospheric_pressure
         gas = partial(CylinderGas, begins_constant=False)
-        full, expanded, delivered = 1 + clearance, clearance * (supply / atmosphere - 1), (1 + clearance) * (1 - atmosphere / supply)
+        full, expanded = 1 + clearance, clearance * (supply / atmosphere - 1)
+        delivered = (1 + clearance) * (1 - atmosphere / supply)
         return {
             "suction": partial(gas, area=area, pressure=atmosphere, volume=clearance, change=1.0, switch_travel=expanded),
             "delivery": partial(gas, area=-area, pressure=supply, volume=full, change=-1.0, switch_travel=delivered),

@@ -19,7 +19,9 @@ from governor_mechanism.types import Vector2
 from governor_mechanism.units.fields import optional, quantity
 from governor_mechanism.units.quantities import in_mm
 
-RIGHT_BALL, LEFT_BALL, SLEEVE = "right ball", "left ball", "sleeve"
+RIGHT_BALL = "right ball"
+LEFT_BALL = "left ball"
+SLEEVE = "sleeve"
 SIDE_SIGNS = {RIGHT_BALL: 1.0, LEFT_BALL: -1.0}
 
 
@@ -83,7 +85,8 @@ class HartnellGovernor(base.Machine):
 
     def travel_limit(self) -> Limit:
         """Return the range of the arm angle, and what happens at its ends."""
-        level, roller = "the arms of the balls are horizontal (dead centre)", "the rollers are below or above their pivots (dead centre)"
+        level = "the arms of the balls are horizontal (dead centre)"
+        roller = "the rollers are below or above their pivots (dead centre)"
         low, low_message = max((-math.pi / 2, level), (self.bell_crank_angle - math.pi, roller))
         if self.pivot_radius < self.ball_arm:
             meeting_angle = -math.asin(self.pivot_radius / self.ball_arm)

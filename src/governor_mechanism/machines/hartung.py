@@ -48,7 +48,9 @@ WIRE_DIMENSIONS = ("spring_wire", "spring_coil", "spring_turns", "spring_modulus
 SPEED_DIMENSIONS = ("inner_speed", "outer_speed")
 SPRING_DESCRIPTIONS = (("spring_rate",), WIRE_DIMENSIONS, SPEED_DIMENSIONS)
 """Alternative descriptions of the spring; the first two do not determine its preload."""
-PRELOAD_DIMENSION, PRELOAD_RADIUS_DIMENSION, STRESS_LIMIT_DIMENSION = ("spring_preload", "preload_radius", "spring_stress_limit")
+PRELOAD_DIMENSION = "spring_preload"
+PRELOAD_RADIUS_DIMENSION = "preload_radius"
+STRESS_LIMIT_DIMENSION = "spring_stress_limit"
 SPRING_DIMENSIONS = (*chain(*SPRING_DESCRIPTIONS), PRELOAD_DIMENSION, PRELOAD_RADIUS_DIMENSION, STRESS_LIMIT_DIMENSION)
 
 
@@ -140,7 +142,8 @@ class HartungDimensions(Machine):
 
     def lift_derivative(self, lever_angle: float) -> float:
         """Return the derivative of the sleeve height with respect to the lever angle, m/rad."""
-        sleeve_arm_angle, (x, _) = self.bell_crank_angle + lever_angle, self.hanger_top(lever_angle)
+        sleeve_arm_angle = self.bell_crank_angle + lever_angle
+        x, _ = self.hanger_top(lever_angle)
         hanger_tangent = 0.0
         if self.hanger is not None:
             reach = x - self.lug_offset
@@ -171,7 +174,8 @@ class HartungDimensions(Machine):
     def _travel_end(self, direction: float) -> tuple[float, str]:
         valid_angle = failing_angle = self.middle_angle
         while self.failure_at(failing_angle) is None:
-            valid_angle, failing_angle = failing_angle, failing_angle + direction * 0.5 * math.pi / N_TRAVEL_SAMPLES
+            valid_angle = failing_angle
+            failing_angle = failing_angle + direction * 0.5 * math.pi / N_TRAVEL_SAMPLES
         while (midpoint := 0.5 * (valid_angle + failing_angle)) not in (valid_angle, failing_angle):
             valid_angle, failing_angle = (midpoint, failing_angle) if self.failure_at(midpoint) is None else (valid_angle, midpoint)
         failure = self.failure_at(failing_angle)
@@ -254,7 +258,10 @@ class HartungDimensions(Machine):
 
     def stress_warnings(self) -> tuple[str, ...]:
         """Return a warning if the shear stress of the wire at the outer end of the stroke exceeds its limit."""
-        wire, coil, outer_angle, limit = self.spring_wire, self.spring_coil, self.outer_angle, self.spring_stress_limit
+        wire = self.spring_wire
+        coil = self.spring_coil
+        outer_angle = self.outer_angle
+        limit = self.spring_stress_limit
         if wire is None or coil is None or outer_angle is None or limit is None:
             return ()
         stress = 8 * self.spring_law().force(self.weight_radius(outer_angle)) * coil / (math.pi * wire**3)
@@ -267,7 +274,9 @@ class HartungDimensions(Machine):
         )
 
 
-RIGHT_WEIGHT, LEFT_WEIGHT, SLEEVE = "right weight", "left weight", "sleeve"
+RIGHT_WEIGHT = "right weight"
+LEFT_WEIGHT = "left weight"
+SLEEVE = "sleeve"
 SPRING_NAME = "springs"
 
 
@@ -323,7 +332,8 @@ class HartungBuilder:
     def _spring(self) -> Spring:
         """Return one horizontal spring between the weights, of half the rate, since by symmetry it stretches twice as far as each."""
         law = self.governor.spring_law()
-        left, right = self._weight_centre(LEFT_WEIGHT), self._weight_centre(RIGHT_WEIGHT)
+        left = self._weight_centre(LEFT_WEIGHT)
+        right = self._weight_centre(RIGHT_WEIGHT)
         free_radius = law.radius - law.preload / law.rate
         return Spring(name=SPRING_NAME, first=left, second=right, stiffness=0.5 * law.rate, free_length=2.0 * free_radius)
 
@@ -372,10 +382,15 @@ class HartungBuilder:
     @cached_property
     def _right_crank(self) -> MassElement:
         """The right weight, a block, on the two slender arms of its bell crank, with the fulcrum in the origin."""
-        mass, a, b, cranks = self.governor.weight_mass, self.governor.weight_arm, self.governor.sleeve_arm, self.bell_cranks
+        mass = self.governor.weight_mass
+        a = self.governor.weight_arm
+        b = self.governor.sleeve_arm
+        cranks = self.bell_cranks
         if cranks is None:
             return MassElement(mass=mass, centre=(0.0, a))
-        width, height, depth = cranks.weight_width, cranks.weight_height, cranks.weight_depth
+        width = cranks.weight_width
+        height = cranks.weight_height
+        depth = cranks.weight_depth
         moments = SecondMoments(xx=mass * width**2 / 12, yy=mass * height**2 / 12, zz=mass * depth**2 / 12)
         elements = [MassElement(mass=mass, centre=(0.0, a), moments=moments)]
         if cranks.mass:

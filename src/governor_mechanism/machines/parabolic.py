@@ -17,7 +17,9 @@ from governor_mechanism.model.mechanism import Body, Mechanism
 from governor_mechanism.model.output_variables import Limit
 from governor_mechanism.units.fields import quantity
 
-RIGHT_BALL, LEFT_BALL, SLEEVE = "right ball", "left ball", "sleeve"
+RIGHT_BALL = "right ball"
+LEFT_BALL = "left ball"
+SLEEVE = "sleeve"
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -31,7 +31,9 @@ from governor_mechanism.model.output_variables import FollowerHeight, Limit, Lin
 from governor_mechanism.units.fields import optional, quantity
 from governor_mechanism.units.quantities import in_mm
 
-RIGHT_BALL, LEFT_BALL, SLEEVE = "right ball", "left ball", "sleeve"
+RIGHT_BALL = "right ball"
+LEFT_BALL = "left ball"
+SLEEVE = "sleeve"
 RIGHT_LINK, LEFT_LINK = "right link", "left link"
 
 
@@ -139,7 +141,8 @@ class PendulumGovernor(Machine):
             low, low_message = in_line_angle, "arms and links are in line (dead centre)"
         max_sine = (reach + self.link_length) / self.joint_length
         if max_sine < 1.0:
-            high, high_message = math.asin(max_sine), "the link is at 90 degrees to the spindle; it is too short"
+            high = math.asin(max_sine)
+            high_message = "the link is at 90 degrees to the spindle; it is too short"
         return Limit(reading="arm_angle", low=low, high=high, low_message=low_message, high_message=high_message)
 
     def mechanism(self, rod_masses: RodMasses | None = None, clearance: Clearance | None = None) -> Mechanism:
@@ -226,7 +229,9 @@ class PendulumBuilder:
 
     def _bodies(self) -> tuple[Body, ...]:
         """Return the balls with their arms, the sleeve if it has mass, and links if they have mass."""
-        governor, arm, can_rotate = self.governor, self._arm_with_ball, self._can_arms_rotate
+        governor = self.governor
+        arm = self._arm_with_ball
+        can_rotate = self._can_arms_rotate
         bodies = [Body(name=side.ball, mass=arm.mass, second_moments=arm.moments, can_rotate=can_rotate) for side in SIDES]
         if governor.sleeve_mass is not None:
             bodies.append(Body(name=SLEEVE, mass=governor.sleeve_mass, can_rotate=False))
@@ -248,7 +253,8 @@ class PendulumBuilder:
 
     def _readings(self, zero_lift_height: float) -> tuple[Reading, ...]:
         """Return the readings; the sleeve lift is measured from zero_lift_height (m)."""
-        suspension, ball = self._suspension(1.0), self._point_on_arm(RIGHT_BALL, self.governor.arm)
+        suspension = self._suspension(1.0)
+        ball = self._point_on_arm(RIGHT_BALL, self.governor.arm)
         lift: Reading = sleeve_lift(Point(body=SLEEVE), zero=zero_lift_height)
         if self.governor.sleeve_mass is None:
             lift = self._follower("sleeve_lift", zero=zero_lift_height)
@@ -264,7 +270,8 @@ class PendulumBuilder:
         """Yield the reading that shows the dead centre of the links, and its limit."""
         # There the arm angle has a turning point, so it cannot show it. With clearance the reading
         # is the horizontal distance of the link's upper end from the lug.
-        knee, lug = self._point_on_arm(RIGHT_BALL, self.governor.joint_length), Point(body=SLEEVE, x=self.governor.lug_distance)
+        knee = self._point_on_arm(RIGHT_BALL, self.governor.joint_length)
+        lug = Point(body=SLEEVE, x=self.governor.lug_distance)
         reading: Reading = LineAngle(name="link_angle", quantity="angle", start=knee, end=lug)
         max_deviation = math.pi / 2
         sentence = "the link is at 90 degrees to the spindle (dead centre)"
@@ -277,14 +284,16 @@ class PendulumBuilder:
     def poses(self, angle: float) -> tuple[tuple[float, float, float], ...]:
         """Return the poses of all bodies at an arm angle (rad), with the sleeve hanging on its links."""
         governor, mass_centre = self.governor, self._arm_with_ball.centre[0]
-        x, y = governor.offset + mass_centre * math.sin(angle), -mass_centre * math.cos(angle)
+        x = governor.offset + mass_centre * math.sin(angle)
+        y = -mass_centre * math.cos(angle)
         right, left = (angle - math.pi / 2, -math.pi / 2 - angle) if self._can_arms_rotate else (0.0, 0.0)
         poses = [(x, y, right), (-x, y, left)]
         if governor.sleeve_mass is not None:
             poses.append((0.0, governor.sleeve_height(angle), 0.0))
         if self.link_mass:
             knee_x = governor.offset + governor.joint_length * math.sin(angle)
-            knee_y, lug_y = -governor.joint_length * math.cos(angle), governor.sleeve_height(angle)
+            knee_y = -governor.joint_length * math.cos(angle)
+            lug_y = governor.sleeve_height(angle)
             link_angle = math.atan2(lug_y - knee_y, governor.lug_distance - knee_x)
             x, y = (knee_x + governor.lug_distance) / 2, (knee_y + lug_y) / 2
             poses += [(x, y, link_angle), (-x, y, -math.pi - link_angle)]
@@ -312,7 +321,8 @@ class PendulumBuilder:
 
     def _link_joints(self, side: Side) -> Iterator[Joint]:
         governor, length = self.governor, self.governor.link_length
-        knee, lug = self._point_on_arm(side.ball, governor.joint_length), Point(body=SLEEVE, x=side.sign * governor.lug_distance)
+        knee = self._point_on_arm(side.ball, governor.joint_length)
+        lug = Point(body=SLEEVE, x=side.sign * governor.lug_distance)
         if self.link_mass:
             yield Pin(name=f"{side.name} knee", first=knee, second=Point(body=side.link, x=-length / 2))
             yield Pin(name=f"{side.name} lug", first=Point(body=side.link, x=length / 2), second=lug)

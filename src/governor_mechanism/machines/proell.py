@@ -19,7 +19,9 @@ from governor_mechanism.types import Vector2
 from governor_mechanism.units.fields import optional, quantity
 from governor_mechanism.units.quantities import in_mm
 
-RIGHT_BALL, LEFT_BALL, SLEEVE = "right ball", "left ball", "sleeve"
+RIGHT_BALL = "right ball"
+LEFT_BALL = "left ball"
+SLEEVE = "sleeve"
 SIDE_SIGNS = {RIGHT_BALL: 1.0, LEFT_BALL: -1.0}
 
 N_TRAVEL_SAMPLES = 720
@@ -106,7 +108,8 @@ class ProellGovernor(base.Machine):
 
     def ball_position(self, arm_angle: float) -> Vector2:
         """Return the distance of the right ball from the axis and its height above the suspension at an arm angle (rad), m."""
-        (x, y), angle = self.joint_position(arm_angle), self.link_angle(arm_angle) + self.bend
+        x, y = self.joint_position(arm_angle)
+        angle = self.link_angle(arm_angle) + self.bend
         return x + self.extension * math.sin(angle), y + self.extension * math.cos(angle)
 
     def sleeve_height(self, arm_angle: float) -> float:
@@ -137,14 +140,16 @@ class ProellGovernor(base.Machine):
 
     def travel_limit(self) -> Limit:
         """Return the range of the arm angle, and what happens at its ends."""
-        (low, low_message), (high, high_message) = self._travel_end(-1.0), self._travel_end(1.0)
+        low, low_message = self._travel_end(-1.0)
+        high, high_message = self._travel_end(1.0)
         return Limit(reading="arm_angle", low=low, high=high, low_message=low_message, high_message=high_message)
 
     def _travel_end(self, direction: float) -> tuple[float, str]:
         """Return the end of the travel in a direction, and the reason, by bisection."""
         valid_angle = failing_angle = self._middle_angle or 0.0
         while not self._failure_at(failing_angle):
-            valid_angle, failing_angle = failing_angle, failing_angle + direction * 0.5 * math.pi / N_TRAVEL_SAMPLES
+            valid_angle = failing_angle
+            failing_angle = failing_angle + direction * 0.5 * math.pi / N_TRAVEL_SAMPLES
         while (midpoint := 0.5 * (valid_angle + failing_angle)) not in (valid_angle, failing_angle):
             valid_angle, failing_angle = (valid_angle, midpoint) if self._failure_at(midpoint) else (midpoint, failing_angle)
         return valid_angle, self._failure_at(failing_angle)
@@ -155,7 +160,9 @@ class ProellGovernor(base.Machine):
         # Lift is measured from hanging arms, or from the low end of the travel if they cannot hang.
         zero_lift_angle = min(max(0.0, travel.low), travel.high)
         margin = 0.1 * (travel.high - travel.low)
-        joint, ball, sleeve = self._joint_of_arms(RIGHT_BALL), Point(body=RIGHT_BALL), Point(body=SLEEVE)
+        joint = self._joint_of_arms(RIGHT_BALL)
+        ball = Point(body=RIGHT_BALL)
+        sleeve = Point(body=SLEEVE)
         return Mechanism(
             bodies=(
                 *(Body(name=name, mass=self.ball_mass) for name in SIDE_SIGNS),
@@ -184,7 +191,8 @@ class ProellGovernor(base.Machine):
 
     def _joint_of_arms(self, name: str) -> Point:
         """Return the joint of upper and lower arm, from the ball; the body's y axis is along the lower arm, toward the joint."""
-        x, y = self.extension * math.sin(self.bend), self.extension * math.cos(self.bend)
+        x = self.extension * math.sin(self.bend)
+        y = self.extension * math.cos(self.bend)
         return Point(body=name, x=-SIDE_SIGNS[name] * x, y=-y)
 
     def _lug(self, name: str) -> Point:

@@ -112,7 +112,8 @@ class SlideValve(Machine):
     def _port_problems(self) -> Iterator[str]:
         """Yield sentences about ports that never open or never close."""
         # The valve is at its extremes at the dead centres of the eccentric, whatever the rod.
-        out, back = self.eccentric - self._centre_offset, self.eccentric + self._centre_offset
+        out = self.eccentric - self._centre_offset
+        back = self.eccentric + self._centre_offset
         openings = {
             "crank end's steam port": (out, back, self.outside_lap),
             "head end's steam port": (back, out, self.outside_lap),

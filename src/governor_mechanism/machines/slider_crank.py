@@ -22,8 +22,15 @@ from governor_mechanism.model.part import FIXED_PLANE
 from governor_mechanism.model.time_functions import PrescribedMotion
 from governor_mechanism.units.fields import quantity
 
-CRANK, CROSSHEAD, VALVE, CONNECTING_ROD = "crank", "crosshead", "valve", "connecting rod"
-SHAFT, CRANK_DRIVER, CRANK_PIN, GUDGEON_PIN, CROSSHEAD_GUIDE = ("shaft", "drive", "crank pin", "gudgeon", "crosshead guide")
+CRANK = "crank"
+CROSSHEAD = "crosshead"
+VALVE = "valve"
+CONNECTING_ROD = "connecting rod"
+SHAFT = "shaft"
+CRANK_DRIVER = "drive"
+CRANK_PIN = "crank pin"
+GUDGEON_PIN = "gudgeon"
+CROSSHEAD_GUIDE = "crosshead guide"
 
 PLACEHOLDER_MASS = 1e-6
 """Mass of a massless part in the engines, kg. The driver prescribes its motion whatever the mass (a test verifies this), and the mass is

@@ -39,7 +39,10 @@ from governor_mechanism.model.part import FIXED_PLANE
 from governor_mechanism.model.time_functions import PrescribedMotion
 from governor_mechanism.model.valve import Reverser, Valve
 
-LINK, LIFTING_ARM, HANGER, LINK_SLOT = "link", "lifting arm", "hanger", "link slot"
+LINK = "link"
+LIFTING_ARM = "lifting arm"
+HANGER = "hanger"
+LINK_SLOT = "link slot"
 ROD_NAMES = ("forward eccentric rod", "backward eccentric rod")
 LEVER, LEVER_GUIDE = "reversing lever", "lifting arm guide"
 
@@ -114,7 +117,8 @@ class _GearBuilder:
     def _link_element(self) -> MassElement:
         """The link as a thin arc between the points in front of its pins, from the centre of the arc."""
         mass = (self.masses and self.masses.link) or self._placeholder_mass
-        radius, half_angle = self.gear.link_radius, math.asin(self.gear.half_link / self.gear.link_radius)
+        radius = self.gear.link_radius
+        half_angle = math.asin(self.gear.half_link / self.gear.link_radius)
         return thin_arc(mass, radius, half_angle)
 
     @property
@@ -228,7 +232,9 @@ class _GearBuilder:
 
     def _readings(self) -> tuple[Reading, ...]:
         """Return crank angle, displacements of valve and die, link angle, lever, and piston and ports as those of the slide valve."""
-        gear, valve, full_offset = self.gear, Point(body=VALVE), self.gear.geometry.nominal_offset(1.0)
+        gear = self.gear
+        valve = Point(body=VALVE)
+        full_offset = self.gear.geometry.nominal_offset(1.0)
         centre = gear.valve_centre
         return (
             BodyAngle(name="crank_angle", quantity="angle", body=CRANK),

@@ -70,14 +70,16 @@ class LinkGeometry:
 
     def eccentrics(self, crank_angles: FloatArray) -> FloatArray:
         """Return the centres of the eccentrics of the upper and the lower pin at crank angles (n,) rad; shape (n, 2, 2), m."""
-        forward, backward = crank_angles + self.advance, crank_angles - self.advance + math.pi
+        forward = crank_angles + self.advance
+        backward = crank_angles - self.advance + math.pi
         pair = [np.stack([np.sin(angle), np.cos(angle)], axis=-1) for angle in (forward, backward)]
         return self.eccentric * np.stack(pair[::-1] if self.crossed else pair, axis=1)
 
     def locate_die(self, poses: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return the die's distance from the shaft and place along the arc (m) at poses (n, 3); nan where the arc misses its line."""
         x, y, angle = poses.T
-        centre_x, centre_y = x - self.link_radius * np.cos(angle), y - self.link_radius * np.sin(angle)
+        centre_x = x - self.link_radius * np.cos(angle)
+        centre_y = y - self.link_radius * np.sin(angle)
         with np.errstate(invalid="ignore"):
             extent = np.sqrt(self.link_radius**2 - centre_y**2)
         return centre_x + extent, self.link_radius * (np.arctan2(-centre_y, extent) - angle)
@@ -86,7 +88,8 @@ class LinkGeometry:
         """Return the poses (n, 3) of the link (m, m, rad) at crank angles (n,) rad; nan where it cannot be assembled."""
         # Every pose continues that with both eccentrics at the shaft.
         anchors = np.concatenate([self.eccentrics(crank_angles), np.tile(self.hanger_top(reverser), (len(crank_angles), 1, 1))], axis=1)
-        points, lengths = np.array([*self.pins, self.suspension]), np.array([self.eccentric_rod, self.eccentric_rod, self.hanger])
+        points = np.array([*self.pins, self.suspension])
+        lengths = np.array([self.eccentric_rod, self.eccentric_rod, self.hanger])
         poses = np.tile([self.middle_distance, -self.nominal_offset(reverser), 0.0], (len(crank_angles), 1))
         max_steps = MAX_STEP_RATIO * np.array([self.eccentric_rod, self.eccentric_rod, 1.0])
         for _ in range(MAX_NEWTON_STEPS):
@@ -114,15 +117,21 @@ def arc_depth(radius: float, half_chord: float) -> float:
 def _evaluate_closure(poses: FloatArray, anchors: FloatArray, points: FloatArray, lengths: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return the errors (n, 3) of the three rods, m, and their derivatives (n, 3, 3) by the poses (n, 3)."""
     cosine, sine = np.cos(poses[:, 2:]), np.sin(poses[:, 2:])
-    arm_x, arm_y = cosine * points[:, 0] - sine * points[:, 1], sine * points[:, 0] + cosine * points[:, 1]
-    dx, dy = poses[:, :1] + arm_x - anchors[..., 0], poses[:, 1:2] + arm_y - anchors[..., 1]
+    arm_x = cosine * points[:, 0] - sine * points[:, 1]
+    arm_y = sine * points[:, 0] + cosine * points[:, 1]
+    dx = poses[:, :1] + arm_x - anchors[..., 0]
+    dy = poses[:, 1:2] + arm_y - anchors[..., 1]
     distances = np.hypot(dx, dy)
     jacobians = np.stack([dx, dy, arm_x * dy - arm_y * dx], axis=-1) / distances[..., np.newaxis]
     return distances - lengths, jacobians
 
 
 OPEN_RODS, CROSSED_RODS = "open", "crossed"
-ARC_MIDDLE, CHORD_MIDDLE, LOWER_PIN, HALF_WAY, ANY_POINT = "arc middle", "chord middle", "lower pin", "half-way", "point"
+ARC_MIDDLE = "arc middle"
+CHORD_MIDDLE = "chord middle"
+LOWER_PIN = "lower pin"
+HALF_WAY = "half-way"
+ANY_POINT = "point"
 
 CHECKED_ANGLES: FloatArray = np.linspace(0.0, math.tau, 72, endpoint=False)
 """Crank angles at which the link must be assembled, rad."""
@@ -272,7 +281,8 @@ class StephensonDimensions(Machine):
     @property
     def suspension_point(self) -> Vector2:
         """Point of the link from which it hangs: from the arc's middle, away from the shaft and up, m."""
-        depth, quarter_angle = arc_depth(self.link_radius, self.half_link), 0.5 * math.asin(self.half_link / self.link_radius)
+        depth = arc_depth(self.link_radius, self.half_link)
+        quarter_angle = 0.5 * math.asin(self.half_link / self.link_radius)
         points = {
             ARC_MIDDLE: (0.0, 0.0),
             CHORD_MIDDLE: (-depth, 0.0),

@@ -191,7 +191,8 @@ class LiftCurve(PolarCurve):
         require_positive(self.radius, "m", "radius of a cam")
         if self.follower not in (ROLLER, FLAT):
             raise MechanismError(f"the follower of a cam is {ROLLER!r} or {FLAT!r}; got {self.follower!r}")
-        turn, lift = math.fsum(one.over for one in self.lifts), math.fsum(one.lift for one in self.lifts)
+        turn = math.fsum(one.over for one in self.lifts)
+        lift = math.fsum(one.lift for one in self.lifts)
         if not math.isclose(turn, math.tau, rel_tol=1e-9):
             raise MechanismError(f"the angles of a cam's lifts must add up to a turn; they are {math.degrees(turn):.9g} deg together")
         if abs(lift) > 1e-12 * self.radius:

@@ -300,7 +300,9 @@ def _explain_unknown(mechanism: Mechanism, kind: str, rest: str, kinds: Mapping[
 
 def with_run_readings(mechanism: Mechanism, names: Iterable[str], paths: Iterable[str]) -> Mechanism:
     """Return a mechanism with the readings and the coordinates of points of paths that a run names; MechanismError lists unknown names."""
-    known, problems, readings = mechanism.path_points, list[str](), list[DerivedReading]()
+    known = mechanism.path_points
+    problems = list[str]()
+    readings = list[DerivedReading]()
     try:
         readings += find_named_readings(mechanism, names, RUN_KINDS, "run.readings")
     except MechanismError as error:

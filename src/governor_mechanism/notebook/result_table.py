@@ -21,7 +21,9 @@ from governor_mechanism.types import FloatArray, Progress
 from governor_mechanism.units.constants import RPM
 from governor_mechanism.units.text_table import summarise
 
-CURVE_WIDTH, CURVE_HEIGHT, CURVE_MARGIN = 120, 24, 2
+CURVE_WIDTH = 120
+CURVE_HEIGHT = 24
+CURVE_MARGIN = 2
 """Size and margin of a small curve, pixels."""
 
 

@@ -108,7 +108,9 @@ def barycentric_weights(
 
 def cubic_hermite(start: Any, end: Any, start_derivative: Any, end_derivative: Any, length: Any, fraction: Any) -> Any:
     """Interpolate by the cubic through values and derivatives at both ends; arguments broadcast."""
-    d0, d1, change = length * start_derivative, length * end_derivative, end - start
+    d0 = length * start_derivative
+    d1 = length * end_derivative
+    change = end - start
     return start + fraction * (d0 + fraction * (3 * change - 2 * d0 - d1 + fraction * (d0 + d1 - 2 * change)))
 
 
@@ -136,7 +138,9 @@ def integrate_samples(positions: FloatArray, values: FloatArray) -> FloatArray:
 
 def cubic_hermite_derivative(start: Any, end: Any, start_derivative: Any, end_derivative: Any, length: Any, fraction: Any) -> Any:
     """Return the derivative of `cubic_hermite` by the position, for the same arguments."""
-    d0, d1, change = length * start_derivative, length * end_derivative, end - start
+    d0 = length * start_derivative
+    d1 = length * end_derivative
+    change = end - start
     return (d0 + fraction * (2 * (3 * change - 2 * d0 - d1) + fraction * 3 * (d0 + d1 - 2 * change))) / length
 
 
@@ -151,8 +155,11 @@ def quintic_hermite(
     fraction: Any,
 ) -> tuple[Any, Any]:
     """Return value and rate of the quintic through values, rates and accelerations at both ends; arguments broadcast."""
-    c1, c2, p = h * start_rate, h * h * start_acceleration, fraction
-    value_residual, rate_residual = end - start - c1 - 0.5 * c2, h * end_rate - c1 - c2
+    c1 = h * start_rate
+    c2 = h * h * start_acceleration
+    p = fraction
+    value_residual = end - start - c1 - 0.5 * c2
+    rate_residual = h * end_rate - c1 - c2
     acceleration_residual = h * h * end_acceleration - c2
     c3 = 10 * value_residual - 4 * rate_residual + 0.5 * acceleration_residual
     c4 = -15 * value_residual + 7 * rate_residual - acceleration_residual
@@ -185,7 +192,9 @@ class MultipointHermite:
 
     def evaluate(self, arguments: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Return value and first two derivatives of each function at an argument of its own; shape (functions,) each."""
-        value, rate, acceleration = self._coefficients[-1], np.zeros_like(arguments), np.zeros_like(arguments)
+        value = self._coefficients[-1]
+        rate = np.zeros_like(arguments)
+        acceleration = np.zeros_like(arguments)
         for order in range(len(self._coefficients) - 2, -1, -1):
             distance = arguments - self._nodes[:, order]
             acceleration = acceleration * distance + 2.0 * rate

@@ -94,7 +94,8 @@ def record_dtype(*fields: tuple[str, str] | tuple[str, str, tuple[int, ...]]) ->
 def _decorate_by_numba(function: Callable[..., Any], **options: Any) -> Any:
     """Return a function that numba compiles when it is called."""
     numba = _import_numba()
-    previous_folder, numba.config.CACHE_DIR = numba.config.CACHE_DIR, str(_cache_folder())
+    previous_folder = numba.config.CACHE_DIR
+    numba.config.CACHE_DIR = str(_cache_folder())
     try:
         return numba.njit(**options)(function)
     finally:

@@ -107,7 +107,9 @@ def _open_library() -> _Library:
     try:
         code = ctypes.PyDLL(str(LIBRARY_FOLDER / index["library"]))
         code.make_caller.restype = ctypes.py_object
-        text, address, objects = ctypes.c_char_p, ctypes.c_void_p, ctypes.py_object
+        text = ctypes.c_char_p
+        address = ctypes.c_void_p
+        objects = ctypes.py_object
         code.make_caller.argtypes = [text, address, text, text, ctypes.c_int, objects, objects, objects]
         return _Library(code=code, kernels=index["kernels"])
     except (OSError, AttributeError, KeyError) as error:

@@ -132,12 +132,15 @@ def _rotate(matrix: FloatArray, eigenvectors: FloatArray, p: int, q: int) -> Non
     sine = tangent * cosine
     for i in range(matrix.shape[0]):
         at_p, at_q = matrix[i, p], matrix[i, q]
-        matrix[i, p], matrix[i, q] = cosine * at_p - sine * at_q, sine * at_p + cosine * at_q
+        matrix[i, p] = cosine * at_p - sine * at_q
+        matrix[i, q] = sine * at_p + cosine * at_q
     for i in range(matrix.shape[0]):
         at_p, at_q = matrix[p, i], matrix[q, i]
-        matrix[p, i], matrix[q, i] = cosine * at_p - sine * at_q, sine * at_p + cosine * at_q
+        matrix[p, i] = cosine * at_p - sine * at_q
+        matrix[q, i] = sine * at_p + cosine * at_q
         vector_p, vector_q = eigenvectors[i, p], eigenvectors[i, q]
-        eigenvectors[i, p], eigenvectors[i, q] = cosine * vector_p - sine * vector_q, sine * vector_p + cosine * vector_q
+        eigenvectors[i, p] = cosine * vector_p - sine * vector_q
+        eigenvectors[i, q] = sine * vector_p + cosine * vector_q
     matrix[p, q] = matrix[q, p] = 0.0
 
 
@@ -148,7 +151,9 @@ MIN_PIVOT = 1e-11
 @jit_in_place
 def solve_dense(matrix: FloatArray, vector: FloatArray) -> float:
     """Solve matrix (n, n) * x = vector (n,) in place, x for the vector; return the determinant, 0 if some unknowns are open, and 0 then."""
-    n, row, determinant = vector.size, 0, 1.0
+    n = vector.size
+    row = 0
+    determinant = 1.0
     for column in range(n):
         pivot = row
         for i in range(row + 1, n):

@@ -37,7 +37,8 @@ def find_roots(
     for _ in range(MAX_NEWTON_STEPS):
         values, derivatives = function(roots)
         is_past_root = (values > 0) == is_rising
-        low, high = np.where(is_past_root, low, roots), np.where(is_past_root, roots, high)
+        low = np.where(is_past_root, low, roots)
+        high = np.where(is_past_root, roots, high)
         steps = np.divide(-values, derivatives, out=np.full_like(values, np.inf), where=derivatives != 0)
         if np.all(np.abs(steps) < tolerance):
             break
@@ -81,7 +82,9 @@ def directional_derivative(
     positive = np.array(_POSITIVE_WEIGHTS[order])
     weights = np.concatenate([(-1) ** order * positive[:0:-1], positive])
     values = dict[float, FloatArray]()  # by the offset: half the points of a step are also points of the next one, which is half as long
-    best, best_error, previous = np.array(np.nan), np.inf, None
+    best = np.array(np.nan)
+    best_error = np.inf
+    previous = None
     for ratio in STEP_RATIOS:
         offsets = [k * ratio for k in range(-4, 5)]
         new = [offset for offset in offsets if offset not in values]

@@ -270,7 +270,9 @@ class BlockEquations:
     """Equations of one block at known poses of the bodies before it; lengths in length scales."""
 
     def __init__(self, solver: PositionSolver, block: Block, poses: FloatArray) -> None:
-        self.solver, self.block, self.poses = solver, block, poses
+        self.solver = solver
+        self.block = block
+        self.poses = poses
         self.scale = solver.mechanism.length_scale
         self.constants = solver.equations.rows.table["constant"] + solver.equations.prescribed_motion(np.array(solver.time))[:, 0]
         unknown = set(block.coordinates)

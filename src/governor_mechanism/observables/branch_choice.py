@@ -107,7 +107,9 @@ def _find_change_points(mechanism: Mechanism, motion: SampledMotion) -> list[Eve
 def find_nearly_singular_samples(motion: SampledMotion) -> IntArray:
     """Return the inner samples (m,) at which the constraint rows are nearest to dependence."""
     angle = np.sqrt(motion.pivot_ratios)
-    before, here, after = angle[:-2], angle[1:-1], angle[2:]
+    before = angle[:-2]
+    here = angle[1:-1]
+    after = angle[2:]
     return 1 + np.flatnonzero((here < NEAR_CHANGE_POINT_ANGLE) & (before >= here) & (here < after))
 
 
@@ -175,7 +177,8 @@ SAME_CONFIGURATION = 0.2
 def may_branch(mechanism: Mechanism) -> bool:
     """Return whether the passes of a mechanism can be examined: a closed chain of links with one degree of freedom, without drives."""
     position_solver = PositionSolver(mechanism)
-    n_rows, n_coordinates = len(position_solver.equations.joint_indices), int(position_solver.free_mask.sum())
+    n_rows = len(position_solver.equations.joint_indices)
+    n_coordinates = int(position_solver.free_mask.sum())
     is_driven = bool(position_solver.equations.is_driven.any())
     return not is_driven and n_rows + 1 == n_coordinates and len(mechanism.joints) > len(mechanism.bodies)
 
@@ -225,14 +228,20 @@ def _defect_at_saddle(position_solver: PositionSolver, poses: FloatArray, time: 
 def _step_to_saddle(position_solver: PositionSolver, poses: FloatArray, time: float) -> tuple[float, float, FloatArray]:
     """Return the defect at the saddle of its quadratic model, the length of the step to it, and the poses after the step."""
     left, _, right = np.linalg.svd(position_solver.scaled_joint_jacobian(poses))
-    weak_row, plane, h = left[:, -1], right[-2:], STENCIL_STEP
+    weak_row = left[:, -1]
+    plane = right[-2:]
+    h = STENCIL_STEP
 
     def defect_at(first: float, second: float) -> float:
         moved = _moved(position_solver, poses, first * plane[0] + second * plane[1])
         closed = _closed(position_solver, moved, time, weak_row)
         return float(weak_row @ position_solver.equations.residuals(closed, time)) / position_solver.mechanism.length_scale
 
-    middle, right_value, left_value, up, down = defect_at(0, 0), defect_at(h, 0), defect_at(-h, 0), defect_at(0, h), defect_at(0, -h)
+    middle = defect_at(0, 0)
+    right_value = defect_at(h, 0)
+    left_value = defect_at(-h, 0)
+    up = defect_at(0, h)
+    down = defect_at(0, -h)
     mixed = (defect_at(h, h) - defect_at(h, -h) - defect_at(-h, h) + defect_at(-h, -h)) / (4 * h**2)
     gradient = np.array([right_value - left_value, up - down]) / (2 * h)
     hessian = np.array([[(right_value - 2 * middle + left_value) / h**2, mixed], [mixed, (up - 2 * middle + down) / h**2]])

@@ -78,7 +78,9 @@ def enumerate_configurations(solver: PositionSolver) -> ClosedConfigurations:
         poses, methods, complete = _solve_blocks(solver, parts)
         poses = _polish_all(solver, parts, poses)
     except UnsuitableBlockError:
-        poses, methods, complete = [], [], False
+        poses = []
+        methods = []
+        complete = False
     if not complete:
         poses = _search_from_many_starts(solver, parts, poses)
         methods = [*methods, "many starts"]
@@ -98,7 +100,9 @@ def _undetermined(count: int) -> str:
 
 def _solve_blocks(solver: PositionSolver, parts: Decomposition) -> tuple[list[FloatArray], list[str], bool]:
     """Return the solutions of all blocks in turn, and how they were found."""
-    found, methods, complete = [solver.initial_guess.copy()], list[str](), True
+    found = [solver.initial_guess.copy()]
+    methods = list[str]()
+    complete = True
     for block in parts.blocks:
         extended = list[FloatArray]()
         for poses in found:

@@ -64,7 +64,9 @@ class CrossedSpeed:
         motion: SampledMotion,  # sampled motion
         speed: AngleRate,  # the angle whose rate is the speed, and the ratio of both
     ) -> None:
-        self._mechanism, self._motion, self._speed = mechanism, motion, speed
+        self._mechanism = mechanism
+        self._motion = motion
+        self._speed = speed
         self._angle = SampledReading(mechanism, motion, speed.angle)
         self._speeds, self._accelerations = speed.ratio * self._angle.rates, speed.ratio * self._angle.accelerations
         self._is_smooth = motion.is_smooth(np.arange(len(motion.times) - 1), np.arange(1, len(motion.times)))
@@ -121,7 +123,8 @@ class CrossedSpeed:
         if self._is_smooth[k]:
             return self._speed.ratio * float(self._angle.interpolant(np.array([k]), 2).evaluate(np.array([time]))[1][0])
         # A polynomial through the slopes on both sides of a jump has extremes that the motion has not.
-        (start, end), (first, last) = self._motion.times[k : k + 2].tolist(), self._speeds[k : k + 2].tolist()
+        start, end = self._motion.times[k : k + 2].tolist()
+        first, last = self._speeds[k : k + 2].tolist()
         fraction, linear = (time - start) / (end - start), last - first
         slope = linear if self._jumps_inside(k) else (end - start) * float(self._accelerations[k])  # a jump at the end is one of its slope
         return float(first + fraction * (slope + fraction * (linear - slope)))
@@ -129,7 +132,8 @@ class CrossedSpeed:
     def _jumps_inside(self, k: int) -> bool:
         """Return whether an event or a jump of an input lies between samples k and k + 1, not at one of them."""
         start, end = self._motion.times[k : k + 2].tolist()
-        jumps, margin = np.concatenate([self._motion.contact_times, self._motion.breakpoints]), EVENT_TIME_MARGIN * (end - start)
+        jumps = np.concatenate([self._motion.contact_times, self._motion.breakpoints])
+        margin = EVENT_TIME_MARGIN * (end - start)
         return bool(np.any((jumps > start + margin) & (jumps < end - margin)))
 
     def _speed_of(self, state: BodyState) -> float:
@@ -140,7 +144,8 @@ class CrossedSpeed:
         """Return the time, s, of the highest or lowest speed between two times that contain one."""
         from scipy.optimize import minimize_scalar  # slow to import
 
-        sign, tolerance = -1.0 if is_highest else 1.0, EXTREME_TIME_TOLERANCE * (span[1] - span[0])
+        sign = -1.0 if is_highest else 1.0
+        tolerance = EXTREME_TIME_TOLERANCE * (span[1] - span[0])
         found = minimize_scalar(
             lambda time: sign * self._speed_at(self._interval_of(time), time), bounds=span, method="bounded", options={"xatol": tolerance}
         )
@@ -196,7 +201,9 @@ class CrossedReading:
     """A reading along a sampled motion, whose crossings of values are found."""
 
     def __init__(self, mechanism: Mechanism, motion: SampledMotion, name: str, start: tuple[float, Mapping[str, float]]) -> None:
-        self._mechanism, self._motion, self._name = mechanism, motion, name
+        self._mechanism = mechanism
+        self._motion = motion
+        self._name = name
         self._sampled = SampledReading(mechanism, motion, name, start)
         self._values, self._rates, self._accelerations = self._sampled.values, self._sampled.rates, self._sampled.accelerations
 
@@ -231,7 +238,8 @@ class CrossedReading:
 
     def _find_smooth_extremes(self, intervals: IntArray) -> tuple[FloatArray, FloatArray]:
         """Return times and values of the extremes in intervals (m,) without kinks."""
-        starts, lengths = self._motion.times[intervals], np.diff(self._motion.times)[intervals]
+        starts = self._motion.times[intervals]
+        lengths = np.diff(self._motion.times)[intervals]
         parts = np.repeat(intervals, N_SUBDIVISIONS)
         edges = starts[:, np.newaxis] + lengths[:, np.newaxis] * np.linspace(0.0, 1.0, N_SUBDIVISIONS + 1)
         low, high = edges[:, :-1].ravel(), edges[:, 1:].ravel()
@@ -245,7 +253,8 @@ class CrossedReading:
         from scipy.interpolate import BPoly, PPoly  # slow to import
 
         start, end = self._motion.times[k : k + 2].tolist()
-        margin, contact_times = EVENT_TIME_MARGIN * (end - start), self._motion.contact_times
+        margin = EVENT_TIME_MARGIN * (end - start)
+        contact_times = self._motion.contact_times
         contact_times = contact_times[(contact_times > start + margin) & (contact_times <= end + margin)]
         inner_times = contact_times[contact_times < end - margin]
         # Between two events in one interval the samples show nothing of the motion.

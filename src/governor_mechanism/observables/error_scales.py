@@ -53,7 +53,9 @@ class MotionScales:
         # A reading has 1 rad or its length scale, its rate that per second of the motion; what
         # belongs to a spindle has a scale of its own. The torque of a spindle has at least its
         # largest value: where a body flies away, it grows with the square of the distance.
-        mechanism, rate, energy_scale = self._mechanism, motion_rate, self.energy_scale(motion_rate)
+        mechanism = self._mechanism
+        rate = motion_rate
+        energy_scale = self.energy_scale(motion_rate)
         scales = {reading.name: mechanism.output_scale(reading.name) for reading in mechanism.readings}
         scales |= {name_of_rate(name): rate * scales[name] for name in rates}
         length = mechanism.length_scale

@@ -79,7 +79,8 @@ def evaluate_contact_forces(scene: Scene, history: StateHistory, modes: Sequence
     if not outputs:
         return {}
     states = history.times, history.poses, history.velocities, history.lags
-    forces, names = compute_inverse_dynamics(scene, *states, modes).contact_forces, [one.output_name for one in contacts_of(scene)]
+    forces = compute_inverse_dynamics(scene, *states, modes).contact_forces
+    names = [one.output_name for one in contacts_of(scene)]
     values = dict[str, FloatArray]()
     for output in outputs:
         gaps = [gap for gap in outline_gaps_of(scene) if gap.contact == output.contact and (gap.friction > 0.0 or not output.is_friction)]
@@ -124,7 +125,8 @@ class PlaneRotation:
         inertia_rate = 2 * (poses[:, self._bodies, 0] * velocities[:, self._bodies, 0]) @ self._masses
         if self._oriented_bodies:
             xx, yy, xy, _ = self._second_moments
-            angles, rates = poses[:, self._oriented_bodies, 2], velocities[:, self._oriented_bodies, 2]
+            angles = poses[:, self._oriented_bodies, 2]
+            rates = velocities[:, self._oriented_bodies, 2]
             inertia_rate += spindle_inertia_rate(0.0, xx, yy, xy, 0.0, angles, 0.0, rates).sum(axis=1)
         torque: FloatArray = inertia_rate * self.speed(times, velocities)
         if self.speed_function is not None and not self.speed_function.is_constant:
@@ -186,7 +188,9 @@ def integrate_work(
     def evaluate_motion(times: FloatArray, poses: FloatArray, velocities: FloatArray) -> InverseDynamics:
         return compute_inverse_dynamics(scene, times, poses, velocities, history.lags[: len(times)], contact_modes[: len(times)])
 
-    times, poses, velocities = history.times, history.poses, history.velocities
+    times = history.times
+    poses = history.poses
+    velocities = history.velocities
     durations = np.diff(times)
     h = durations[:, np.newaxis, np.newaxis]
     increments = np.zeros_like(durations)
@@ -198,7 +202,8 @@ def integrate_work(
     for node, weight in zip(*np.polynomial.legendre.leggauss(N_GAUSS_POINTS), strict=True):
         fraction = 0.5 * (1.0 + node)
         if contact_modes:
-            segment_poses, segment_velocities = cubic_hermite(*ends, h, fraction), cubic_hermite_derivative(*ends, h, fraction)
+            segment_poses = cubic_hermite(*ends, h, fraction)
+            segment_velocities = cubic_hermite_derivative(*ends, h, fraction)
         else:
             segment_poses, segment_velocities = quintic_hermite(
                 poses[:-1], velocities[:-1], start_accelerations, poses[1:], velocities[1:], end_accelerations, h, fraction
@@ -435,5 +440,6 @@ class ReadingEvaluator:
                 energy = 0.5 * (own_inertia + one.inertia(history.poses)) * one.speed(history.times, history.velocities) ** 2
                 rotation += energy
                 work += energy if one.plane.has_reaction else -energy
-        jacobi, dissipated = kinetic + potential + work + history.work, history.dissipated_energy
+        jacobi = kinetic + potential + work + history.work
+        dissipated = history.dissipated_energy
         return Energy(kinetic=kinetic, potential=potential, rotation=rotation, jacobi=jacobi, dissipated_energy=dissipated, scale=scale)

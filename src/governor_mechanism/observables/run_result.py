@@ -98,7 +98,8 @@ def describe_recurrence(
     # Readings and energies are taken in the middle between two crossings: at a crossing itself a clock
     # may be driving its pendulum.
     period = crossing.n_per_period
-    used, middles = _whole_periods(times, period), _whole_periods(0.5 * (times[:-1] + times[1:]), period)
+    used = _whole_periods(times, period)
+    middles = _whole_periods(0.5 * (times[:-1] + times[1:]), period)
     poses, velocities = _states_at(motion, middles[[0, -1]])
     between = motion.poses[(motion.times >= middles[0]) & (motion.times <= middles[-1])]
     advances, work = _find_advances(scene, poses, between), _work_of_loads(scene, poses)
@@ -197,7 +198,9 @@ class _ShaftMotion:
     """Speed and acceleration of a shaft between the samples of a motion."""
 
     def __init__(self, scene: Scene, angle: str, motion: SampledMotion) -> None:
-        self._scene, self._angle, self._motion = scene, angle, motion
+        self._scene = scene
+        self._angle = angle
+        self._motion = motion
 
     def find_extreme(self, k: int) -> tuple[float, float]:
         """Return the speed (rad/s) and the angle (rad) of the shaft between samples k and k + 1 where its acceleration vanishes."""
@@ -436,7 +439,9 @@ class DeferredMotionAnalysis:
 
     def _sample(self, max_samples: int) -> tuple[BoundedDenseOutput, SampledMotion]:
         """Return the motion at the monitor times, at most a number of them if they are computed for it, and its dense output."""
-        states, modes, dense_output = self.result.monitor_states, self.result.contact_modes, self.result.dense_output
+        states = self.result.monitor_states
+        modes = self.result.contact_modes
+        dense_output = self.result.dense_output
         if not isinstance(states, StateHistory):
             states, modes, dense_output = states(max_samples)
         bounded_output = BoundedDenseOutput(dense_output)

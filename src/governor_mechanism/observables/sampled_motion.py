@@ -149,7 +149,9 @@ class SampledReading:
         # leaves them open
         start: tuple[float, Mapping[str, float]] | None = None,
     ) -> None:
-        self._mechanism, self._motion, self._name = mechanism, motion, name
+        self._mechanism = mechanism
+        self._motion = motion
+        self._name = name
         output = evaluate_output(mechanism, name, motion.poses, motion.velocities)
         # values, rates, accelerations: the reading, SI, and its derivatives; shape (n,)
         self.values = unwrap_output(mechanism.reading(name), output.value)
@@ -186,7 +188,8 @@ class SampledReading:
             interpolant = self.interpolant(first[chosen], n_nodes)
             return find_roots(lambda times: select(*interpolant.evaluate(times)), low[chosen], high[chosen], tolerance)
 
-        times, is_certain = roots(intervals, 2, slice(None)), np.zeros(len(intervals), dtype=np.bool_)
+        times = roots(intervals, 2, slice(None))
+        is_certain = np.zeros(len(intervals), dtype=np.bool_)
         if n_samples < 4:
             return times, is_certain
         first = np.clip(intervals - 1, 0, n_samples - 4)

@@ -385,7 +385,8 @@ def _locate_crossings(motion: ValveMotion, crossings: list[_Crossing]) -> list[f
     def interpolated_root(crossing: _Crossing) -> float:
         return find_root(lambda angle: float(crossing.sign * position(angle) - crossing.threshold), crossing.low, crossing.high)
 
-    angles, steps = np.array([interpolated_root(one) for one in crossings]), np.zeros(len(crossings))
+    angles = np.array([interpolated_root(one) for one in crossings])
+    steps = np.zeros(len(crossings))
     for _ in range(2):  # Newton's method, from angles that are almost right
         values, derivatives = openings(angles)
         steps = -values / derivatives

@@ -186,5 +186,6 @@ def _fit_growth_rate(times: FloatArray, deviations: FloatArray) -> float:
     """Return the growth rate, 1/s, of an oscillation from the differences of its successive extremes."""
     turns = 1 + np.flatnonzero(np.diff(deviations)[:-1] * np.diff(deviations)[1:] < 0)
     turns = turns[times[turns] > STEP_TIME]
-    swings, middles = np.abs(np.diff(deviations[turns])), 0.5 * (times[turns][1:] + times[turns][:-1])
+    swings = np.abs(np.diff(deviations[turns]))
+    middles = 0.5 * (times[turns][1:] + times[turns][:-1])
     return float(np.polyfit(middles, np.log(swings), 1)[0])

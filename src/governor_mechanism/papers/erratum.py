@@ -260,9 +260,13 @@ def _ends_of_the_cylinder() -> Erratum:
 
 def _lost_square() -> Erratum:
     """Return the square that z' lacks, which the statement on its signs follows."""
-    r, rod, advance = ECCENTRIC.radius, ECCENTRIC.rod, ECCENTRIC.advance
+    r = ECCENTRIC.radius
+    rod = ECCENTRIC.rod
+    advance = ECCENTRIC.advance
     term = 1e3 * r**2 / (2 * rod)
-    equal, first, second = term * math.cos(advance) ** 2, term * math.cos(advance), term * math.cos(math.pi + advance)
+    equal = term * math.cos(advance) ** 2
+    first = term * math.cos(advance)
+    second = term * math.cos(math.pi + advance)
     lead = 1e3 * (r * math.sin(advance) - LAPS["outside_lap"])
     return _erratum(
         name="lost-square",

@@ -50,7 +50,8 @@ def _errors(numbers: dict[str, PrintedNumber], comparison: PaperComparison) -> I
     """Yield the wrong term, and what follows from it."""
     ratio = PAPER_ENGINE.back_pressure / PAPER_ENGINE.supply_pressure
     cosines = math.cos(PRINTED_ANGLES[0]) - math.cos(PRINTED_ANGLES[1])
-    total, coefficient = numbers["sum of the bracket"], numbers["coefficient of mu N / n"]
+    total = numbers["sum of the bracket"]
+    coefficient = numbers["coefficient of mu N / n"]
     lacking = f"{100 * (1 - total.printed / total.recomputed):.0f} %"
     third = numbers["back pressure (66)"]
     slips = (total.printed - third.printed) - (total.recomputed - third.recomputed)

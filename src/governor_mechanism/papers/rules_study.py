@@ -37,7 +37,9 @@ from governor_mechanism.render.style import BLUE, GREEN, INK, MUTED, SERIES_COLO
 from governor_mechanism.scenes.library import load_scene
 from governor_mechanism.units.text_table import short_repr
 
-ENGINE, MEAN_ENGINE, STRONG_ENGINE = "governed_engine", "governed_engine_mean_torque", "governed_engine_hartung"
+ENGINE = "governed_engine"
+MEAN_ENGINE = "governed_engine_mean_torque"
+STRONG_ENGINE = "governed_engine_hartung"
 """Shipped scenes of one engine: its gas at every instant, the mean torque of its gas, and a strong governor."""
 
 TEXT_WIDTH = 110

@@ -61,7 +61,10 @@ class FrameData:
         # Frame times are computed, so that the last may lie beyond the end by rounding.
         self.has_ended = times > run.times[-1] + END_TOLERANCE * max(abs(time_span[1] - time_span[0]), abs(run.times[-1]))
         times = np.clip(times, run.times[0], run.times[-1])
-        self.part, self.time_span, self.times, self.slow_down = part, time_span, times, slow_down
+        self.part = part
+        self.time_span = time_span
+        self.times = times
+        self.slow_down = slow_down
         drawn = run if magnification == 1.0 else magnify_motion(run, magnification)
         self.drawing = drawing_of(drawn, part, slow_down, magnification)
         self._velocities = self.drawing.select_bodies(drawn.velocities)
@@ -250,7 +253,8 @@ def _joint_forces(drawing: MachineDrawing) -> Iterator[DrawnForce]:
 
 def _follow(drawing: MachineDrawing, point: Point) -> tuple[FloatArray, FloatArray]:
     """Return positions and velocities (n, 2) of a point at the reported times."""
-    mechanism, velocities = drawing.part.mechanism, drawing.select_bodies(drawing.run.velocities)
+    mechanism = drawing.part.mechanism
+    velocities = drawing.select_bodies(drawing.run.velocities)
     return point_path(mechanism, drawing.poses, point), point_velocity(mechanism, drawing.poses, velocities, point)
 
 
@@ -266,5 +270,6 @@ def _effect_forces(drawing: MachineDrawing) -> Iterator[DrawnForce]:
         values = readings[effect.reading]
         force = np.asarray(effect.evaluate(values, rates[effect.reading])) * np.ones(len(values))
         components = force[:, None] * np.array([reading.direction_x, reading.direction_y])
-        kind, name = "damping" if effect.dissipates else "spring", f"{effect.key.replace('_', ' ')} on {reading.point.body}"
+        kind = "damping" if effect.dissipates else "spring"
+        name = f"{effect.key.replace('_', ' ')} on {reading.point.body}"
         yield DrawnForce(kind=kind, name=name, point=reading.point, components=components)

@@ -236,7 +236,9 @@ class _RoomRun:
 
     def main_panels(self) -> Iterator[PlotPanel]:
         """Yield the panels from the top."""
-        run, governed, room = self.run, self.governed, self.room
+        run = self.run
+        governed = self.governed
+        room = self.room
         yield self._panel("speed", display_unit_of("rad/s")[0], *self._speed_curves())
         unit, factor = display_unit_of(run.units.get(governed.governor_reading, ""))
         part, _, name = governed.governor_reading.rpartition(".")

@@ -69,7 +69,8 @@ def find_range_band(
     if duration <= 0.0 or not np.isfinite(values).all():
         return None
     low, high = size.limits
-    line_height, width = size.line_width * (high - low) / size.height, size.width / size.line_width
+    line_height = size.line_width * (high - low) / size.height
+    width = size.width / size.line_width
     n_columns = math.ceil(size.width / COLUMN_WIDTH)
     if turns is not None:
         n_oscillations = 0.5 * len(_find_reversals(values, MIN_SWING_IN_STEP * line_height))
@@ -191,7 +192,8 @@ def _count_cycles(times: FloatArray, values: FloatArray, reversals: list[int], l
 
 def _locate_minima(times: FloatArray, values: FloatArray, samples: IntArray) -> FloatArray:
     """Return the times (m,) of minima near samples (m,), where the slope, which is known between samples, crosses zero."""
-    middles, slopes = 0.5 * (times[1:] + times[:-1]), np.diff(values) / np.diff(times)
+    middles = 0.5 * (times[1:] + times[:-1])
+    slopes = np.diff(values) / np.diff(times)
     falling, rising = slopes[samples - 1], slopes[samples]
     located: FloatArray = middles[samples - 1] - falling * (middles[samples] - middles[samples - 1]) / np.maximum(rising - falling, 1e-300)
     return located

@@ -196,12 +196,16 @@ def shown_readings(run: Trajectory) -> dict[str, ShownReading]:
     for name, values in run.readings.items():
         if name in of_paths:
             continue
-        unit, scale, error = run.units.get(name, ""), run.scales.get(name, 0.0), run.reading_errors.get(name, 0.0)
+        unit = run.units.get(name, "")
+        scale = run.scales.get(name, 0.0)
+        error = run.reading_errors.get(name, 0.0)
         if len(run.scene.parts) > 1 and unit == "rad" and np.ptp(values) > MAX_SHOWN_ANGLE:
             if name.endswith(f".{SPINDLE_ANGLE}") or _is_rate_a_reading(run, name):  # the spindle speed is always one
                 continue
             error, scale = run.reading_errors.get(f"rate of {name}", 0.0), 0.0
-            values, unit, name = run.rates[name], "rad/s", _name_of_rate(name)
+            values = run.rates[name]
+            unit = "rad/s"
+            name = _name_of_rate(name)
         elif name in ports:
             values = np.maximum(values, 0.0)
         shown[name] = ShownReading(values=values, unit=unit, scale=scale, error=error)
@@ -213,7 +217,8 @@ def shown_readings(run: Trajectory) -> dict[str, ShownReading]:
 def _valve_readings(run: Trajectory) -> dict[str, ShownReading]:
     """Return what the position of the valve of any valve gear says, with the errors of its reading."""
     source, values = find_valve_readings(run)
-    scale, error = run.scales.get(source, 0.0), run.reading_errors.get(source, 0.0) if values else 0.0
+    scale = run.scales.get(source, 0.0)
+    error = run.reading_errors.get(source, 0.0) if values else 0.0
     return {name: ShownReading(values=one, unit="m", scale=scale, error=error) for name, one in values.items()}
 
 

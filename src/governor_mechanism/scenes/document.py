@@ -176,7 +176,10 @@ class PartParser:
     """Parser of the tables of one part, which has a name if it stands under [part]."""
 
     def __init__(self, document: Any, collector: ProblemCollector, name: str | None = None, is_coupled: bool = False) -> None:
-        self.document, self.collector, self.name, self.is_coupled = document, collector, name, is_coupled
+        self.document = document
+        self.collector = collector
+        self.name = name
+        self.is_coupled = is_coupled
         if name is not None:
             self._check_table_of(name)
         self.is_custom = _find_intended_machine(document) == CUSTOM_MACHINE
@@ -287,7 +290,8 @@ class PartParser:
 
     def _find_gravity(self) -> float:
         """Return the gravitational acceleration of the scene, m/s2; 9.81 if it is written wrongly, which is reported later."""
-        collector, given = ProblemCollector(), self.tables.get("effects", {}).get("gravity", False)
+        collector = ProblemCollector()
+        given = self.tables.get("effects", {}).get("gravity", False)
         effects = parse_effects({"gravity": given}, {}, collector)
         return DEFAULT_GRAVITY if collector.problems else sum(effect.gravity for effect in effects)
 

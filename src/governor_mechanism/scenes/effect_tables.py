@@ -63,7 +63,9 @@ def _read_key(declared: Declaration, quantity: str, value: object) -> Any:
 def _find_conflicts(effect: type[Effect], quantity: str, values: Mapping[str, Any], context: object) -> Iterator[str]:
     """Yield fields given twice, or missing although they may be computed from other keys; only along a length."""
     for derivation in effect.derivations:
-        field, keys, is_angle = derivation.field, list(derivation.kinds), quantity == "angle"
+        field = derivation.field
+        keys = list(derivation.kinds)
+        is_angle = quantity == "angle"
         declared = fields_of(effect)[field]
         given = [key for key in keys if key in values]
         needed = [key for key in keys if key not in (derivation.function.__kwdefaults__ or {})]
@@ -167,7 +169,9 @@ def _parse_output_effects(effect: type[Effect], value: object, quantities: Readi
     if value is False:
         return ()
     table = _require_readings(effect, value, quantities)
-    collector, common, effects = ProblemCollector(), dict[str, Any](), dict[str, Effect]()
+    collector = ProblemCollector()
+    common = dict[str, Any]()
+    effects = dict[str, Effect]()
     for name in [name for name in effect.common_keys if name in table]:
         with collector.at(f"{KEY}.{name}"):
             common[name] = _read_key(fields_of(effect)[name], "", table.pop(name))

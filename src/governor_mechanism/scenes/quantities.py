@@ -60,7 +60,8 @@ def parse_si(
     has_sign, requirement = SIGNS[sign]
     if not has_sign(number):
         raise wrong_value(value, requirement, hint, code=ProblemCode.OUT_OF_RANGE, path=key)
-    min_value, max_value = MIN_VALUE_BY_KIND.get(kind, MIN_DIMENSION), QUANTITY_KINDS[kind].largest
+    min_value = MIN_VALUE_BY_KIND.get(kind, MIN_DIMENSION)
+    max_value = QUANTITY_KINDS[kind].largest
     if bounded and number and not min_value <= abs(number) <= max_value:
         raise wrong_value(value, f"must lie between {min_value:g} and {max_value:g} in SI", code=ProblemCode.OUT_OF_RANGE, path=key)
     try:

@@ -117,7 +117,8 @@ def _parse_speed(value: object) -> Spindle:
 def _find_spindle_conflicts(values: Mapping[str, Any], context: object) -> Iterator[str]:
     """Yield cycles per turn without a fluctuation."""
     if "cycles_per_turn" in values and "speed_fluctuation" not in values:
-        path, hint = f"{KEY}.cycles_per_turn", "write speed_fluctuation = 0.03, or leave cycles_per_turn out"
+        path = f"{KEY}.cycles_per_turn"
+        hint = "write speed_fluctuation = 0.03, or leave cycles_per_turn out"
         yield Problem(f"{path} has no effect without a fluctuation; {hint}", ProblemCode.CONFLICT, path)
 
 

@@ -47,7 +47,9 @@ class AdaptiveGrid:
 
     def refine(self, needs_refinement: Callable[[PathCoefficients, IntArray], BoolArray]) -> AdaptiveGrid:
         """Return the grid with intervals bisected until none needs refinement."""
-        coefficients, settled, pending = self.coefficients, [np.zeros((0, 3), dtype=np.int64)], self.intervals
+        coefficients = self.coefficients
+        settled = [np.zeros((0, 3), dtype=np.int64)]
+        pending = self.intervals
         min_width = MIN_INTERVAL_RATIO * float(np.ptp(coefficients.coordinate))
         while pending.size:
             width = coefficients.coordinate[pending[:, 2]] - coefficients.coordinate[pending[:, 0]]
@@ -69,7 +71,9 @@ class AdaptiveGrid:
 def sample_range_of_motion(reduction: SingleDofReduction) -> AdaptiveGrid:
     """Return the grid over a range of motion on which V' and J' are resolved; a closed motion goes on at both ends, beyond its seam."""
     range_of_motion = reduction.range_of_motion
-    low, high, n_extra = range_of_motion.low, range_of_motion.high, 1 if range_of_motion.period else 0
+    low = range_of_motion.low
+    high = range_of_motion.high
+    n_extra = 1 if range_of_motion.period else 0
     width = (high - low) / N_INITIAL_INTERVALS
     values = np.linspace(low - n_extra * width, high + n_extra * width, 2 * (N_INITIAL_INTERVALS + 2 * n_extra) + 1)
     starts = np.arange(0, len(values) - 1, 2)

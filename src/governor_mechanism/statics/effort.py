@@ -71,11 +71,10 @@ def _force_along(reduction: SingleDofReduction, coefficients: PathCoefficients, 
     # Where V' and s' vanish together (arms that hang in line with the links), it is the limit V'' /
     # s''.
     output = evaluate_output(reduction.mechanism, name, coefficients.poses, coefficients.tangents)
-    slope, curvature = output.rate(coefficients.tangents), output.acceleration(coefficients.curvatures)
-    values, derivatives = (
-        np.array([coefficients.potential_derivative, slope]),
-        np.array([coefficients.potential_second_derivative, curvature]),
-    )
+    slope = output.rate(coefficients.tangents)
+    curvature = output.acceleration(coefficients.curvatures)
+    values = np.array([coefficients.potential_derivative, slope])
+    derivatives = np.array([coefficients.potential_second_derivative, curvature])
     tolerance = REMOVABLE_SINGULARITY_TOLERANCE * reduction.coordinate_scale
     is_removable = np.all(np.abs(values) <= tolerance * np.abs(derivatives), axis=0)
     load, way = np.where(is_removable, derivatives, values)
@@ -89,7 +88,8 @@ def _find_risen_positions(
     """Return where the squared equilibrium speed (n,) has risen by a ratio on the same stable part of the curve, and whether it has."""
     # A position with speed_squared = 0 is left out.
     grid = sample_range_of_motion(reduction).sorted_coefficients
-    nodes, node_speeds = grid.coordinate.tolist(), equilibrium_speed_squared(grid, reduction.coordinate_scale).tolist()
+    nodes = grid.coordinate.tolist()
+    node_speeds = equilibrium_speed_squared(grid, reduction.coordinate_scale).tolist()
     has_position, brackets = speed_squared > 0.0, np.zeros((len(speed_squared), 2))
     for index in np.flatnonzero(has_position):
         start = float(coefficients.coordinate[index]), float(speed_squared[index])

@@ -180,7 +180,8 @@ def find_equilibria(
 
 def find_equilibria_or_empty(scene: Scene, spindle_speed: float | str | None = None) -> tuple[Equilibrium, ...]:
     """Return all equilibria as `find_equilibria` does, or an empty tuple if there is none."""
-    reduction, speed = SingleDofReduction(scene), _requested_speed(scene, spindle_speed)
+    reduction = SingleDofReduction(scene)
+    speed = _requested_speed(scene, spindle_speed)
     search = _EquilibriumSearch(reduction, speed**2 if has_spindle_dependent_loads(scene) else 0.0)
     found = [one for one in search.find() if is_free(reduction, one.poses[np.newaxis])[0]] + search.find_rests()
     return tuple(sorted(found, key=lambda one: one.coordinate))
@@ -208,7 +209,8 @@ class _EquilibriumSearch:
     def find(self) -> list[Equilibrium]:
         """Return all equilibria in ascending order."""
         reduction = self.reduction
-        grid, travel = sample_range_of_motion(reduction).refine(self._needs_refinement), reduction.range_of_motion
+        grid = sample_range_of_motion(reduction).refine(self._needs_refinement)
+        travel = reduction.range_of_motion
         for _ in range(MAX_REFINEMENTS):
             equilibria = self._find_in_grid(grid.sorted_coefficients)
             missing_ranges = self._find_missing_ranges(grid.sorted_coefficients, equilibria)
@@ -282,7 +284,9 @@ class _EquilibriumSearch:
 
     def _astatic_equilibrium(self, coefficients: PathCoefficients, first: int, last: int) -> Equilibrium:
         """Return the neutral equilibrium over a range of grid indices."""
-        travel, middle, values = self.reduction.range_of_motion, (first + last) // 2, coefficients.coordinate
+        travel = self.reduction.range_of_motion
+        middle = (first + last) // 2
+        values = coefficients.coordinate
         extent = max(float(values[first]), travel.low), min(float(values[last]), travel.high)
         return self._build_equilibrium(coefficients.select(slice(middle, middle + 1)), extent)
 
@@ -293,7 +297,8 @@ class _EquilibriumSearch:
         is_bracketed, interval_width = force[0] * force[1] < 0.0, high - low
         for _ in range(MAX_EQUILIBRIUM_ITERATIONS):
             local_coefficients = self.reduction.evaluate([value])
-            local_force, stiffness = float(self._force(local_coefficients)[0][0]), float(self._stiffness(local_coefficients)[0])
+            local_force = float(self._force(local_coefficients)[0][0])
+            stiffness = float(self._stiffness(local_coefficients)[0])
             if is_bracketed:
                 low, high = (value, high) if local_force * force[0] > 0.0 else (low, value)
             step = local_force / stiffness if stiffness else math.inf
@@ -305,7 +310,8 @@ class _EquilibriumSearch:
             change, value = abs(next_value - value), next_value
             if change < FORCE_ROUNDING * max(self.reduction.coordinate_scale, abs(value)):
                 break
-        local_coefficients, max_force_scale = self.reduction.evaluate([value]), float(np.max(force_scales))
+        local_coefficients = self.reduction.evaluate([value])
+        max_force_scale = float(np.max(force_scales))
         if abs(float(self._force(local_coefficients)[0][0])) > 1e3 * FORCE_ROUNDING * max_force_scale:
             return None  # no root near a fold, or a discontinuous force
         return self._build_equilibrium(local_coefficients, (value, value), max_force_scale)
@@ -337,7 +343,10 @@ def _zero_force_ranges(values: FloatArray, is_zero_force: BoolArray) -> list[tup
 def _cubic_root_guesses(values: FloatArray, force: FloatArray, force_derivative: FloatArray) -> Iterator[tuple[int, float]]:
     """Return roots of the cubic Hermite interpolants of the force, with the indices of their intervals."""
     h = np.diff(values)
-    a, b, c, d = force[:-1], h * force_derivative[:-1], force[1:], h * force_derivative[1:]
+    a = force[:-1]
+    b = h * force_derivative[:-1]
+    c = force[1:]
+    d = h * force_derivative[1:]
     max_change = np.abs(b) + np.abs(d)  # largest change that the derivatives allow
     for k in np.flatnonzero((np.minimum(a, c) <= max_change) & (np.maximum(a, c) >= -max_change)).tolist():
         cubic = [2 * a[k] + b[k] - 2 * c[k] + d[k], -3 * a[k] - 2 * b[k] + 3 * c[k] - d[k], b[k], a[k]]
@@ -374,7 +383,8 @@ def _equilibrium_speed_sentences(scene: Scene) -> Iterator[str]:
         *zip(curve.coordinate[curve.has_equilibrium].tolist(), curve.speed[curve.has_equilibrium].tolist(), strict=True),
         *curve.folds,
     ]
-    low, high = min(curve_points, key=lambda mark: mark[1]), max(curve_points, key=lambda mark: mark[1])
+    low = min(curve_points, key=lambda mark: mark[1])
+    high = max(curve_points, key=lambda mark: mark[1])
     phrases = [f"{_format_speed(speed)} at {format_coordinate(scene, value)}" for value, speed in (low, high)]
     yield f"it has equilibria at speeds from {phrases[0]} to {phrases[1]}"
     for pole in curve.poles:

@@ -345,7 +345,8 @@ def _find_stops(reduction: SingleDofReduction) -> tuple[bool, float, float]:
 
 def _can_work_at(reduction: SingleDofReduction, value: float) -> bool:
     """Return whether a coordinate has an equilibrium speed and is no dead centre."""
-    grid, along = sample_range_of_motion(reduction).coefficients, reduction.evaluate([value])
+    grid = sample_range_of_motion(reduction).coefficients
+    along = reduction.evaluate([value])
     pairs = ((along.potential_derivative, grid.potential_derivative), (along.spindle_inertia_derivative, grid.spindle_inertia_derivative))
     is_dead_centre = any(abs(float(here[0])) < DEAD_CENTRE_RATIO * float(np.median(np.abs(everywhere))) for here, everywhere in pairs)
     return not is_dead_centre and bool(equilibrium_speed_squared(along, reduction.coordinate_scale)[0] > 0.0)

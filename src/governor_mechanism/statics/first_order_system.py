@@ -139,7 +139,8 @@ class FirstOrderSystem:
         matrix, column_errors = self._scaled_jacobian
         values, left, right = eig(matrix, left=True)
         rounding = np.finfo(np.float64).eps * float(np.linalg.norm(matrix))
-        left_size, right_size = np.linalg.norm(left, axis=0), np.abs(right).T @ column_errors
+        left_size = np.linalg.norm(left, axis=0)
+        right_size = np.abs(right).T @ column_errors
         products = np.abs(np.sum(left.conj() * right, axis=0))
         errors = (left_size * right_size + rounding * left_size * np.linalg.norm(right, axis=0)) / np.maximum(products, 1e-300)
         largest_error = np.sqrt(float(np.linalg.norm(column_errors)) + rounding) * np.sqrt(float(np.linalg.norm(matrix)) or 1.0)
@@ -172,7 +173,8 @@ class FirstOrderSystem:
     @property
     def growth_rates(self) -> FloatArray:
         """Real parts of the eigenvalues, zero if they are within their error; shape (n,)."""
-        real, largest = self.eigenvalues.real, float(np.max(np.abs(self.eigenvalues), initial=0.0))
+        real = self.eigenvalues.real
+        largest = float(np.max(np.abs(self.eigenvalues), initial=0.0))
         return np.where(np.abs(real) <= ERROR_MARGIN * self.errors + MIN_DAMPING_RATIO * largest, 0.0, real)
 
     @property
@@ -223,7 +225,9 @@ class FirstOrderSystem:
         """
         _, left, right, _ = self._eigensystem
         index = self.critical_index
-        frequency, q, matrix = self.critical_frequency, right[:, index], self._scaled_jacobian[0]
+        frequency = self.critical_frequency
+        q = right[:, index]
+        matrix = self._scaled_jacobian[0]
         q = q / np.max(np.abs(q))
         p = left[:, index] / np.vdot(q, left[:, index])  # <p, q> = 1
 
@@ -237,7 +241,9 @@ class FirstOrderSystem:
             return 0.25 * (parts[0][0] - parts[1][1]) + 0.25j * (parts[0][1] + parts[1][0])
 
         a, b = q.real, q.imag
-        sums, differences, third = derivative_along(a + b, 3), derivative_along(a - b, 3), [derivative_along(x, 3) for x in (a, b)]
+        sums = derivative_along(a + b, 3)
+        differences = derivative_along(a - b, 3)
+        third = [derivative_along(x, 3) for x in (a, b)]
         cubic = third[0] + (sums + differences - 2 * third[0]) / 6 + 1j * (third[1] + (sums - differences - 2 * third[1]) / 6)
         steady = bilinear(q, np.linalg.solve(matrix, bilinear(q, q.conj())))
         double = bilinear(q.conj(), np.linalg.solve(2j * frequency * np.eye(len(q)) - matrix, bilinear(q, q)))

@@ -157,7 +157,9 @@ class Linearisation(FirstOrderSystem, Result):
     @cached_property
     def _output_rows(self) -> dict[str, FloatArray]:
         """Derivatives of all outputs with respect to the state, by name of output."""
-        dynamics, state, m = self._dynamics, self._state, len(self._state.positions)
+        dynamics = self._dynamics
+        state = self._state
+        m = len(self._state.positions)
         reading_jacobian = dynamics.reading_jacobian(state.z)
 
         def reading_rates(displacements: FloatArray) -> FloatArray:
@@ -223,7 +225,9 @@ class Linearisation(FirstOrderSystem, Result):
 
     def _acceleration_by(self, name: str) -> FloatArray:
         """Return the accelerations (n,) of the coordinates by a unit of an input."""
-        z, rates, dynamics = self._state.z, self._state.rates, self._dynamics
+        z = self._state.z
+        rates = self._state.rates
+        dynamics = self._dynamics
         if name.startswith(FORCE_PREFIX):
             column: FloatArray = dynamics.force_columns(z)[:, dynamics.reading_names.index(name.removeprefix(FORCE_PREFIX))]
             return column
@@ -255,7 +259,8 @@ def linearise_scene(
     near the start, it is periodic, or it has no linear equations.
     """
     if spindle_speed is not None:
-        speed, spindle = parse_quantity(spindle_speed, "angular_speed", "the spindle's speed"), scene.spindle
+        speed = parse_quantity(spindle_speed, "angular_speed", "the spindle's speed")
+        spindle = scene.spindle
         given = replace(spindle, start_speed=speed) if isinstance(spindle, FreeSpindle) else Spindle(speeds=(speed,))
         scene = scene.with_changes(spindle=given)
     dynamics, state = settle(scene, poses, velocities)
@@ -301,7 +306,8 @@ def last_spindle_speed(scene: Scene) -> float | None:
 
 
 def _build_linearisation(dynamics: SceneDynamics, state: SteadyState, notes: tuple[str, ...]) -> Linearisation:
-    values, reading_rates = dynamics.readings(state.z), dynamics.reading_jacobian(state.z) @ state.rates
+    values = dynamics.readings(state.z)
+    reading_rates = dynamics.reading_jacobian(state.z) @ state.rates
     readings, rates = {}, {}
     for name, value, rate in zip(dynamics.reading_names, values, reading_rates, strict=True):
         if abs(rate) * dynamics.time_scale > TURNING_TOLERANCE * dynamics.reading_scale(name):

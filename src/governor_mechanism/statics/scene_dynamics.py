@@ -177,7 +177,8 @@ class SceneDynamics:
 
     def is_well_conditioned(self, z: FloatArray) -> bool:
         """Return whether the independent coordinates describe the motion about z well."""
-        free, jacobian = self._free_coordinates(), self._constraint_jacobian(self.motion(z, np.zeros_like(z))[0])
+        free = self._free_coordinates()
+        jacobian = self._constraint_jacobian(self.motion(z, np.zeros_like(z))[0])
         dependent = np.setdiff1d(free, self._independent)
         if not len(dependent):
             return True
@@ -214,7 +215,8 @@ class SceneDynamics:
         is_dropped = False
         for i, effect in enumerate(active_forces_of(self.scene, self._mode)):
             if reading_rates.get(effect.reading, 0.0) == 0.0 and effect.linear_coefficients != effect.coefficients:
-                forces["coefficients"][i, : len(effect.linear_coefficients)], is_dropped = effect.linear_coefficients, True
+                forces["coefficients"][i, : len(effect.linear_coefficients)] = effect.linear_coefficients
+                is_dropped = True
         self._system = self._system._replace(output_forces=forces)
         return is_dropped
 
@@ -302,11 +304,13 @@ class SceneDynamics:
 
     def force_columns(self, z: FloatArray) -> FloatArray:
         """Return the accelerations by a unit force along each reading, at zero rates; shape (n, readings)."""
-        masses, n_free = np.array([[body.mass, body.mass, body.planar_inertia] for body in self._mechanism.bodies]), len(self._independent)
+        masses = np.array([[body.mass, body.mass, body.planar_inertia] for body in self._mechanism.bodies])
+        n_free = len(self._independent)
         for index, plane in enumerate(self._system.planes):
             if plane["has_reaction"]:
                 masses[plane["shaft"], 2] += inertia_of_plane(self._system.bodies, index, *self.motion(z, np.zeros_like(z)))[0]
-        columns, result = self._velocity_columns(z)[:n_free], np.zeros((len(z), len(self.reading_names)))
+        columns = self._velocity_columns(z)[:n_free]
+        result = np.zeros((len(z), len(self.reading_names)))
         mass_matrix = np.einsum("ikc,kc,jkc->ij", columns, masses, columns)
         result[:n_free] = np.linalg.solve(mass_matrix, self.reading_jacobian(z)[:, :n_free].T)
         return result
@@ -328,13 +332,15 @@ class SceneDynamics:
 
     def spindle_speed_rows(self) -> dict[str, FloatArray]:
         """Return the speeds (rad/s) of spindles that turn with a body for a unit rate of each coordinate, by name; shape (n,)."""
-        columns, planes = self._velocity_columns(self.start), [plane for plane in self.scene.system.planes if plane.shaft]
+        columns = self._velocity_columns(self.start)
+        planes = [plane for plane in self.scene.system.planes if plane.shaft]
         bodies = [self._mechanism.body_index(plane.shaft) for plane in planes]
         return {f"{plane.prefix}{SPINDLE_SPEED}": plane.ratio * columns[:, k, 2] for plane, k in zip(planes, bodies, strict=True)}
 
     def notes(self, z: FloatArray, rates: FloatArray) -> tuple[str, ...]:
         """Return what the linearised equations leave out, one sentence each. Raise MechanismError at a stop or a kink of a force law."""
-        poses, notes = self.poses(z), [f"gear {name!r} counts as intact" for name in self.scene.system.breaking_gears]
+        poses = self.poses(z)
+        notes = [f"gear {name!r} counts as intact" for name in self.scene.system.breaking_gears]
         for contact in contacts_of(self.scene):
             value = self._reading(contact.output_name, poses)
             tolerance = MAX_GAP_RATIO * self.reading_scale(contact.output_name)

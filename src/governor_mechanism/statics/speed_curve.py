@@ -207,7 +207,8 @@ def compute_speed_curve(
     astatic &= has_equilibrium
     frequency_squared = stiffness / coefficients.inertia
     inertia_product = (reduction.free_spindle_inertia + coefficients.spindle_inertia) * coefficients.inertia
-    free_spindle_term, is_defined = np.zeros_like(speed_squared), inertia_product > 0.0
+    free_spindle_term = np.zeros_like(speed_squared)
+    is_defined = inertia_product > 0.0
     np.divide(speed_squared * coefficients.spindle_inertia_derivative**2, inertia_product, out=free_spindle_term, where=is_defined)
     return SpeedCurve(
         scene=scene,
@@ -259,7 +260,8 @@ def _insensitivity_band(
     decoupled_speed = np.where(np.abs(coefficients.potential_derivative) <= resistance_force, np.inf, 0.0)
     falling_speed = np.where(is_spindle_decoupled, 0.0, np.minimum(low_speed, high_speed))
     rising_speed = np.where(is_spindle_decoupled, decoupled_speed, np.maximum(low_speed, high_speed))
-    insensitivity, has_speed = np.full_like(frictionless_speed, np.inf), frictionless_speed > 0
+    insensitivity = np.full_like(frictionless_speed, np.inf)
+    has_speed = frictionless_speed > 0
     np.divide(rising_speed - falling_speed, frictionless_speed, out=insensitivity, where=has_speed)
     return InsensitivityBand(
         resistance=resistance, against=against, falling_speed=falling_speed, rising_speed=rising_speed, insensitivity=insensitivity

@@ -95,7 +95,9 @@ class SteadyState:
 
     def displaced(self, unknowns: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return coordinates and rates after dimensionless changes (k, n) of positions and cyclic speeds; shape (k, n) each."""
-        m, z, changes = len(self.positions), np.tile(self.z, (len(unknowns), 1)), self.unknown_scales * unknowns
+        m = len(self.positions)
+        z = np.tile(self.z, (len(unknowns), 1))
+        changes = self.unknown_scales * unknowns
         z[:, self.positions] += changes[:, :m]
         return z, self.rates + changes[:, m:] @ self.cyclic.T / self.time_scale
 
@@ -165,7 +167,8 @@ def find_cyclic_directions(
     def shifted_accelerations(at: FloatArray, v: FloatArray, shifts: FloatArray) -> FloatArray:
         return accelerations(at + scales * shifts, np.tile(v, (len(shifts), 1)))
 
-    n, patterns = len(z), np.cos(np.arange(1.0, 1.0 + 6 * len(z)) ** 1.5).reshape(3, 2, len(z))
+    n = len(z)
+    patterns = np.cos(np.arange(1.0, 1.0 + 6 * len(z)) ** 1.5).reshape(3, 2, len(z))
     states = [(z + PERTURBATION * scales * p, rates + scales * r / time_scale) for p, r in patterns]
     parts = [jacobian(partial(shifted_accelerations, p, v), np.zeros(n), np.ones(n), tolerance=SLOPE_TOLERANCE) for p, v in states]
     matrix = np.concatenate([part / scales[:, np.newaxis] for part, _ in parts])

@@ -155,9 +155,11 @@ def evaluate_statics(run: Trajectory, question: StaticsQuestion) -> GovernorStat
         return notes[-1]
     spindle = alone.spindle
     given = (spindle.start_speed or 0.0,) if isinstance(spindle, FreeSpindle) else spindle.speeds
-    speed, points = given[-1], attempt(lambda: find_equilibria(alone, given[-1])) or ()
+    speed = given[-1]
+    points = attempt(lambda: find_equilibria(alone, given[-1])) or ()
     if not points and given[0] != speed:
-        speed, points = given[0], attempt(lambda: find_equilibria(alone, given[0])) or ()
+        speed = given[0]
+        points = attempt(lambda: find_equilibria(alone, given[0])) or ()
     last = _last_value(run, alone.part.mechanism.coordinate)
     equilibrium = min(points, key=lambda one: (not one.stable, abs(one.coordinate - last)), default=None)
     force = attempt(lambda: compute_controlling_force(alone, resistance=resistance, against=against, between=question.between))

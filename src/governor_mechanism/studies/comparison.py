@@ -92,7 +92,9 @@ _RANGE_NAMES = {"values": "given values", "stops": "the stops", "travel": "the t
 def _static_values(statics: GovernorStatics) -> Iterator[tuple[tuple[str, str], float | str | None]]:
     """Yield the values of statics of one governor, by quantity and unit."""
     yield ("speed of the spindle", "rad/s"), statics.spindle_speed
-    place, mode, force = statics.equilibrium, statics.mode, statics.at_equilibrium
+    place = statics.equilibrium
+    mode = statics.mode
+    force = statics.at_equilibrium
     if place is not None:
         lift = place.readings.get("sleeve_lift")
         yield ("sleeve in equilibrium at it", "m"), lift

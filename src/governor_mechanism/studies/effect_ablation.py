@@ -212,7 +212,8 @@ def _compare_toggled(
     changes, toggled_cost = dict[str, float](), None
     try:
         toggled_run, toggled_cost = run_toggled()
-        changes, note = _reading_changes(base_run, toggled_run), _early_end_note(base_run, toggled_run, listed)
+        changes = _reading_changes(base_run, toggled_run)
+        note = _early_end_note(base_run, toggled_run, listed)
     except MechanismError as error:
         note = f"cannot be switched: {error.problems[0]}"
     scaled_changes = {reading: change / base_run.scales[reading] for reading, change in changes.items()}

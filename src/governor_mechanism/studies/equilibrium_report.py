@@ -296,9 +296,11 @@ def _format_stability(scene: Scene, equilibrium: Equilibrium) -> str:
 def _format_effort(scene: Scene, points: ControllingForce, index: int) -> str:
     """Return controlling force, effort and power at a position in a sentence."""
     is_angle = scene.part.mechanism.reading(points.against).quantity == "angle"
-    effort, place = points.effort, format_coordinate(scene, float(points.coordinate[index]))
+    effort = points.effort
+    place = format_coordinate(scene, float(points.coordinate[index]))
     force = f"at {place}: controlling force of a ball {points.force[index]:.6g} N"
-    change, unit = f"{100 * effort.speed_change:g} % of speed", "N m" if is_angle else "N"
+    change = f"{100 * effort.speed_change:g} % of speed"
+    unit = "N m" if is_angle else "N"
     mean_force = f"effort {effort.effort[index]:.6g} {unit} at {points.against} for {change}"
     if effort.has_lift[index]:
         lift = format_quantity(float(effort.lift[index]), "rad" if is_angle else "m")

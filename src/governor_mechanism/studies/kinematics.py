@@ -123,7 +123,8 @@ class KinematicStudy(Kinematics):
         gaps = {name: int(np.isnan(values).sum()) for name, values in self.readings.items()}
         missing = {name: f"is not defined at {count} of {n_values} values" for name, count in gaps.items() if count}
         sentences = [f"{name} {what}, where {_reason_of_gap(name)}" for name, what in missing.items()]
-        outlines, tolerance = outline_gaps_of(self.scene), OVERLAP_TOLERANCE * self.scene.mechanism.length_scale
+        outlines = outline_gaps_of(self.scene)
+        tolerance = OVERLAP_TOLERANCE * self.scene.mechanism.length_scale
         for contact in dict.fromkeys(gap.contact for gap in outlines):
             overlaps = np.any([self.readings[gap.name] < -tolerance for gap in outlines if gap.contact == contact], axis=0)
             if count := int(np.sum(overlaps)):

@@ -67,7 +67,9 @@ def compare_runs(
 ) -> tuple[Mapping[str, float], float | None]:
     """Return the largest error of each reading and rate away from events, in its scale, and of event times (s), if a scene has contacts."""
     n_shared = min(len(reference.times), len(run.times))
-    times, is_compared, event_time_error = run.times[:n_shared], np.ones(n_shared, dtype=np.bool_), None
+    times = run.times[:n_shared]
+    is_compared = np.ones(n_shared, dtype=np.bool_)
+    event_time_error = None
     if has_contacts(run.scene):
         unit = time_scale(run.scene)
         event_time_error, _ = compare_event_logs(reference.events, run.events, times, 0.0)

@@ -336,7 +336,9 @@ def _extrapolate(values: Sequence[FloatArray], step: float) -> tuple[FloatArray,
 
 def _find_refusal(task: _Task, number: int, key: int, base: _Sample, around: Sequence[_Sample]) -> str:
     """Return why a number has no derivative by a key at its value; empty if it has one."""
-    name, path, step = task.quantities[number].name, task.keys[key], task.steps[key]
+    name = task.quantities[number].name
+    path = task.keys[key]
+    step = task.steps[key]
     for sample, offset in zip(around, OFFSETS, strict=True):
         where = f"at {path} = {task.values[key] + offset * step:.9g} {task.units[key]}".rstrip()
         if sample.problem:
@@ -348,7 +350,8 @@ def _find_refusal(task: _Task, number: int, key: int, base: _Sample, around: Seq
     if isinstance(base.numbers[number], str):
         return f"no derivative: {base.numbers[number]}"
     first, before, after, last = (_number(sample, number) for sample in around)
-    here, error = _number(base, number), max(sample.errors[number] for sample in (base, *around))
+    here = _number(base, number)
+    error = max(sample.errors[number] for sample in (base, *around))
     at_half, at_whole = before - 2.0 * here + after, first - 2.0 * here + last
     if abs(at_half) > KINK_RATIO * abs(at_whole) and abs(at_half) > 20.0 * error:
         left, right = (here - before) / (0.5 * step), (after - here) / (0.5 * step)

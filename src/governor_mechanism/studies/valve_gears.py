@@ -44,9 +44,11 @@ class ClosedFormEvent(NamedTuple):
 def closed_form_event(scene: Scene, name: str) -> ClosedFormEvent:
     """Return a valve event of a slide valve scene in closed form."""
     dimensions = scene.part.dimensions
-    eccentric, train = Eccentric.from_dimensions(dimensions), CrankTrain.from_dimensions(dimensions)
+    eccentric = Eccentric.from_dimensions(dimensions)
+    train = CrankTrain.from_dimensions(dimensions)
     angle_of = partial(event_angle, event=name, outside_lap=dimensions["outside_lap"], inside_lap=dimensions["inside_lap"])
-    exact, theory = angle_of(eccentric, centre=prescribed_centre(scene)), angle_of(replace(eccentric, rod=math.inf))
+    exact = angle_of(eccentric, centre=prescribed_centre(scene))
+    theory = angle_of(replace(eccentric, rod=math.inf))
     end, ideal_train = name.rsplit(" ", 1)[0], replace(train, rod=math.inf)
     return ClosedFormEvent(exact, theory, _stroke_fraction(train, exact, end), _stroke_fraction(ideal_train, theory, end))
 

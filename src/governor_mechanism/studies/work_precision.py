@@ -73,7 +73,9 @@ MAX_COMPARED_TIMES = 200
 MAX_SETTING_TIME = 1.0
 """Time (s) that a setting may take; a ladder ends before a setting that would take longer."""
 
-MIN_TIMING_DURATION, MIN_REPEATS, MAX_REPEATS = 0.15, 3, 7
+MIN_TIMING_DURATION = 0.15
+MIN_REPEATS = 3
+MAX_REPEATS = 7
 """Time (s) for which a setting is repeated, the minimum and the maximum number of repeats."""
 
 MAX_CONFIRMATION_ERROR = 1e-3
@@ -152,7 +154,11 @@ class ErrorBenchmark:
     def __init__(
         self, scene: Scene, times: FloatArray, max_time: float, target_error: float = 0.0, timer: Callable[[], float] = time.perf_counter
     ) -> None:
-        self.scene, self.times, self.max_time, self.target_error, self.timer = scene, times, max_time, target_error, timer
+        self.scene = scene
+        self.times = times
+        self.max_time = max_time
+        self.target_error = target_error
+        self.timer = timer
         self.time_scale, self.length_scale = time_scale(scene), scene.mechanism.length_scale
         engine = MultibodyEngine(tolerance=REFERENCE_TOLERANCE)
         refusal = engine.refusal(scene)
@@ -185,7 +191,9 @@ class ErrorBenchmark:
         refusal = ladder.settings[0][1].refusal(self.scene)
         points: list[WorkPrecisionPoint] = []
         notes: dict[str, list[str]] = {}
-        n_stagnant, time_limit, iteration_factor = 0, None, 1
+        n_stagnant = 0
+        time_limit = None
+        iteration_factor = 1
         for index, (setting, engine) in enumerate(() if refusal else ladder.settings):
             report_progress(index)
             if isinstance(engine, ImpulseEngine) and iteration_factor > 1:
@@ -245,7 +253,8 @@ class ErrorBenchmark:
         if not all(map(math.isfinite, (*errors.values(), run.energy.drift))) or not joint_gap < MAX_COMPARED_JOINT_GAP:
             return "the joints open: the solution is lost"
         worst_reading = max(errors, key=lambda name: errors[name])
-        error, evaluations = errors[worst_reading], run.cost.evaluations.get("equations of motion", run.cost.steps)
+        error = errors[worst_reading]
+        evaluations = run.cost.evaluations.get("equations of motion", run.cost.steps)
         if previous and evaluations == previous.evaluations and math.isclose(error, previous.error, rel_tol=SAME_RUN_TOLERANCE):
             return None
         wall_times = self._measure_wall_times(engine, first_time)

@@ -17,7 +17,9 @@ from typing import Any
 from governor_mechanism.errors import MechanismError, did_you_mean
 from governor_mechanism.units.constants import KILOGRAM_FORCE_1901, RPM
 
-LARGEST_MAGNITUDE, LARGEST_RATE, LARGEST_COEFFICIENT = 1e9, 1e6, 1e30
+LARGEST_MAGNITUDE = 1e9
+LARGEST_RATE = 1e6
+LARGEST_COEFFICIENT = 1e30
 """Largest magnitudes, SI: of most quantities; of what is measured per second; of coefficients, which may be over powers of a length."""
 
 
@@ -110,7 +112,9 @@ ACCEPTED_UNITS: Mapping[str, tuple[str, ...]] = {
 # Other kinds of quantity with their SI units, for messages about a wrong unit.
 _OTHER_KINDS = (("a volume", "m^3"), ("a temperature", "K"))
 
-_THOUSANDTH, _DEGREE, _RPM = Decimal("0.001"), Decimal("0.01745329251994329576923690768"), Decimal("0.1047197551196597746154214461")
+_THOUSANDTH = Decimal("0.001")
+_DEGREE = Decimal("0.01745329251994329576923690768")
+_RPM = Decimal("0.1047197551196597746154214461")
 USUAL_FACTORS = {
     **dict.fromkeys((("mm", "m"), ("g", "kg"), ("ms", "s"), ("mm/s", "m/s")), _THOUSANDTH),
     **dict.fromkeys((("N/mm", "N/m"), ("kN", "N"), ("kN/m", "N/m"), ("kN s/m", "N s/m"), ("kW", "W")), Decimal(1000)),

@@ -102,7 +102,8 @@ class _Travel:
         pairs = starts[:, np.newaxis] + np.arange(2)
         nodes = self._positions[pairs]
         interpolant = MultipointHermite(nodes, values[pairs], rates[pairs], accelerations[pairs])
-        low, high = nodes.min(axis=1, initial=np.inf), nodes.max(axis=1, initial=-np.inf)
+        low = nodes.min(axis=1, initial=np.inf)
+        high = nodes.max(axis=1, initial=-np.inf)
         tolerance = ROOT_TOLERANCE * abs(self._positions[1] - self._positions[0])
         places = find_roots(lambda one: interpolant.evaluate(one)[1:], low, high, tolerance) if starts.size else np.empty(0)
         extremes = interpolant.evaluate(places)[0] if starts.size else places

@@ -311,7 +311,10 @@ def _simulate_groups(
     groups: Iterator[SampleGroup], quantity: Quantity, accuracy: float
 ) -> tuple[list[tuple[SampleGroup, Simulated]], list[str]]:
     """Return the groups with their results, and notes; a changed scene that cannot be simulated is noted and left out."""
-    samples, notes, refusals, n_groups = list[tuple[SampleGroup, Simulated]](), list[str](), list[str](), 0
+    samples = list[tuple[SampleGroup, Simulated]]()
+    notes = list[str]()
+    refusals = list[str]()
+    n_groups = 0
     for group in groups:
         n_groups += 1
         try:

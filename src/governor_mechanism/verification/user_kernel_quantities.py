@@ -486,7 +486,8 @@ def _evaluate_fluctuation(scene: Scene, inputs: Mapping[str, FloatArray], accura
     error = 2 * run.reading_errors["shaft_speed"]  # of either extreme
     if is_energy:
         inertia = scene.part.dimensions["inertia"]
-        value, error = 0.5 * inertia * (extremes.highest**2 - extremes.lowest**2), inertia * extremes.mean * error
+        value = 0.5 * inertia * (extremes.highest**2 - extremes.lowest**2)
+        error = inertia * extremes.mean * error
     else:
         value, error = extremes.coefficient, error / extremes.mean
     return Simulated(values=np.array([value]), errors=np.array([error]), arguments={})

@@ -68,7 +68,10 @@ class AttachedPoint:
 def to_body_axes(poses: Poses, index: int, point: PlanarVector) -> PlanarVector:
     """Return a point (m) in the axes of a body."""
     x, y, angle = poses[index]
-    dx, dy, cosine, sine = point[0] - x, point[1] - y, math.cos(angle), math.sin(angle)
+    dx = point[0] - x
+    dy = point[1] - y
+    cosine = math.cos(angle)
+    sine = math.sin(angle)
     return cosine * dx + sine * dy, cosine * dy - sine * dx
 
 
@@ -196,8 +199,11 @@ class AppliedForces:
     """
 
     def __init__(self, scene: Scene, origins: Origins) -> None:
-        mechanism, system, contacts = scene.part.mechanism, lower_scene(scene)[0], contacts_of(scene)
-        n_bodies, n_frictions = len(mechanism.bodies), sum(contact.friction is not None for contact in contacts)
+        mechanism = scene.part.mechanism
+        system = lower_scene(scene)[0]
+        contacts = contacts_of(scene)
+        n_bodies = len(mechanism.bodies)
+        n_frictions = sum(contact.friction is not None for contact in contacts)
         self.input_layout = multibody_input_layout(scene)
         bodies = system.bodies[:n_bodies].copy()  # without the shaft of a free spindle
         bodies["x"], bodies["y"] = -np.array([origins[body.name] for body in mechanism.bodies]).T
@@ -258,7 +264,8 @@ class AppliedForces:
         """Add the energy dissipated in the last step, whose displacement and length are known, by the midpoint rule."""
         previous_values, previous_inputs = self._previous_step
         if previous_values.size:
-            middle_values, rates = 0.5 * (previous_values + self.output_values), (self.output_values - previous_values) / inputs.h
+            middle_values = 0.5 * (previous_values + self.output_values)
+            rates = (self.output_values - previous_values) / inputs.h
             middle_inputs = 0.5 * (previous_inputs + inputs.values)
             self.dissipated_energy += inputs.h * _evaluate_dissipated_power(self.output_forces, middle_values, rates, middle_inputs)
         self._previous_step = self.output_values, inputs.values

@@ -78,7 +78,8 @@ class ContactModeTracker:
         self.scene_contacts.continue_from(initial_mode(problem.scene))
         table, time_scale = self.scene_contacts.contacts, problem.evaluator.time_scale
         self._stiction_rates: list[float] = (STICTION_RATE_TOLERANCE * table["scale"] / time_scale).tolist()
-        self.contact_outputs, self._friction_inputs = table["output_index"], table["friction_input"]
+        self.contact_outputs = table["output_index"]
+        self._friction_inputs = table["friction_input"]
         self._gaps = set(np.flatnonzero(table["is_gap"]).tolist())
         arguments = zip(contacts_of(problem.scene), self.contact_outputs.tolist(), self._friction_inputs.tolist(), strict=True)
         self.constraints = list(starmap(stepper.model.make_contact_constraint, arguments))
@@ -118,9 +119,12 @@ class ContactModeTracker:
 
     def _apply_transition(self, released: set[int], stopped: set[int]) -> None:
         """Select the contact mode in the state of the multibody model, and take over its velocities."""
-        stepper, scene_contacts, state = self._stepper, self.scene_contacts, self._stepper.state
+        stepper = self._stepper
+        scene_contacts = self.scene_contacts
+        state = self._stepper.state
         input_cubics = stack_local_cubics(scene_contacts.input_functions, np.array([state.time]))[0]
-        system, (centres, centre_velocities) = scene_contacts.model[0], stepper.mass_centre_state()
+        system = scene_contacts.model[0]
+        centres, centre_velocities = stepper.mass_centre_state()
         # A free spindle is a body behind those of the part.
         n_bodies, has_shaft = len(centres), len(system.bodies) > len(centres)
         shaft = np.array([[0.0, 0.0, state.spindle.speed]])[: int(has_shaft)]
@@ -142,7 +146,9 @@ class ContactModeTracker:
             if kind == EventFunctionKind.FORCE or kind in KINKS:
                 continue  # the constraint that holds the output decides when it is released; steps are short enough for kinks
             event_kind = EventKind.STICK if kind == EventFunctionKind.RATE else EventKind.IMPACT if index < n_contacts else EventKind.TAUT
-            output, sign, threshold = int(record["source_index"]), float(record["sign"]), float(record["threshold"])
+            output = int(record["source_index"])
+            sign = float(record["sign"])
+            threshold = float(record["threshold"])
             self._crossings.append(OutputCrossing(event_kind, index, output, sign, threshold))
         self._joins.keep(system)
 
@@ -208,7 +214,8 @@ class ContactModeTracker:
 
     def _leave_value(self, k: int, direction: int, state: StepState) -> float:
         """Return the event function of a separation: the rate away from the stop, or minus the force of a stop that pushes alone."""
-        constraint, rate = self.constraints[k], direction * self._rate_after_kick(k, state)
+        constraint = self.constraints[k]
+        rate = direction * self._rate_after_kick(k, state)
         if constraint.held_value is not None:
             return rate - self._stiction_rates[k]
         return -constraint.stop_force if constraint.stop_force > 0.0 else rate

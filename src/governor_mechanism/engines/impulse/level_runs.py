@@ -123,7 +123,8 @@ class LevelRuns:
         if first_exit is not None:
             exit_time, time_error = _extrapolate_exit_time([math.inf if one is None else one.time for one in exits])
             end_time = exit_time if exit_time < math.inf else float(self._times[first_exit.time_index])
-            detail, is_flight = f"{first_exit.message}, at t = {end_time:.9g} s", first_exit.message == IMPULSE_FLIGHT_DETAIL
+            detail = f"{first_exit.message}, at t = {end_time:.9g} s"
+            is_flight = first_exit.message == IMPULSE_FLIGHT_DETAIL
             return Termination(first_exit.time_index, first_exit.outcome, detail, is_flight, exit_time, time_error)
         if n_times < len(self._times) or not self._is_complete:
             detail = f"max_steps = {self._budget.limit}, for all runs together, is reached at t = {self._times[n_times - 1]:.6g} s"
@@ -154,7 +155,8 @@ class LevelRuns:
         levels = self.levels_from(level)
         missing = [one for one in levels if one not in self.solutions]
         for index, one in enumerate(missing):
-            work_before, known = self._budget.spent, [self.solutions[other] for other in levels if other in self.solutions]
+            work_before = self._budget.spent
+            known = [self.solutions[other] for other in levels if other in self.solutions]
             n_times = min([len(self._times), *(len(solution.raw_poses) for solution in known if solution.reached_limit)])
             self._budget.begin_run([2.0 ** (later - one) for later in missing[index + 1 :]])
             solution = self.solutions[one] = integrate_over_grid(self._problem, one, self.iterations, n_times)
@@ -204,8 +206,10 @@ class LevelRuns:
     def _have_diverged(self, runs: list[FixedStepSolution], count: int) -> bool:
         """Return whether a joint is torn at the first monitor times of a run, or steps too long for the forces alone throw a body away."""
         gaps = [self._evaluator.evaluate_joint_gap(run.raw_poses[:count], self._times[:count]) for run in runs]
-        length_scale, positions = self._evaluator.mechanism.length_scale, np.array([run.raw_poses[count - 1, :, :2] for run in runs])
-        distance, difference = float(np.max(np.abs(positions))), float(np.max(np.ptp(positions, axis=0)))
+        length_scale = self._evaluator.mechanism.length_scale
+        positions = np.array([run.raw_poses[count - 1, :, :2] for run in runs])
+        distance = float(np.max(np.abs(positions)))
+        difference = float(np.max(np.ptp(positions, axis=0)))
         is_flight = distance > self._settings.max_distance_ratio * length_scale
         return float(np.max(gaps)) > MAX_TORN_GAP_RATIO * length_scale or (
             is_flight and difference > MAX_FLIGHT_DIFFERENCE_RATIO * distance

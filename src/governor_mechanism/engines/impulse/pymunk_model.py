@@ -168,7 +168,9 @@ def _offset_from_polar_curve(segments: FloatArray, angle: float, dx: float, dy: 
     """Return the distance (m) of a point from a closed curve about the origin in axes at an angle (rad), and its normal there."""
     distance = math.hypot(dx, dy)
     radius, derivative, _ = evaluate_polar_curve(segments, 0, len(segments), math.atan2(dy, dx) - angle)
-    ux, uy, slope = dx / distance, dy / distance, derivative / distance
+    ux = dx / distance
+    uy = dy / distance
+    slope = derivative / distance
     normal_length = math.hypot(1.0, slope)
     return (distance - radius) / normal_length, (ux + slope * uy) / normal_length, (uy - slope * ux) / normal_length
 
@@ -196,20 +198,29 @@ class FrictionStopConstraint:
     """
 
     def __init__(self, space: pymunk.Space, bodies: list[pymunk.Body], output: int, friction_input: int, length_scale: float) -> None:
-        self._space, self._bodies, self._output, self._length_scale = space, bodies, output, length_scale
+        self._space = space
+        self._bodies = bodies
+        self._output = output
+        self._length_scale = length_scale
         self.friction_input = friction_input
         self._constraints: tuple[pymunk.Constraint, pymunk.Constraint] | None = None
         self._active: list[pymunk.Constraint] = []
         self.held_value: float | None = None
-        self.stop_value, self.stop_side, self.is_force_limited = 0.0, 0, True
-        self._step, self._kick_duration, self._gradient_norm, self.closing_rate = 1.0, 1.0, 1.0, 0.0
+        self.stop_value = 0.0
+        self.stop_side = 0
+        self.is_force_limited = True
+        self._step = 1.0
+        self._kick_duration = 1.0
+        self._gradient_norm = 1.0
+        self.closing_rate = 0.0
 
     def check_line_of_action(self, poses: FloatArray, gradient: FloatArray, contact: Contact) -> None:
         """Raise UnsupportedEffect if the forces of an output variable have no single line of action, as every pymunk joint needs."""
         bodies = _moving_bodies(gradient.tolist())
         if len(bodies) == 2:
             (fx, fy, fm), (gx, gy, gm) = gradient[bodies[0]], gradient[bodies[1]]
-            dx, dy = poses[bodies[1], 0] - poses[bodies[0], 0], poses[bodies[1], 1] - poses[bodies[0], 1]
+            dx = poses[bodies[1], 0] - poses[bodies[0], 0]
+            dy = poses[bodies[1], 1] - poses[bodies[0], 1]
             imbalance = max(abs(fx + gx), abs(fy + gy), abs(fm + gm + dx * gy - dy * gx) / self._length_scale)
             if imbalance < LINE_OF_ACTION_TOLERANCE * max(math.hypot(fx, fy), abs(fm) / self._length_scale):
                 return
@@ -228,7 +239,8 @@ class FrictionStopConstraint:
             self._activate([])
             self._constraints = None  # new constraints start without accumulated impulses
             return
-        gradient, value = output_jacobian[self._output].tolist(), float(values[self._output])
+        gradient = output_jacobian[self._output].tolist()
+        value = float(values[self._output])
         if not math.isfinite(value):
             raise ValueError("a body has no finite position")  # pymunk would abort the process
         first, second = [-1, *_moving_bodies(gradient)][-2:]
@@ -254,7 +266,8 @@ class FrictionStopConstraint:
         else:
             normal, arm = (x / translation_norm, y / translation_norm), rotation / translation_norm
             contact_point = poses[second][0] + arm * normal[1], poses[second][1] - arm * normal[0]
-            friction_length, stop_length = self._length_scale + residual / translation_norm, self.stop_side * self._length_scale
+            friction_length = self._length_scale + residual / translation_norm
+            stop_length = self.stop_side * self._length_scale
             contact_anchor = to_body_axes(poses, second, contact_point)
             for joint, length in ((friction, friction_length), (stop, stop_length)):
                 if joint in active:
@@ -343,7 +356,10 @@ class PymunkModel:
     def __init__(
         self, scene: Scene, *, iterations: int, plain: bool = False, count_step: Callable[[int], None] = lambda iterations: None
     ) -> None:
-        self.is_plain, self._iterations, self._present_iterations, self._count_step = plain, iterations, iterations, count_step
+        self.is_plain = plain
+        self._iterations = iterations
+        self._present_iterations = iterations
+        self._count_step = count_step
         self._mechanism = scene.part.mechanism
         self._space = pymunk.Space()
         self._space.iterations = iterations

@@ -115,8 +115,11 @@ class OutputCrossing:
 
     def find_highest(self, start: StepState, end: StepState) -> float:
         """Return the time since the start at which the lines of a rising and then falling value meet, if above zero; else 0."""
-        h, value, end_value = end.time - start.time, self(start), self(end)
-        rise, fall = self.sign * float(start.rates[self.output]), -self.sign * float(end.rates[self.output])
+        h = end.time - start.time
+        value = self(start)
+        end_value = self(end)
+        rise = self.sign * float(start.rates[self.output])
+        fall = -self.sign * float(end.rates[self.output])
         if not (value < 0.0 and end_value < 0.0 and rise > 0.0 and fall > 0.0):
             return 0.0
         time = (end_value + fall * h - value) / (rise + fall)

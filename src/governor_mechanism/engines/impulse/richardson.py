@@ -70,8 +70,12 @@ def extrapolate_events(
     # that exceeds `settled_difference` (s), nothing is known of what follows. An event within the first
     # step (s) of all runs is reached by one step of the same length in each: their agreement says
     # nothing.
-    finest, time_error, is_matched = event_logs[-1], 0.0, len({len(log) for log in event_logs}) == 1
-    events, impact_intervals, extrapolation_intervals = [], [], []
+    finest = event_logs[-1]
+    time_error = 0.0
+    is_matched = len({len(log) for log in event_logs}) == 1
+    events = []
+    impact_intervals = []
+    extrapolation_intervals = []
     for event in finest:
         known = [time for log in event_logs if (time := _nearest_event_time(event, log)) is not None]
         if len(known) < len(event_logs):
@@ -234,7 +238,8 @@ class RichardsonRefinement(Runner):
         """Return the best result with an estimate of at least what events of a finer one that it does not have, or later, mean."""
         if not self.has_contacts or finer.outcome is Outcome.JOINT_OPENED or finer.n_reached < best.n_reached:
             return best
-        times, time_tolerance = best.reported_states.times, self.request.accuracy * self.evaluator.time_scale
+        times = best.reported_states.times
+        time_tolerance = self.request.accuracy * self.evaluator.time_scale
         difference, _ = compare_event_logs(best.contact_events, finer.contact_events, times, time_tolerance)
         return self.with_least_errors(best, {EVENT_TIMES: difference})
 
@@ -355,7 +360,8 @@ class RichardsonRefinement(Runner):
 
     def _certify(self, result: RunResult, coarse: StateHistory, events: ExtrapolatedEvents, level: int, error_ratio: float) -> RunResult:
         """Return a result with its errors, estimated by the difference from coarser extrapolated states."""
-        times, tolerance = result.reported_states.times, self.request.accuracy * self.evaluator.time_scale
+        times = result.reported_states.times
+        tolerance = self.request.accuracy * self.evaluator.time_scale
         is_near_event = are_in_intervals(times, [(event.time - tolerance, event.time + tolerance) for event in events.events])
         difference = max(events.time_error, events.wrong_side_error(times[~is_near_event]))
         time_error = self._trust_event_times(level, difference)

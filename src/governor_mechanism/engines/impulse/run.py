@@ -32,7 +32,9 @@ MIN_SUBSTEP_RATIO, TIME_ROUNDING_RATIO = 1e-9, 4e-15
 """Shortest substep relative to a step, and relative to the elapsed time (rounding)."""
 
 # The contact starts to move with zero force; a release slightly too early would be held again at once.
-RELEASE_SEARCH_START, RELEASE_FRACTION_TOLERANCE, RELEASE_DELAY_FRACTION = 0.05, 1e-9, 1e-4
+RELEASE_SEARCH_START = 0.05
+RELEASE_FRACTION_TOLERANCE = 1e-9
+RELEASE_DELAY_FRACTION = 1e-4
 """Step fractions of a release: where the search begins, its tolerance, and the delay of the release after the root."""
 
 JOIN_DELAY_FRACTION = 1e-8
@@ -60,7 +62,11 @@ class EventDrivenStepper(StaggeredStepper):
 
     def integrate(self, start: float, end: float, n_steps: int, next_h: float) -> bool:
         """Integrate from start to end (s) in `n_steps` steps, followed by one of `next_h`; return False if chatter does not end."""
-        full_step, time, n_events, target, steps = (end - start) / n_steps, start, 0, end, n_steps
+        full_step = (end - start) / n_steps
+        time = start
+        n_events = 0
+        target = end
+        steps = n_steps
         is_hold_step_changed = self.is_holding and abs(full_step - self.last_h) > STEP_LENGTH_TOLERANCE * full_step
         if is_hold_step_changed or start < self._bounce_end:
             self.close_joints()
@@ -162,7 +168,9 @@ class EventDrivenStepper(StaggeredStepper):
             constraint.is_force_limited = False
             constraint.held_value = float(self.state.values[self._contact_tracker.contact_outputs[event.index]])
         try:
-            end_value, low, high = event_value(event.latest), 0.0, event.latest
+            end_value = event_value(event.latest)
+            low = 0.0
+            high = event.latest
             if end_value <= 0.0:
                 return math.inf  # the joint solver had not converged in the full step
             if is_release:
@@ -220,9 +228,13 @@ def integrate_over_grid(problem: FixedStepProblem, level: int, iterations: int, 
     # The run is abandoned if its share of the budget is spent, soon after it leaves the limits of the
     # mechanism, and where a body is too far away. Its states have compatible velocities and the shaft
     # of a free spindle.
-    settings, evaluator, budget = problem.settings, problem.evaluator, problem.budget
+    settings = problem.settings
+    evaluator = problem.evaluator
+    budget = problem.budget
     model = PymunkModel(problem.scene, iterations=iterations, plain=settings.plain, count_step=budget.count_step)
-    times, step_counts, time_inputs = problem.grid.monitor_times, problem.grid.min_steps << level, problem.time_inputs
+    times = problem.grid.monitor_times
+    step_counts = problem.grid.min_steps << level
+    time_inputs = problem.time_inputs
     lengths = np.diff(times) / step_counts if step_counts.size else np.ones(1)
     next_lengths = np.append(lengths[1:], lengths[-1:])[: step_counts.size].tolist()
     first_h = float(lengths[0])
@@ -232,11 +244,14 @@ def integrate_over_grid(problem: FixedStepProblem, level: int, iterations: int, 
     stepper = StaggeredStepper(problem, model, level, first_h) if contacts is None else EventDrivenStepper(problem, model, level, first_h)
     # A stop that is struck at the start has changed the velocities.
     start = stepper.mass_centre_state() if contacts or step_counts.size else problem.start
-    states, contact_modes = [(*start, 0.0, 0.0, stepper.state.dissipated_energy)], [contacts.mode] if contacts else []
+    states = [(*start, 0.0, 0.0, stepper.state.dissipated_energy)]
+    contact_modes = [contacts.mode] if contacts else []
     models = [problem.held_model]
     first_exit: StepExit | None = None
     has_limits = bool(evaluator.mechanism.limits) and not settings.plain
-    is_complete, reached_limit, max_distance = True, False, settings.max_distance_ratio * evaluator.mechanism.length_scale
+    is_complete = True
+    reached_limit = False
+    max_distance = settings.max_distance_ratio * evaluator.mechanism.length_scale
     for index, next_h in enumerate(next_lengths[: n_times - 1]):
         stepper.path = [] if has_limits and step_counts[index] >= MIN_PATH_STEPS else None
         start_poses = states[-1][0]
@@ -303,7 +318,10 @@ def _with_compatible_velocities(
     problem: FixedStepProblem, history: StateHistory, models: Sequence[HeldModel | None], spindle_angle: FloatArray
 ) -> StateHistory:
     """Return the states of a run with velocities that joints and held outputs allow, and a free shaft at angles (times,) rad."""
-    times, poses, velocities, evaluator = history.times, history.poses.copy(), history.velocities.copy(), problem.evaluator
+    times = history.times
+    poses = history.poses.copy()
+    velocities = history.velocities.copy()
+    evaluator = problem.evaluator
     if not problem.settings.plain:
         # The mean of two half steps opens the joints slightly, and more where the step length changes.
         # With contacts the gap depends on the step, which differs where a step was split.

@@ -44,7 +44,9 @@ class ImpulseSettings:
 ITERATION_WORK = 1e-3
 """Work of one iteration of the solver at one joint, in units of a step of a few free bodies (20 µs when it was measured)."""
 
-CONTACT_WORK, OUTPUT_FORCE_WORK, VARYING_INPUT_WORK = 3.0, 0.5, 1.0
+CONTACT_WORK = 3.0
+OUTPUT_FORCE_WORK = 0.5
+VARYING_INPUT_WORK = 1.0
 """Work that contacts, forces along readings and each varying input add to a step, in the same units."""
 
 INTERVAL_WORK = 8.0
@@ -114,7 +116,8 @@ def make_first_grid(
     budget: WorkBudget,
 ) -> tuple[TimeGrid, bool]:
     """Return a grid that the first runs can finish if they meet no events, and whether it reaches the last reported time."""
-    (step, max_step), times = choose_steps(settings, evaluator.scene, request.accuracy), request.times
+    step, max_step = choose_steps(settings, evaluator.scene, request.accuracy)
+    times = request.times
     if settings.step is None:
         # No run gets further, so the grid needs no monitor times there.
         least_work = float(budget.expected_work(settings.levels, np.ones(1))[0])

@@ -27,7 +27,9 @@ class StaggeredStepper:
 
     def __init__(self, problem: FixedStepProblem, model: PymunkModel, level: int, h: float) -> None:
         self.model, self.forces, self.time_inputs, self.last_h = model, model.forces, problem.time_inputs, h
-        self.is_holding, self._warm_up_steps_left, self.n_split_steps = False, 0, 0
+        self.is_holding = False
+        self._warm_up_steps_left = 0
+        self.n_split_steps = 0
         self.path: list[tuple[float, FloatArray]] | None = None
         """Times (s) and poses (bodies, 3) of the pymunk bodies after each step, where they are asked for."""
         self._problem, self._budget = problem, problem.budget
@@ -40,7 +42,9 @@ class StaggeredStepper:
 
     def integrate(self, start: float, end: float, n_steps: int, next_h: float) -> bool:
         """Integrate from start to end (s) in `n_steps` steps, followed by one of `next_h`; return whether that succeeds."""
-        model, time_inputs, h = self.model, self.time_inputs, (end - start) / n_steps
+        model = self.model
+        time_inputs = self.time_inputs
+        h = (end - start) / n_steps
         # The last kick spans half of this step and half of the next, which can differ in length.
         time_inputs.prepare_interval(start, end, n_steps, next_h)
         self._budget.count_interval()
@@ -111,7 +115,8 @@ class StaggeredStepper:
     def set_velocities(self, velocities: FloatArray, dissipated_energy: float = 0.0) -> None:
         """Set the velocities (bodies, 3) of the mass centres after impulses, which dissipate an energy (J)."""
         velocities = self.model.to_proxy_velocities(velocities)
-        rates, total_energy = self.forces.output_rates(velocities), self.state.dissipated_energy + dissipated_energy
+        rates = self.forces.output_rates(velocities)
+        total_energy = self.state.dissipated_energy + dissipated_energy
         self.state = replace(self.state, velocities=velocities, rates=rates, dissipated_energy=total_energy)
 
     def extrapolate_to(self, end: float, full_step: float) -> None:
@@ -141,7 +146,8 @@ class StaggeredStepper:
         samples = np.array([start.poses, end.poses]), np.array([start.velocities, end.velocities])
         (poses,) = interpolate_samples(times, *samples, inside)
         velocities = start.velocities + since / (end.time - start.time) * (end.velocities - start.velocities)
-        values, rates = self.forces.evaluate_outputs(poses), self.forces.output_rates(velocities)
+        values = self.forces.evaluate_outputs(poses)
+        rates = self.forces.output_rates(velocities)
         return replace(start, time=start.time + since, poses=poses, velocities=velocities, values=values, rates=rates)
 
     def with_closed_joints(self, state: StepState) -> StepState:
@@ -152,5 +158,6 @@ class StaggeredStepper:
         )
         proxy_velocities = self.model.to_proxy_velocities(velocities)
         proxy_poses = np.where(self.model.pinned_mask, state.poses, poses)
-        values, rates = self.forces.evaluate_outputs(proxy_poses), self.forces.output_rates(proxy_velocities)
+        values = self.forces.evaluate_outputs(proxy_poses)
+        rates = self.forces.output_rates(proxy_velocities)
         return replace(state, poses=proxy_poses, velocities=proxy_velocities, values=values, rates=rates)

@@ -54,7 +54,8 @@ class TimeInputs:
     def reset(self, inertia: Callable[[float], float]) -> None:
         """Begin a run; `inertia` predicts the moment of inertia about the spindle (kg m2) a number of seconds ahead."""
         self._predict_inertia, self.has_jump = inertia, False
-        speed, own_inertia = self._speed_program.start_speed, self._free_spindle.inertia if self._free_spindle else 0.0
+        speed = self._speed_program.start_speed
+        own_inertia = self._free_spindle.inertia if self._free_spindle else 0.0
         mechanism_inertia = inertia(0.0) if self._free_spindle or not self._speed_program.is_constant else 0.0
         self.spindle = SpindleState(inertia=mechanism_inertia, speed=speed, angular_momentum=(own_inertia + mechanism_inertia) * speed)
 
@@ -85,7 +86,9 @@ class TimeInputs:
         """Prepare `n_steps` steps from start to end (s), followed by one of `next_h`."""
         times = start + (end - start) * np.arange(n_steps + 1) / n_steps
         times[-1] = end
-        self._h, self._next_h, self._n_steps = (end - start) / n_steps, next_h, n_steps
+        self._h = (end - start) / n_steps
+        self._next_h = next_h
+        self._n_steps = n_steps
         self.has_jump = end in self._jump_times
         following_h = 0.0 if self._uses_left_limits else next_h
         self._values = np.tile(self._start_values, (n_steps, 1))
@@ -96,9 +99,11 @@ class TimeInputs:
                 self._values[:, index] = _sample_at_kicks(function, times, following_h)
         self._speeds_squared = [self._speed_program.start_speed**2] * n_steps
         if not self._speed_program.is_constant:
-            right_limits, left_limits = self._speed_program(times) ** 2, self._speed_program(times, left_limit=True) ** 2
+            right_limits = self._speed_program(times) ** 2
+            left_limits = self._speed_program(times, left_limit=True) ** 2
             self._speeds_squared = _sample_at_kicks(self._speed_program, times, following_h, 2).tolist()
-            changes, jumps = left_limits[1:] - right_limits[:-1], right_limits[1:] - left_limits[1:]
+            changes = left_limits[1:] - right_limits[:-1]
+            jumps = right_limits[1:] - left_limits[1:]
             self._speed_squared_changes = np.stack([changes, jumps], axis=1).tolist()
         if self._torque_function:
             self._torque_impulses = np.diff(self._torque_function.integrals(float(times[0]), times)).tolist()
@@ -133,7 +138,8 @@ def _sample_at_kicks(function: CubicTimeFunction, times: FloatArray, next_h: flo
     """Return a time function, raised to `power`, at the end of each step; shape (steps,)."""
     # At a jump on the last end, both sides are weighted by the two parts of the kick; with `next_h` = 0
     # only the left limit counts.
-    right_values, left_value = function(times) ** power, function(times[-1:], left_limit=True) ** power
+    right_values = function(times) ** power
+    left_value = function(times[-1:], left_limit=True) ** power
     h = times[-1] - times[-2]
     right_values[-1] = (h * left_value[0] + next_h * right_values[-1]) / (h + next_h)
     return right_values[1:]

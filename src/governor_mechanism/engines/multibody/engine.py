@@ -12,7 +12,8 @@ from governor_mechanism.engines.base import RunRequest
 from governor_mechanism.engines.certificate import CertifiedRunner, ErrorControlledEngine, StepPlan, describe_end
 from governor_mechanism.engines.exit_location import count_before, find_first_exit
 from governor_mechanism.engines.initial_state import initial_state
-from governor_mechanism.engines.multibody.integration import MultibodySettings
+from governor_mechanism.engines.multibody.integration import IntegrationResult, MultibodySettings
+from governor_mechanism.integrators.dop853 import STABILITY_LIMIT
 from governor_mechanism.integrators.stages import StepCounter
 from governor_mechanism.integrators.step_record import IntegrationStatus
 from governor_mechanism.mechanics.dynamics.contacts import FRICTION_LAW_NAME, contacts_of
@@ -23,6 +24,9 @@ from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.observables.evaluation import ReadingEvaluator
 from governor_mechanism.observables.run_result import RunResult, modes_at
+
+STIFF_STEP_RATIO = 0.2
+"""Step relative to the largest stable one from which stability limits it: error control wavers about that limit."""
 
 
 @final
@@ -85,14 +89,17 @@ class MultibodyRunner(CertifiedRunner):
             status = IntegrationStatus.STEP_LIMIT
         outcome, detail = describe_end(self.scene, status, f"t = {integration.end_time:.9g} s", self.max_steps)
         if outcome is Outcome.STEP_LIMIT:
-            detail += integrator.describe_stiffness(integration)
+            detail += self._describe_stiffness(integration)
         event_times = np.array([event.time for event in integration.events]) if integrator.is_searched else None
         state_at = partial(integrator.state_between, integration, tolerance)
         motion_exit = find_first_exit(self.evaluator, samples, state_at, event_times, self.request.accuracy)
         if motion_exit is not None:
-            n_kept, outcome, detail = count_before(history.times, motion_exit.time), motion_exit.outcome, motion_exit.detail
+            n_kept = count_before(history.times, motion_exit.time)
+            outcome = motion_exit.outcome
+            detail = motion_exit.detail
         reported_indices = time_grid.truncate(n_kept).reported_indices
-        reported_states, modes = history.at(reported_indices), integration.contact_modes[:n_kept]
+        reported_states = history.at(reported_indices)
+        modes = integration.contact_modes[:n_kept]
         return RunResult(
             reported_states=reported_states,
             monitor_states=history.at(slice(n_kept)),
@@ -104,6 +111,20 @@ class MultibodyRunner(CertifiedRunner):
             contact_modes=modes,
             reported_indices=reported_indices,
             contact_events=integration.events,
+        )
+
+    def _describe_stiffness(self, integration: IntegrationResult) -> str:
+        """Return a clause on what makes a motion stiff whose explicit steps are no longer than its fastest decay allows, or nothing."""
+        integrator = self.integrator
+        if not integrator.is_damped or not len(integration.states) or integrator.is_stiff:
+            return ""
+        time = float(integrator.time_grid.monitor_times[len(integration.states) - 1])
+        decay_rate, _ = integrator.make_implicit_integrator().rates_at(integrator.input_cubics(time), integration.states[-1])
+        if decay_rate * integration.last_step < STIFF_STEP_RATIO * STABILITY_LIMIT:
+            return ""
+        return (
+            f"; the motion is stiff: a part of it decays within {1 / decay_rate:.1g} s, as that of a light body on a strong damper "
+            "(give the body no mass or a larger one, or soften the damper)"
         )
 
     def complete_result(self, best: RunResult) -> RunResult:
@@ -118,7 +139,9 @@ class MultibodyRunner(CertifiedRunner):
 
     def count_work(self) -> tuple[int, int, Mapping[str, int]]:
         """Return the steps, the rejected steps, and the evaluations by force law."""
-        integrator, system, elements = self.integrator, self.integrator.system, self.scene.mechanism.force_elements
+        integrator = self.integrator
+        system = self.integrator.system
+        elements = self.scene.mechanism.force_elements
         steps, rejected, evaluations, _ = integrator.counters.tolist()
         n_bodies = len(system.bodies)
         counts_per_evaluation = {

@@ -123,7 +123,8 @@ def _evaluate_jacobian(
     equation: PartitionedEquation, local_time: float, state: FloatArray, derivative: FloatArray, jacobian: FloatArray
 ) -> float:
     """Fill the Jacobian by finite differences, and find the dependence."""
-    scales, poses = equation.error_scale, equation.full_state[: equation.stage_poses.shape[1]]
+    scales = equation.error_scale
+    poses = equation.full_state[: equation.stage_poses.shape[1]]
     dependence = 1.0
     for k in range(jacobian.shape[1]):
         value, scale = state[k], scales[equation.components[k]]
@@ -212,6 +213,11 @@ only.
 """
 
 
+def estimate_implicit_steps(duration: float, motion_rate: float) -> float:
+    """Return a rough number of implicit steps, as measured at 1e-6: of the transient at the start, and of a motion of given rate (1/s)."""
+    return 40.0 + 3.0 * duration * motion_rate
+
+
 class ImplicitIntegrator:
     """Implicit integration of one system without contacts, by coordinate partitioning.
 
@@ -249,7 +255,8 @@ class ImplicitIntegrator:
     ) -> None:
         self._limits, self.step_start = limits, np.zeros(0)
         self._model, self._error_scale = (system, workspace), error_scale
-        self._constraint_tolerance, self._max_distance = constraint_tolerance, max_distance
+        self._constraint_tolerance = constraint_tolerance
+        self._max_distance = max_distance
         self.counts = np.zeros(len(StepCounter), dtype=np.int64)
 
     def integrate(
@@ -262,12 +269,17 @@ class ImplicitIntegrator:
         output_states: FloatArray,
     ) -> tuple[IntegrationStatus, float, int, float]:
         """Integrate the state in place, as `integrate_multibody` does; returns what that returns."""
-        (t, end), cubics_start, step, n_reached = span, span[0], limits.step, 0
+        t, end = span
+        cubics_start = span[0]
+        step = limits.step
+        n_reached = 0
         status, n_before = IntegrationStatus.SINGULAR_COORDINATES, self.n_steps
         while status == IntegrationStatus.SINGULAR_COORDINATES and t < end:
             equation, buffers = self._make_arguments(input_cubics, state)
-            reduced_state, n_left = state[equation.components], limits.max_steps + n_before - self.n_steps
-            rows, remaining_limits = slice(n_reached, None), limits._replace(step=step, max_steps=n_left)
+            reduced_state = state[equation.components]
+            n_left = limits.max_steps + n_before - self.n_steps
+            rows = slice(n_reached, None)
+            remaining_limits = limits._replace(step=step, max_steps=n_left)
             status, step, n_rows, t = integrate_implicitly(
                 equation, buffers, (t, end), cubics_start, reduced_state, remaining_limits, output_times[rows], output_states[rows]
             )

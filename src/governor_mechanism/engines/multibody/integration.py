@@ -110,7 +110,8 @@ def make_limit_rows(mechanism: Mechanism, is_empty: bool = False) -> LimitRows:
 @jit_in_place
 def evaluate_limit_rows(limits: LimitRows, layout: StateLayout, state: FloatArray, values: FloatArray) -> None:
     """Fill the value and the rate (readings, 2) of each reading in a state."""
-    poses, velocities = state[: layout.velocities].reshape(-1, 3), state[layout.velocities : layout.work].reshape(-1, 3)
+    poses = state[: layout.velocities].reshape(-1, 3)
+    velocities = state[layout.velocities : layout.work].reshape(-1, 3)
     evaluate_rows(limits.rows, poses, velocities, limits.row_values, limits.jacobian)
     for i in range(values.shape[0]):
         values[i, 0] = limits.row_values[i, RowColumn.RESIDUAL]
@@ -123,7 +124,8 @@ DEAD_CENTRE_TOLERANCE = 1e-8
 CUT_OFF_TOLERANCE = 1e-8
 """Travel before a cut-off, relative to the stroke, at which an event is that of the cut-off; for the same reason."""
 
-FROM_DEAD_CENTRE, FROM_CUT_OFF = HOLD_KINDS.index(StrokeHold.FROM_DEAD_CENTRE), HOLD_KINDS.index(StrokeHold.FROM_CUT_OFF)
+FROM_DEAD_CENTRE = HOLD_KINDS.index(StrokeHold.FROM_DEAD_CENTRE)
+FROM_CUT_OFF = HOLD_KINDS.index(StrokeHold.FROM_CUT_OFF)
 
 TURNING_POINT_BISECTIONS = 20
 """Bisections of a turning point within a step: its value is good to the square of 1e-6 of the change within the step."""
@@ -153,7 +155,8 @@ class MultibodyEquation(NamedTuple):
 @jit_in_place
 def _project_to(equation: MultibodyEquation, local_time: float, state: FloatArray, tolerance_ratio: float) -> None:
     layout = equation.system.state_layout
-    poses, velocities = state[: layout.velocities].reshape(-1, 3), state[layout.velocities : layout.work].reshape(-1, 3)
+    poses = state[: layout.velocities].reshape(-1, 3)
+    velocities = state[layout.velocities : layout.work].reshape(-1, 3)
     tolerance = tolerance_ratio * equation.constraint_tolerance
     project_state(equation.system, equation.workspace, equation.input_cubics, local_time, poses, velocities, tolerance)
 
@@ -195,7 +198,9 @@ def _project(equation: MultibodyEquation, local_time: float, state: FloatArray) 
 @jit_in_place
 def _project_errors(equation: MultibodyEquation, errors: FloatArray) -> None:
     """Remove from the errors of poses and velocities what violates the constraints, at the poses of the last evaluation."""
-    rows, workspace, layout = equation.system.constraint_rows, equation.workspace, equation.system.state_layout
+    rows = equation.system.constraint_rows
+    workspace = equation.workspace
+    layout = equation.system.state_layout
     for i in range(2):
         for first in (0, layout.velocities):
             block = errors[i, first : first + layout.velocities].reshape(-1, 3)
@@ -215,14 +220,17 @@ def _sample_motion(layout: StateLayout, h: float, start: FloatArray, stages: Sta
     end = stages.next_state
     for k in range(layout.velocities):
         i = layout.velocities + k
-        acceleration, end_acceleration = stages.derivatives[i, 0], stages.next_derivative[i, 0]
+        acceleration = stages.derivatives[i, 0]
+        end_acceleration = stages.next_derivative[i, 0]
         sample[k], sample[i] = quintic_hermite_jit(start[k], start[i], acceleration, end[k], end[i], end_acceleration, h, fraction)
 
 
 @jit_in_place
 def _sample_events_from(equation: MultibodyEquation, step: EventStep, fraction: float, event_values: FloatArray, first: int) -> None:
     """Evaluate the event functions from one on at a fraction of the step, on the quintic interpolant of the poses."""
-    stages, event_functions, start = step.buffers.stages, equation.system.event_functions, step.state
+    stages = step.buffers.stages
+    event_functions = equation.system.event_functions
+    start = step.state
     end, sample = stages.next_state, stages.stage_state
     _sample_motion(equation.system.state_layout, step.h, start, stages, fraction, sample)
     for i in range(equation.system.state_layout.work, start.size):
@@ -249,7 +257,8 @@ def _sample_kinks(equation: MultibodyEquation, step: EventStep, fraction: float,
 def _check_step(equation: MultibodyEquation, local_time: float, h: float, state: FloatArray, stages: Stages, quality: float) -> float:
     """Return a negative quality if a body flies away, a shaft turns back, or a reading may leave its limits within a step."""
     layout, end = equation.system.state_layout, stages.next_state
-    positions, velocities = end[: layout.velocities].reshape(-1, 3), end[layout.velocities : layout.work].reshape(-1, 3)
+    positions = end[: layout.velocities].reshape(-1, 3)
+    velocities = end[layout.velocities : layout.work].reshape(-1, 3)
     for i in range(equation.shafts.size):
         if velocities[equation.shafts[i], 2] < 0.0:
             quality = TURNED_BACK
@@ -269,7 +278,10 @@ def _may_leave_limits(equation: MultibodyEquation, h: float, state: FloatArray, 
     """Return whether a reading is outside its limits after a step, or may be at a turning point within it."""
     # The turning point is that of the quintic interpolant, whose error is at most that of the cubic
     # one.
-    limits, layout, end, sample = equation.limits, equation.system.state_layout, stages.next_state, stages.stage_state
+    limits = equation.limits
+    layout = equation.system.state_layout
+    end = stages.next_state
+    sample = stages.stage_state
     evaluate_limit_rows(limits, layout, state, limits.start_values)
     evaluate_limit_rows(limits, layout, end, limits.end_values)
     for i in range(limits.bounds.shape[0]):
@@ -308,25 +320,30 @@ _integrate_to_event = jit_in_place(make_dop853(_EQUATION))
 @jit_in_place
 def _evaluate_inputs(equation: MultibodyEquation, local_time: float, state: FloatArray) -> None:
     layout, cubics = equation.system.state_layout, equation.input_cubics
-    poses, velocities = state[: layout.velocities].reshape(-1, 3), state[layout.velocities : layout.work].reshape(-1, 3)
+    poses = state[: layout.velocities].reshape(-1, 3)
+    velocities = state[layout.velocities : layout.work].reshape(-1, 3)
     evaluate_inputs_at(equation.system, equation.workspace, poses, velocities, cubics, local_time, state[layout.lags :])
 
 
 @jit_in_place
 def _keep_phases(equation: MultibodyEquation, is_kept: bool) -> None:
     """Keep all gas in its phase of the cycle at the last evaluation up to the next kink, or let the phase follow from the state again."""
-    force_elements, rows = equation.workspace.force_elements, equation.workspace.output_row_values
+    force_elements = equation.workspace.force_elements
+    rows = equation.workspace.output_row_values
     for i in range(force_elements.size):
         gas = force_elements[i]
         if gas.argument_index != NO_INDEX:
-            travel, crank_angle = rows[gas.output_index, RowColumn.RESIDUAL], rows[gas.argument_index, RowColumn.RESIDUAL]
+            travel = rows[gas.output_index, RowColumn.RESIDUAL]
+            crank_angle = rows[gas.argument_index, RowColumn.RESIDUAL]
             gas.phase = int(evaluate_gas_phase(gas.coefficients, travel, crank_angle)) if is_kept else IN_NO_PHASE
 
 
 @jit_in_place
 def _keep_features(equation: MultibodyEquation, poses: FloatArray, velocities: FloatArray) -> None:
     """Keep what each constraint row and each row of what slides touches; behind an end of that kept before, what follows."""
-    constraint_rows, output_rows, rubbing = equation.system.constraint_rows, equation.system.output_rows, equation.system.rubbing
+    constraint_rows = equation.system.constraint_rows
+    output_rows = equation.system.output_rows
+    rubbing = equation.system.rubbing
     keep_features(constraint_rows, poses, velocities)
     for k in range(rubbing.size):
         keep_feature(output_rows, rubbing[k].output_index, poses, velocities)
@@ -336,7 +353,9 @@ def _keep_features(equation: MultibodyEquation, poses: FloatArray, velocities: F
 def _end_phases(equation: MultibodyEquation) -> None:
     """Let the phase of all gas follow from the state again, and all rows find what they touch."""
     _keep_phases(equation, False)
-    constraint_rows, output_rows, rubbing = equation.system.constraint_rows, equation.system.output_rows, equation.system.rubbing
+    constraint_rows = equation.system.constraint_rows
+    output_rows = equation.system.output_rows
+    rubbing = equation.system.rubbing
     release_features(constraint_rows)
     for k in range(rubbing.size):
         release_feature(output_rows, rubbing[k].output_index)
@@ -349,12 +368,15 @@ def _begin_phases(equation: MultibodyEquation, buffers: StepBuffers, local_time:
     Those are functions of the kink at which the integration goes on. Before they rise again there is a dead centre, at which they are
     armed.
     """
-    event_functions, is_armed, values = equation.system.event_functions, equation.workspace.is_armed, buffers.event_values[LAST_SAMPLE]
+    event_functions = equation.system.event_functions
+    is_armed = equation.workspace.is_armed
+    values = buffers.event_values[LAST_SAMPLE]
     if buffers.n_kinks == 0:
         return
     is_armed[:] = True
     layout = equation.system.state_layout
-    poses, velocities = state[: layout.velocities].reshape(-1, 3), state[layout.velocities : layout.work].reshape(-1, 3)
+    poses = state[: layout.velocities].reshape(-1, 3)
+    velocities = state[layout.velocities : layout.work].reshape(-1, 3)
     _keep_features(equation, poses, velocities)
     _keep_phases(equation, False)
     _evaluate(equation, local_time, state, buffers.stages.derivatives, 0)
@@ -376,7 +398,9 @@ def _find_switch(equation: MultibodyEquation, input_index: int) -> int:
 @jit_in_place
 def _update_holds(equation: MultibodyEquation, local_time: float, state: FloatArray) -> None:
     """Set the states of the holds: at a dead centre of their own crank new ones, and behind a cut-off the travel at which it was passed."""
-    system, rows, inputs = equation.system, equation.workspace.output_row_values, equation.workspace.inputs
+    system = equation.system
+    rows = equation.workspace.output_row_values
+    inputs = equation.workspace.inputs
     lag_states = state[system.state_layout.lags :]
     for k in range(system.lags.size):
         lag = system.lags[k]
@@ -384,7 +408,8 @@ def _update_holds(equation: MultibodyEquation, local_time: float, state: FloatAr
             continue
         _evaluate_inputs(equation, local_time, state)
         switch = system.event_functions[_find_switch(equation, lag.input_index)]
-        travel, angle = rows[switch.source_index, RowColumn.RESIDUAL], rows[switch.argument_index, RowColumn.RESIDUAL]
+        travel = rows[switch.source_index, RowColumn.RESIDUAL]
+        angle = rows[switch.argument_index, RowColumn.RESIDUAL]
         if abs(math.sin(angle)) <= DEAD_CENTRE_TOLERANCE:
             lag_states[k] = NOT_HELD
             if lag.hold == FROM_DEAD_CENTRE:
@@ -412,7 +437,11 @@ def integrate_multibody(
     are filled at the times. Steps end at kinks of the forces. Returns status, next step (s), number of times reached, and time of the
     state (s).
     """
-    (time, end), step, n_reached, n_events, is_at_kink = span, limits.step, 0, count_located(buffers), False
+    time, end = span
+    step = limits.step
+    n_reached = 0
+    n_events = count_located(buffers)
+    is_at_kink = False
     at_event = buffers.event_values[LAST_SAMPLE]
     while True:
         _update_holds(equation, time - span[0], state)

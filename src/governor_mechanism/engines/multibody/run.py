@@ -9,7 +9,7 @@ import numpy as np
 from governor_mechanism.engines.certificate import StepPlan, speed_jump_work
 from governor_mechanism.engines.exit_location import LastStep, find_first_excursion, is_searched_between_samples
 from governor_mechanism.engines.initial_state import Motion
-from governor_mechanism.engines.multibody.implicit import ImplicitIntegrator
+from governor_mechanism.engines.multibody.implicit import ImplicitIntegrator, estimate_implicit_steps
 from governor_mechanism.engines.multibody.integration import (
     IntegrationResult,
     MultibodyEquation,
@@ -59,9 +59,6 @@ In the two runs of a certificate they take about 0.06 s, the time in which its k
 MIN_IMPLICIT_STEPS = 100
 """Implicit steps after which the explicit method may take over again: about what a smooth motion needs for a transient and its end."""
 
-STIFF_STEP_RATIO = 0.2
-"""Step relative to the largest stable one from which stability limits it: error control wavers about that limit."""
-
 NO_TIMES = np.empty(0)
 """Output times of a run that records no states."""
 
@@ -73,9 +70,6 @@ MAX_EXIT_STEPS = 400
 
 EXCURSION_SAMPLES = 33
 """Samples of a step in which a turning point near a limit is looked for: cubics between them are good to 1e-8 of the change within it."""
-
-IMPLICIT_STEPS_PER_MOTION, IMPLICIT_STEPS_OF_TRANSIENT = 3.0, 40.0
-"""Implicit steps in the time in which a motion changes, and those of the transient at its start; rough, as measured at 1e-6."""
 
 
 class ConstrainedIntegrator:
@@ -90,7 +84,10 @@ class ConstrainedIntegrator:
         settings: MultibodySettings,
         accuracy: float = 0.0,
     ) -> None:
-        self.scene, self.evaluator, self.max_steps, self.settings = evaluator.scene, evaluator, max_steps, settings
+        self.scene = evaluator.scene
+        self.evaluator = evaluator
+        self.max_steps = max_steps
+        self.settings = settings
         self.accuracy, self.limits = accuracy, make_limit_rows(self.scene.mechanism)
         self.no_limits = make_limit_rows(self.scene.mechanism, is_empty=True)
         self.system, self.input_functions = make_system(self.scene)
@@ -131,8 +128,11 @@ class ConstrainedIntegrator:
 
     def integrate(self, tolerance: float, plan: StepPlan) -> IntegrationResult:
         """Integrate from the start over all monitor times, with a plan of the steps."""
-        times, state, contacts = self.time_grid.monitor_times, self.initial_state.copy(), self.scene_contacts
-        max_step, records = self.settings.max_step_ratio * self._max_step_scale, (plan.coarser_steps, plan.steps)
+        times = self.time_grid.monitor_times
+        state = self.initial_state.copy()
+        contacts = self.scene_contacts
+        max_step = self.settings.max_step_ratio * self._max_step_scale
+        records = (plan.coarser_steps, plan.steps)
         first_step = self.settings.first_step_ratio * max_step
         limits = StepLimits(tolerance, first_step, max_step, plan.max_steps, self._min_stiff_steps, *records)
         if contacts is not None:
@@ -171,21 +171,8 @@ class ConstrainedIntegrator:
         """Return an integrator of the same model with implicit steps."""
         return ImplicitIntegrator(*self.model, self.error_scale, self.constraint_tolerance, self.max_distance, self.limits)
 
-    def describe_stiffness(self, integration: IntegrationResult) -> str:
-        """Return a clause on what makes a motion stiff whose explicit steps are no longer than its fastest decay allows, or nothing."""
-        if not self._is_damped or not len(integration.states) or self.is_stiff:
-            return ""
-        time = float(self.time_grid.monitor_times[len(integration.states) - 1])
-        decay_rate, _ = self.make_implicit_integrator().rates_at(self.input_cubics(time), integration.states[-1])
-        if decay_rate * integration.last_step < STIFF_STEP_RATIO * STABILITY_LIMIT:
-            return ""
-        return (
-            f"; the motion is stiff: a part of it decays within {1 / decay_rate:.1g} s, as that of a light body on a strong damper "
-            "(give the body no mass or a larger one, or soften the damper)"
-        )
-
     @property
-    def _is_damped(self) -> bool:
+    def is_damped(self) -> bool:
         """Whether the scene has dampers, dashpots or lags: only these make a motion stiff."""
         is_damped = any(isinstance(element, Damper | TorsionDamper) for element in self.scene.mechanism.force_elements)
         return is_damped or len(self.system.lags) > 0 or any(effect.dissipates for effect in output_forces_of(self.scene))
@@ -195,12 +182,12 @@ class ConstrainedIntegrator:
         # Without such stiffness the second is the time scale of the scene. Only dampers, dashpots
         # and lags make a motion stiff in that sense: undamped oscillations are followed, whatever
         # the method.
-        if not self._is_damped or self._min_stiff_steps == np.inf:
+        if not self.is_damped or self._min_stiff_steps == np.inf:
             return math.inf, self.evaluator.time_scale
         decay_rate, oscillation_rate = self.make_implicit_integrator().rates_at(self.input_cubics(0.0), self.initial_state)
         motion_rate = max(oscillation_rate, loading_rate(self.scene))
         n_explicit = duration * decay_rate / STABILITY_LIMIT
-        n_implicit = IMPLICIT_STEPS_OF_TRANSIENT + IMPLICIT_STEPS_PER_MOTION * duration * motion_rate
+        n_implicit = estimate_implicit_steps(duration, motion_rate)
         is_stiff = n_explicit > max(self._min_stiff_steps, self.implicit_step_cost * n_implicit)
         return (STABILITY_LIMIT / decay_rate, 1 / (motion_rate or 1.0)) if is_stiff else (math.inf, self.evaluator.time_scale)
 
@@ -246,12 +233,17 @@ class ConstrainedIntegrator:
 
     def state_between(self, integration: IntegrationResult, tolerance: float, k: int, time: float) -> StateHistory | None:
         """Return the state at a time (s) after sample k of `sample_run`, or None if the integration fails; limits do not end it."""
-        last, n_times, modes = integration.exit_step, len(integration.states), integration.contact_modes
+        last = integration.exit_step
+        n_times = len(integration.states)
+        modes = integration.contact_modes
         if last is not None and last.start <= time:
-            start, state, mode, max_steps = last.start, last.state, last.mode, MAX_EXIT_STEPS
+            start, state, mode = last.start, last.state, last.mode
+            max_steps = MAX_EXIT_STEPS
         else:
             k, max_steps = min(k, n_times - 1), self.max_steps
-            start, state, mode = float(self.time_grid.monitor_times[k]), integration.states[k], modes[k] if modes else None
+            start = float(self.time_grid.monitor_times[k])
+            state = integration.states[k]
+            mode = modes[k] if modes else None
         if self.is_stiff:
             end_state = state.copy()
             outputs = NO_TIMES, end_state, RadauLimits(tolerance, time - start or 1.0, max_steps), np.empty((0, state.size))
@@ -281,7 +273,8 @@ class ConstrainedIntegrator:
 
     def integrate_between(self, integration: IntegrationResult, tolerance: float, k: int, time: float) -> Motion | None:
         """Return poses and velocities of the mass centres at a time (s) after monitor time k, or None if that fails."""
-        start, mode, limits = float(self.time_grid.monitor_times[k]), None, self._explicit_limits(tolerance, self.max_steps)
+        start, mode = float(self.time_grid.monitor_times[k]), None
+        limits = self._explicit_limits(tolerance, self.max_steps)
         if self.scene_contacts is not None:
             mode = integration.contact_modes[k]
         else:
@@ -322,7 +315,8 @@ class MethodChoice:
     """The method of a run: explicit steps, implicit ones from where the motion is stiff, and explicit ones where those take more work."""
 
     def __init__(self, context: ConstrainedIntegrator, run: "ExplicitRun", limits: StepLimits) -> None:
-        self._context, self._run, self._limits = context, run, limits
+        self._context = context
+        self._run, self._limits = run, limits
         self._implicit: ImplicitIntegrator | None = None
         self._explicit_step = limits.step
         self._worthwhile_steps = 0
@@ -331,7 +325,8 @@ class MethodChoice:
 
     def advance(self, end: float) -> IntegrationStatus:
         """Integrate up to a time (s), without breakpoints before it."""
-        run, context, implicit = self._run, self._context, self._implicit
+        run, context = self._run, self._context
+        implicit = self._implicit
         if implicit is None and context.stable_step < np.inf:
             run.step = context.stable_step
             implicit = self._become_implicit()
@@ -359,7 +354,8 @@ class MethodChoice:
     def _integrate_implicitly(self, implicit: ImplicitIntegrator, end: float) -> IntegrationStatus:
         """Take implicit steps up to a time (s)."""
         run, times = self._run, self._context.time_grid.monitor_times
-        rows, cubics_start, cubics = run.rows_until(end), run.time, self._context.input_cubics(run.time)
+        rows, cubics_start = run.rows_until(end), run.time
+        cubics = self._context.input_cubics(run.time)
         limits = RadauLimits(
             self._limits.tolerance, run.step, self._worthwhile_steps - implicit.n_steps, self._limits.coarser_steps, self._limits.steps
         )
@@ -400,7 +396,8 @@ class ExplicitRun:
         has_limits: bool = True,
     ) -> None:
         self._has_limits, self.last_step, self._step_start = has_limits, None, np.zeros(state.size + 1)
-        self._context, self._limits, self._output_times = context, limits, output_times
+        self._context = context
+        self._limits, self._output_times = limits, output_times
         self.state, self.time, self.step = state, time, limits.step
         self.n_filled = int(np.searchsorted(output_times, time, side="right"))
         self.states = np.empty((len(output_times), state.size))
@@ -427,7 +424,8 @@ class ExplicitRun:
 
     def integrate(self, end: float) -> IntegrationStatus:
         """Integrate the state in place up to a time (s), without breakpoints before it, and record it at the output times."""
-        context, contacts, settings = self._context, self._context.scene_contacts, self._context.settings
+        context, contacts = self._context, self._context.scene_contacts
+        settings = self._context.settings
         while True:
             if contacts and contacts.is_jammed:
                 return IntegrationStatus.UNDETERMINED
@@ -461,8 +459,11 @@ class ExplicitRun:
 
     def _integrate_to_event(self, system: System, workspace: SystemWorkspace, end: float) -> tuple[IntegrationStatus, set[int]]:
         """Integrate up to a time (s) or to the first event; return the status and the contacts of event functions that are positive."""
-        context, n_evaluations, rows = self._context, int(self.counts[StepCounter.EVALUATIONS]), self.rows_until(end)
-        n_states, event_tolerances = len(self.state), system.event_functions["tolerance"].copy()
+        context = self._context
+        n_evaluations = int(self.counts[StepCounter.EVALUATIONS])
+        rows = self.rows_until(end)
+        n_states = len(self.state)
+        event_tolerances = system.event_functions["tolerance"].copy()
         cubics, gap = context.input_cubics(self.time), context.constraint_tolerance
         shafts, limit_rows = (context.shafts, context.limits) if self._has_limits else (context.shafts[:0], context.no_limits)
         ends, cubics_start = (context.max_distance, shafts, limit_rows, self._step_start), self.time
@@ -487,7 +488,8 @@ class ExplicitRun:
             self.state[: len(motion)] = outputs[:n_reached, : len(motion)] = motion
         self.n_filled += n_reached
         if status in (IntegrationStatus.LEFT_LIMITS, IntegrationStatus.TURNED_BACK):
-            mode, start = context.scene_contacts.mode if context.scene_contacts else None, cubics_start + float(self._step_start[-1])
+            mode = context.scene_contacts.mode if context.scene_contacts else None
+            start = cubics_start + float(self._step_start[-1])
             self.last_step = LastStep(start, self._step_start[:-1].copy(), self.time, self.state.copy(), mode)
         self.contact_modes += [context.scene_contacts.mode] * n_reached if context.scene_contacts else []
         n_evaluations = int(self.counts[StepCounter.EVALUATIONS]) - n_evaluations

@@ -46,11 +46,20 @@ class ReducedState(NamedTuple):
 @jit
 def evaluate_reduced_contacts(place: ReducedState) -> ContactDynamics:
     """Return the motion of the outputs with contacts or one-sided springs."""
-    model, piece, t, rate = place.model, place.piece, place.t, place.state[1]
-    n_contacts, n_springs, parameters = model.contacts.size, model.one_sided_springs.size, model.parameters[0]
-    angle, speed = place.state[StateIndex.SHAFT_ANGLE], place.state[StateIndex.SHAFT_SPEED]
+    model = place.model
+    piece = place.piece
+    t = place.t
+    rate = place.state[1]
+    n_contacts = model.contacts.size
+    n_springs = model.one_sided_springs.size
+    parameters = model.parameters[0]
+    angle = place.state[StateIndex.SHAFT_ANGLE]
+    speed = place.state[StateIndex.SHAFT_SPEED]
     acceleration = evaluate_state_rates(model, piece, t, rate, angle, speed, place.local_time, False).acceleration
-    values, derivatives, accelerations, limits = np.empty(n_contacts), np.empty(n_contacts), np.empty(n_contacts), np.empty(n_contacts)
+    values = np.empty(n_contacts)
+    derivatives = np.empty(n_contacts)
+    accelerations = np.empty(n_contacts)
+    limits = np.empty(n_contacts)
     for k in range(n_contacts):
         output = model.contacts[k].output_index
         values[k], derivatives[k] = evaluate_table_output(model, piece, t, output)
@@ -132,7 +141,8 @@ def change_table_segments(model: ReducedModel, event_values: FloatArray) -> None
     """Let tables whose event functions are positive go on to the next segment."""
     for k in range(model.parameters[0].n_tables):
         upper_end = model.event_layout.table_ends + 2 * k
-        is_above, is_below = event_values[upper_end] > 0.0, event_values[upper_end + 1] > 0.0
+        is_above = event_values[upper_end] > 0.0
+        is_below = event_values[upper_end + 1] > 0.0
         model.mode[model.mode_layout.tables + k] += int(is_above) - int(is_below)
     set_table_terms(model)
 
@@ -182,7 +192,8 @@ def find_blocked_directions(model: ReducedModel, piece_index: int, t: float) -> 
     for k in range(model.contacts.size):
         value, output_derivative = evaluate_table_output(model, piece_index, t, model.contacts[k].output_index)
         outward_derivative = find_touched_stop(model.contacts, k, value, REST_TOLERANCE) * output_derivative
-        up_blocked, down_blocked = up_blocked or outward_derivative > 0.0, down_blocked or outward_derivative < 0.0
+        up_blocked = up_blocked or outward_derivative > 0.0
+        down_blocked = down_blocked or outward_derivative < 0.0
     return up_blocked, down_blocked
 
 

@@ -151,7 +151,8 @@ class ReducedRunner(CertifiedRunner):
         """Return where a control leaves its range or a shaft stalls, or None; limits of the part with the coordinate end the table."""
         if not self._may_exit:
             return None
-        event_times, state_at = np.array([event.time for event in solution.events]), partial(reduced_run.state_between, solution, tolerance)
+        event_times = np.array([event.time for event in solution.events])
+        state_at = partial(reduced_run.state_between, solution, tolerance)
         samples = history if solution.exit_step is None else reduced_run.sample_exit(solution, solution.exit_step)
         return find_first_exit(self.evaluator, samples, state_at, event_times, self.request.accuracy)
 
@@ -159,7 +160,8 @@ class ReducedRunner(CertifiedRunner):
         self, reduced_run: ReducedRun, tolerance: float, plan: StepPlan, end: FloatArray, max_times: int
     ) -> tuple[StateHistory, tuple[ContactMode, ...], DenseOutput | None]:
         """Return states, at most `max_times`, so close that no event is missed, their modes, and the dense output between them."""
-        settings, max_interval = self.settings, self.settings.monitor_interval_ratio * self.evaluator.time_scale
+        settings = self.settings
+        max_interval = self.settings.monitor_interval_ratio * self.evaluator.time_scale
         times = make_time_grid(np.minimum(end, max_times * max_interval), reduced_run.breakpoints, np.inf, max_interval).monitor_times
         while True:
             solution = reduced_run.integrate(times, tolerance, plan)
@@ -185,7 +187,8 @@ class ReducedRunner(CertifiedRunner):
         reduced_runs = list(self._reduced_runs.values())
         steps, rejected, evaluations, moving_evaluations = map(sum, zip(*(one.counts.tolist() for one in reduced_runs), strict=True))
         n_pieces = sum(reduced_run.motion_table.n_pieces for reduced_run in reduced_runs)
-        law_counts, model = Counter({"equations of motion": evaluations, "table pieces": n_pieces}), reduced_runs[0].motion_table.model
+        law_counts = Counter({"equations of motion": evaluations, "table pieces": n_pieces})
+        model = reduced_runs[0].motion_table.model
         for law_index in [*model.output_forces["law"].tolist(), *model.shaft_forces["law"].tolist()]:
             law = FORCE_LAWS[law_index]
             law_counts[law.law_name] += moving_evaluations if law.dissipates else evaluations

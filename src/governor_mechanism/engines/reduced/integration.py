@@ -107,8 +107,10 @@ def make_reduced_buffers(model: ReducedModel, counts: IntArray) -> StepBuffers:
     error_scale = np.array([coordinate_scale, coordinate_scale / time_scale, energy_scale, energy_scale, 1.0, 1.0 / time_scale])
     n_coupled = n_integrated = N_STATES
     if not parameters["has_shaft"]:
-        n_coupled, n_integrated = 2, 2 if parameters["is_conservative"] else int(StateIndex.SHAFT_ANGLE)
-    tolerances, low_stops = make_event_tolerances(model), model.event_layout.low_stops
+        n_coupled = 2
+        n_integrated = 2 if parameters["is_conservative"] else int(StateIndex.SHAFT_ANGLE)
+    tolerances = make_event_tolerances(model)
+    low_stops = model.event_layout.low_stops
     is_gap = np.zeros(tolerances.size, dtype=np.bool_)
     is_gap[low_stops : low_stops + len(model.contacts)] = model.contacts["is_gap"] != 0
     return make_step_buffers(N_STATES, n_coupled, error_scale[:n_integrated], tolerances, counts, len(model.kinks), is_gap=is_gap)
@@ -149,7 +151,10 @@ def _take_step(equation: ReducedEquation, local_time: float, h: float, state: Fl
 def _find_excursion(equation: ReducedEquation, h: float, state: FloatArray, stages: Stages) -> int:
     """Return the side on which the motion may leave the table and come back between two stages: 0 below, 1 above, or ON_TABLE."""
     # Where the interpolants are too rough to say, a shorter step tells.
-    q, v, q_end, v_end = state[0], state[1], stages.end[0], stages.end[1]
+    q = state[0]
+    v = state[1]
+    q_end = stages.end[0]
+    v_end = stages.end[1]
     a, a_end = stages.derivatives[1, 0], stages.derivatives[1, END_STAGE]
     low, high = 0.0, 1.0
     for _ in range(TURNING_POINT_BISECTIONS):
@@ -161,18 +166,26 @@ def _find_excursion(equation: ReducedEquation, h: float, state: FloatArray, stag
     turning_point = quintic_hermite_jit(q, v, a, q_end, v_end, a_end, h, low)[0]
     interpolation_error = abs(turning_point - cubic_hermite_jit(q, q_end, v, v_end, h, low))
     excess = interpolation_error - equation.accuracy
-    farthest, model = turning_point + (excess if v > 0.0 else -excess), equation.model
+    farthest = turning_point + (excess if v > 0.0 else -excess)
+    model = equation.model
     return find_piece(model.intervals, model.neighbours, model.periodicity, farthest, equation.piece[0])[2]
 
 
 @jit_in_place
 def _take_conservative_step(equation: ReducedEquation, h: float, state: FloatArray, stages: Stages) -> float:
     """Take a step of a conservative model, in one loop without calls: five times as fast."""
-    model, rates, accelerations = equation.model, stages.derivatives[0], stages.derivatives[1]
-    q, v, piece, side, is_periodic = state[0], state[1], equation.piece[0], ON_TABLE, model.periodicity[PeriodIndex.PERIOD] > 0.0
+    model = equation.model
+    rates = stages.derivatives[0]
+    accelerations = stages.derivatives[1]
+    q = state[0]
+    v = state[1]
+    piece = equation.piece[0]
+    side = ON_TABLE
+    is_periodic = model.periodicity[PeriodIndex.PERIOD] > 0.0
     q_end, v_end = q, v
     for stage in range(1, END_STAGE + 1):
-        mean_rate, mean_acceleration = STAGES[stage, 0] * rates[0], STAGES[stage, 0] * accelerations[0]
+        mean_rate = STAGES[stage, 0] * rates[0]
+        mean_acceleration = STAGES[stage, 0] * accelerations[0]
         for k in range(FIRST_NONZERO_STAGE[stage], stage):
             mean_rate += STAGES[stage, k] * rates[k]
             mean_acceleration += STAGES[stage, k] * accelerations[k]
@@ -227,10 +240,13 @@ def _evaluate_events(equation: ReducedEquation, local_time: float, state: FloatA
 
 @jit_in_place
 def _sample_events(equation: ReducedEquation, step: EventStep, fraction: float, event_values: FloatArray) -> None:
-    start, stages, h = step.state, step.buffers.stages, step.h
+    start = step.state
+    stages = step.buffers.stages
+    h = step.h
     end, sample = stages.next_state, stages.stage_state
     for i in (0, 4):  # the coordinate and the angle of the shaft, with their rates after them
-        start_acceleration, end_acceleration = stages.derivatives[i + 1, 0], stages.next_derivative[i + 1, 0]
+        start_acceleration = stages.derivatives[i + 1, 0]
+        end_acceleration = stages.next_derivative[i + 1, 0]
         sample[i], sample[i + 1] = quintic_hermite_jit(
             start[i], start[i + 1], start_acceleration, end[i], end[i + 1], end_acceleration, h, fraction
         )
@@ -257,8 +273,13 @@ def integrate_reduced(
 ) -> tuple[int, float, int, float]:
     """Integrate over a span with contact transitions at events; return status, next step (s), times reached, and time of the state (s)."""
     # With `selects_mode`, select the contact mode at the start first; that is all if the span is empty.
-    model, counts, mode = equation.model, buffers.stages.counts, equation.model.mode
-    (time, end), step, n_reached, is_released = span, limits.step, 0, False
+    model = equation.model
+    counts = buffers.stages.counts
+    mode = equation.model.mode
+    time, end = span
+    step = limits.step
+    n_reached = 0
+    is_released = False
     time_scale = model.parameters[0].time_scale
     set_table_terms(model)
     while True:
@@ -266,7 +287,8 @@ def integrate_reduced(
             apply_transition(model, time, time - time_origin, equation.piece[0], is_released, state, event_log)
             if end == span[0]:
                 return IntegrationStatus.DONE, step, n_reached, time
-        is_held, n_steps = mode[model.mode_layout.held] != 0, counts[StepCounter.ACCEPTED] + counts[StepCounter.REJECTED]
+        is_held = mode[model.mode_layout.held] != 0
+        n_steps = counts[StepCounter.ACCEPTED] + counts[StepCounter.REJECTED]
         if is_held and is_jammed(model, state[0], equation.piece[0]):
             end_phases(model)
             return IntegrationStatus.UNDETERMINED, step, n_reached, time
@@ -308,6 +330,7 @@ def _choose_max_step(model: ReducedModel, max_step: float, is_held: bool) -> flo
 
 def initialise_contact_mode(equation: ReducedEquation, buffers: StepBuffers, time: float, state: FloatArray, event_log: EventLog) -> None:
     """Select the contact mode at a start or after a discontinuity of an input; the state must be on the table."""
-    no_states, no_modes = np.empty((0, state.size)), np.empty((0, equation.model.mode.size), dtype=np.int64)
+    no_states = np.empty((0, state.size))
+    no_modes = np.empty((0, equation.model.mode.size), dtype=np.int64)
     limits = dop853.StepLimits(1.0, 1.0, 1.0, 1, 0.0)
     integrate_reduced(equation, buffers, (time, time), time, np.empty(0), state, limits, no_states, no_modes, event_log, True)

@@ -45,12 +45,16 @@ class Tail:
         (first, last), (start, end) = self.times, self.states
         if first == last:
             return end + (times - last)[:, np.newaxis] * self.derivatives[1]
-        length, fractions = last - first, ((times - first) / (last - first))[:, np.newaxis]
-        start_slope, end_slope = length * self.derivatives[0], length * self.derivatives[1]
-        cubic, quadratic = start_slope + end_slope - 2 * (end - start), 3 * (end - start) - 2 * start_slope - end_slope
+        length = last - first
+        fractions = ((times - first) / (last - first))[:, np.newaxis]
+        start_slope = length * self.derivatives[0]
+        end_slope = length * self.derivatives[1]
+        cubic = start_slope + end_slope - 2 * (end - start)
+        quadratic = 3 * (end - start) - 2 * start_slope - end_slope
         states: FloatArray = start + fractions * (start_slope + fractions * (quadratic + fractions * cubic))
         for place, rate in PLACES_AND_RATES:  # the integral of the cubic of a rate is more accurate than the cubic of its place
-            f, powers = fractions[:, 0], np.array([start[rate], start_slope[rate], quadratic[rate], cubic[rate]])
+            f = fractions[:, 0]
+            powers = np.array([start[rate], start_slope[rate], quadratic[rate], cubic[rate]])
             states[:, place] = end[place] + length * sum(power * (f ** (n + 1) - 1) / (n + 1) for n, power in enumerate(powers))
         return states
 
@@ -99,8 +103,13 @@ def integrate_passage(
     settings: ReducedSettings,
 ) -> PassageEnd:
     """Integrate the reduced model over a span and extend its table where the motion leaves it; TABLE_ENDED where that ends."""
-    (time, end), step, n_filled, side = span, step_limits.step, 0, 0
-    last_time, table, equation = -math.inf, motion_table.table, make_equation(time)
+    time, end = span
+    step = step_limits.step
+    n_filled = 0
+    side = 0
+    last_time = -math.inf
+    table = motion_table.table
+    equation = make_equation(time)
     approach: tuple[float, FloatArray, FloatArray] | None = None
     while time < end:
         outputs = times[n_filled:], state, step_limits._replace(step=step), states[n_filled:], modes[n_filled:], event_log
@@ -115,14 +124,17 @@ def integrate_passage(
             continue
         scale = motion_table.arrays.assembly.coordinate_scale
         travel_left = motion_table.edge(side) - state[0]
-        time_left, distance_scale = _time_at_rate(travel_left, state[1]), max(scale, abs(state[0]))
+        time_left = _time_at_rate(travel_left, state[1])
+        distance_scale = max(scale, abs(state[0]))
         step, is_end = _approach_table_end(
             travel_left, time_left, step, time > last_time, distance_scale, max(time_scale, end - time), settings
         )
         last_time, derivative = time, buffers.stages.derivatives[:, 0]
         approach = approach or (time, state.copy(), derivative.copy())
         if is_end:
-            edge, acceleration, end_coordinate = motion_table.edge(side), float(derivative[1]), motion_table.end_coordinate(side)
+            edge = motion_table.edge(side)
+            acceleration = float(derivative[1])
+            end_coordinate = motion_table.end_coordinate(side)
             tail = Tail((approach[0], time), (approach[1], state.copy()), (approach[2], derivative.copy()))
             stops_short, time_left = _find_motion_end(edge, end_coordinate, state[0], state[1], acceleration, tail.acceleration_slope)
             if not stops_short and time_left > 0.0:

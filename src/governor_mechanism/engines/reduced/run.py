@@ -68,8 +68,12 @@ class ReducedRun:
     def __init__(
         self, evaluator: ReadingEvaluator, initial_motion: Motion, max_steps: int, settings: ReducedSettings, width_ratio: float
     ) -> None:
-        scene, self.evaluator, self.max_steps, self.settings = evaluator.scene, evaluator, max_steps, settings
-        (prefix, part), self._initial_motion = parts_with_coordinate(scene)[0], initial_motion
+        scene = evaluator.scene
+        self.evaluator = evaluator
+        self.max_steps = max_steps
+        self.settings = settings
+        prefix, part = parts_with_coordinate(scene)[0]
+        self._initial_motion = initial_motion
         first_body = scene.mechanism.body_index(prefix + part.mechanism.bodies[0].name)
         self._own_bodies = slice(first_body, first_body + len(part.mechanism.bodies))
         self._rotors = {scene.mechanism.body_index(name): motion for name, motion in find_shaft_train(scene).motion.items()}
@@ -84,7 +88,8 @@ class ReducedRun:
 
     def _take_table(self, width_ratio: float) -> None:
         """Start a motion table, and count its steps from zero."""
-        coordinate, poses = float(self.start[StateIndex.COORDINATE]), self._initial_motion[0][self._own_bodies]
+        coordinate = float(self.start[StateIndex.COORDINATE])
+        poses = self._initial_motion[0][self._own_bodies]
         self.motion_table = MotionTable(self.evaluator.scene, coordinate, poses, width_ratio)
         self.counts, self._step_start = np.zeros(len(StepCounter), dtype=np.int64), np.zeros(N_STATES + 1)
 
@@ -101,10 +106,8 @@ class ReducedRun:
             return mode
         scene, layout = self.evaluator.scene, self.motion_table.model.mode_layout
         outputs = [evaluate_output(self.evaluator.mechanism, name, self._initial_motion[0]) for name in forced_output_names(scene)]
-        values, rates = (
-            [float(output.value) for output in outputs],
-            [float(np.sum(one.gradient * self._initial_motion[1])) for one in outputs],
-        )
+        values = [float(output.value) for output in outputs]
+        rates = [float(np.sum(one.gradient * self._initial_motion[1])) for one in outputs]
         input_modes = InputModes(scene, self.evaluator.time_scale, len(self._subjects))
         segments = input_modes.update(initial_mode(scene), 0.0, values, rates, ()).segments
         mode[layout.tables : layout.kinks] += np.array(segments, dtype=np.int64)
@@ -112,30 +115,40 @@ class ReducedRun:
 
     def _make_start(self, coordinate: str, poses: FloatArray, velocities: FloatArray) -> FloatArray:
         """Return the state (N_STATES,) at poses and velocities (bodies, 3) of all bodies at the start."""
-        output, start = evaluate_output(self.evaluator.mechanism, coordinate, poses), np.zeros(N_STATES)
+        output = evaluate_output(self.evaluator.mechanism, coordinate, poses)
+        start = np.zeros(N_STATES)
         start[StateIndex.COORDINATE], start[StateIndex.RATE] = output.value, np.sum(output.gradient * velocities)
         for shaft in list(self._rotors)[:1]:
-            start[StateIndex.SHAFT_ANGLE], start[StateIndex.SHAFT_SPEED] = poses[shaft, 2], velocities[shaft, 2]
+            start[StateIndex.SHAFT_ANGLE] = poses[shaft, 2]
+            start[StateIndex.SHAFT_SPEED] = velocities[shaft, 2]
         return start
 
     def integrate(
         self, times: FloatArray, tolerance: float, plan: StepPlan, event_capacity: int = INITIAL_EVENT_CAPACITY
     ) -> ReducedSolution:
         """Integrate through times (n,) s, with a plan of the steps."""
-        motion_table, settings, time_scale = self.motion_table, self.settings, self.evaluator.time_scale
+        motion_table = self.motion_table
+        settings = self.settings
+        time_scale = self.evaluator.time_scale
         max_step, state = self._max_step, self.start.copy()
         mode = self._make_initial_mode()
-        states, modes = np.zeros((len(times), N_STATES)), np.zeros((len(times), len(mode)), dtype=np.int64)
-        event_log, counts = make_event_log(event_capacity * self.has_contacts), np.zeros(len(StepCounter), dtype=np.int64)
+        states = np.zeros((len(times), N_STATES))
+        modes = np.zeros((len(times), len(mode)), dtype=np.int64)
+        event_log = make_event_log(event_capacity * self.has_contacts)
+        counts = np.zeros(len(StepCounter), dtype=np.int64)
         buffers = integration.make_reduced_buffers(motion_table.model, counts)
         start_events = list[Event]()
         if self.has_contacts:
             integration.initialise_contact_mode(self._make_equation(0.0, mode, counts, tolerance), buffers, 0.0, state, event_log)
             start_events = select_start_events(make_events(event_log, self._subjects))
             event_log.counts[:] = 0
-        n_filled, step = int(len(times) > 0 and times[0] == 0.0), settings.first_step_ratio * max_step
+        n_filled = int(len(times) > 0 and times[0] == 0.0)
+        step = settings.first_step_ratio * max_step
         status = IntegrationStatus.DONE
-        time, side, stops_short, last_time = 0.0, 0, False, float(times[-1]) if len(times) else 0.0
+        time = 0.0
+        side = 0
+        stops_short = False
+        last_time = float(times[-1]) if len(times) else 0.0
         exit_step: LastStep[IntArray] | None = None
         states[:n_filled], modes[:n_filled] = state, mode
         inner_breakpoints = self.breakpoints[(self.breakpoints > 0) & (self.breakpoints < last_time)]
@@ -147,7 +160,11 @@ class ReducedRun:
             passage = integrate_passage(
                 motion_table, make_equation, buffers, (start, end), *arguments, time_scale=time_scale, settings=settings
             )
-            status, step, time, side, stops_short = passage.status, passage.step, passage.time, passage.side, passage.stops_short
+            status = passage.status
+            step = passage.step
+            time = passage.time
+            side = passage.side
+            stops_short = passage.stops_short
             n_filled += passage.n_reached
             if status == IntegrationStatus.TURNED_BACK:
                 step_start = start + float(self._step_start[-1])
@@ -208,7 +225,10 @@ class ReducedRun:
         self, start: float, state: FloatArray, mode: IntArray, tolerance: float, time: float, max_steps: int, *, has_limits: bool
     ) -> FloatArray | None:
         """Return the state (N_STATES,) at a time, s, after a state and a mode at another one; None on failure."""
-        state, mode, event_log, counts = state.copy(), mode.copy(), make_event_log(0), np.zeros(len(StepCounter), dtype=np.int64)
+        state = state.copy()
+        mode = mode.copy()
+        event_log = make_event_log(0)
+        counts = np.zeros(len(StepCounter), dtype=np.int64)
         equation = self._make_equation(start, mode, counts, tolerance, has_limits)
         buffers = integration.make_reduced_buffers(self.motion_table.model, counts)
         if self.has_contacts and start > 0.0 and start in self.breakpoints:
@@ -261,7 +281,8 @@ class ReducedRun:
         """Return the contact modes at the times reached; empty without contacts."""
         if not self.has_contacts and not self._has_tables:
             return ()
-        layout, first_mode = self.motion_table.model.mode_layout, self.motion_table.model.mode
+        layout = self.motion_table.model.mode_layout
+        first_mode = self.motion_table.model.mode
         first_segments = first_mode[layout.tables : layout.kinks].tolist()
         mechanism, n_contacts = self.evaluator.mechanism, len(self.contacts)
         values = [evaluate_output_value(mechanism, contact.output_name, poses) for contact in self.contacts]

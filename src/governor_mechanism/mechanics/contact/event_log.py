@@ -21,7 +21,8 @@ def compare_event_logs(
     largest_delay, is_near_event = 0.0, np.zeros(len(times), dtype=np.bool_)
     end = float(times[-1]) if len(times) else 0.0
     for events, others in ((better, worse), (worse, better)):
-        counted, other_times = [event for event in events if event.time <= end], _times_by_kind(others)
+        counted = [event for event in events if event.time <= end]
+        other_times = _times_by_kind(others)
         if not counted:
             continue
         for kind, event_times in _times_by_kind(counted).items():

@@ -32,7 +32,9 @@ def resolve_impacts(
     n_contacts, rates_before = states.size, dynamics.rates.copy()
     has_struck = np.zeros(n_contacts, dtype=np.bool_)
     for _ in range(2 * n_contacts):
-        is_constrained, rate_changes, is_striking = np.zeros(n_contacts, dtype=np.bool_), -dynamics.rates, False
+        is_constrained = np.zeros(n_contacts, dtype=np.bool_)
+        rate_changes = -dynamics.rates
+        is_striking = False
         for k in range(n_contacts):
             side = rules.find_active_stop(dynamics, k)
             if side * dynamics.rates[k] > rules.rest_rate(dynamics, k):
@@ -83,9 +85,14 @@ def _solve_sliding_impact(dynamics: ContactDynamics, tangent: int) -> FloatArray
     contact, compliance = dynamics.contacts[tangent], dynamics.compliance
     normal, friction = contact.normal, contact.friction_coefficient
     side = 1.0 if dynamics.rates[normal] > 0.0 else -1.0  # toward the stop
-    by_normal, by_tangent, coupling = compliance[normal, normal], compliance[tangent, tangent], -side * compliance[tangent, normal]
+    by_normal = compliance[normal, normal]
+    by_tangent = compliance[tangent, tangent]
+    coupling = -side * compliance[tangent, normal]
     restitution = dynamics.contacts[normal].restitution
-    approach, slip, energy, is_compressing = -side * dynamics.rates[normal], dynamics.rates[tangent], 0.0, True
+    approach = -side * dynamics.rates[normal]
+    slip = dynamics.rates[tangent]
+    energy = 0.0
+    is_compressing = True
     impulses = np.zeros(dynamics.rates.size)
     for _ in range(MAX_IMPACT_PHASES):
         # It sticks where friction can stop it, and otherwise slides as the normal impulse drives it.
@@ -93,7 +100,8 @@ def _solve_sliding_impact(dynamics: ContactDynamics, tangent: int) -> FloatArray
         ratio = -math.copysign(friction, coupling if slip == 0.0 else slip)
         if sticks:
             ratio = -coupling / by_tangent if by_tangent > 0.0 else 0.0
-        normal_slope, slip_slope = by_normal + coupling * ratio, 0.0 if sticks else coupling + by_tangent * ratio
+        normal_slope = by_normal + coupling * ratio
+        slip_slope = 0.0 if sticks else coupling + by_tangent * ratio
         if abs(normal_slope) <= MIN_COMPLIANCE_RATIO * by_normal:
             normal_slope = 0.0  # what friction holds cannot yield
         is_slowing = slip_slope < 0.0 if slip > 0.0 else slip < 0.0 < slip_slope  # the product of both may be 0 by rounding
@@ -133,7 +141,9 @@ def _solve_impulses(
     if not rules.has_normal_friction(dynamics.contacts):
         return rules.solve_forces(dynamics, is_constrained, rate_changes)
     n_contacts, least_violation = is_constrained.size, np.inf
-    states, best, n_choices = np.zeros(n_contacts, dtype=np.int64), np.zeros(n_contacts), 1
+    states = np.zeros(n_contacts, dtype=np.int64)
+    best = np.zeros(n_contacts)
+    n_choices = 1
     for k in range(n_contacts):
         normal = dynamics.contacts[k].normal
         if normal != NO_INDEX and is_constrained[normal]:
@@ -161,7 +171,8 @@ def _evaluate_violation(
 
     It is relative to the scales of impulse and rate.
     """
-    rates, violation = dynamics.rates + rules.multiply(dynamics.compliance, impulses), 0.0
+    rates = dynamics.rates + rules.multiply(dynamics.compliance, impulses)
+    violation = 0.0
     for k in range(states.size):
         contact = dynamics.contacts[k]
         if contact.normal != NO_INDEX and is_constrained[contact.normal]:
@@ -226,7 +237,8 @@ def settle_final_bounces(
     returning = _evaluate_bounce_accelerations(dynamics, states, has_struck, -1)
     is_constrained, settles = np.zeros(states.size, dtype=np.bool_), False
     for k in range(states.size):
-        side, restitution = rules.find_active_stop(dynamics, k), dynamics.contacts[k].restitution
+        side = rules.find_active_stop(dynamics, k)
+        restitution = dynamics.contacts[k].restitution
         rebound_rate, deceleration = -side * dynamics.rates[k], side * departing[k]
         is_constrained[k] = side != 0 and states[k] == HELD
         if has_struck[k] and restitution < 1.0 and deceleration > 0.0 and rebound_rate > 0.0:

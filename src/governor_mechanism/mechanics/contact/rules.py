@@ -136,13 +136,15 @@ def solve_forces(
     """Return the forces (contacts,), N or N m, along outputs that change their accelerations, or the impulses that change their rates."""
     # An output at a turning point takes no force. Forces along dependent outputs are those of least
     # norm.
-    indices, forces = np.empty(is_constrained.size, dtype=np.int64), np.zeros(is_constrained.size)
+    indices = np.empty(is_constrained.size, dtype=np.int64)
+    forces = np.zeros(is_constrained.size)
     n_constrained, unit = 0, dynamics.energy_scale * dynamics.time_scale**2
     for k in range(is_constrained.size):
         if is_constrained[k] and dynamics.compliance[k, k] * unit > tolerances.MIN_COMPLIANCE_RATIO * dynamics.contacts[k].scale ** 2:
             indices[n_constrained] = k
             n_constrained += 1
-    band, solution = np.zeros((n_constrained, n_constrained)), np.empty(n_constrained)
+    band = np.zeros((n_constrained, n_constrained))
+    solution = np.empty(n_constrained)
     for i in range(n_constrained):
         solution[i] = right_hand_side[indices[i]]
         for j in range(i + 1):
@@ -163,13 +165,16 @@ def solve_rubbing_forces(
 ) -> FloatArray:
     """Return forces or impulses (contacts,) along outputs as `solve_forces`, and those of friction under them, if they are determined."""
     n_contacts = is_constrained.size
-    friction, matrix, solution = np.zeros(n_contacts), np.zeros((n_contacts, n_contacts)), np.zeros(n_contacts)
+    friction = np.zeros(n_contacts)
+    matrix = np.zeros((n_contacts, n_contacts))
+    solution = np.zeros(n_contacts)
     for k in range(n_contacts):
         normal = dynamics.contacts[k].normal
         if normal != NO_INDEX and is_constrained[normal] and not is_constrained[k]:
             friction[k] = -states[k] * dynamics.contacts[k].friction_coefficient
     # Without dimensions the numbers of independent contacts are of order 1.
-    scale, unit = np.empty(n_contacts), dynamics.energy_scale * dynamics.time_scale**2
+    scale = np.empty(n_contacts)
+    unit = dynamics.energy_scale * dynamics.time_scale**2
     for k in range(n_contacts):
         scale[k] = dynamics.contacts[k].scale
     for i in range(n_contacts):
@@ -225,10 +230,13 @@ def select_contact_states(
 ) -> None:
     """Select consistent states of all contacts by enumeration: the first consistent ones, else those of least violation."""
     n_contacts = states.size
-    candidates, n_candidates = np.empty((n_contacts, 3), dtype=np.int64), np.zeros(n_contacts, dtype=np.int64)
+    candidates = np.empty((n_contacts, 3), dtype=np.int64)
+    n_candidates = np.zeros(n_contacts, dtype=np.int64)
     for k in range(n_contacts):
         n_candidates[k] = _list_candidates(dynamics, k, is_released[k], candidates[k])
-    choice, trial, least_violation = np.zeros(n_contacts, dtype=np.int64), np.empty(n_contacts, dtype=np.int64), np.inf
+    choice = np.zeros(n_contacts, dtype=np.int64)
+    trial = np.empty(n_contacts, dtype=np.int64)
+    least_violation = np.inf
     for _ in range(np.prod(n_candidates)):
         for k in range(n_contacts):
             trial[k] = candidates[k, choice[k]]
@@ -280,7 +288,9 @@ def compute_violation(dynamics: ContactDynamics, states: IntArray) -> float:
         acceleration = accelerations[k] * dynamics.time_scale**2 / scale
         if states[k] == HELD:
             # A stop pushes with unlimited force in one direction; friction holds in both, up to its limit.
-            excess, limit, normal = 0.0, dynamics.friction_limits[k], dynamics.contacts[k].normal
+            excess = 0.0
+            limit = dynamics.friction_limits[k]
+            normal = dynamics.contacts[k].normal
             if normal != NO_INDEX:
                 limit = dynamics.contacts[k].friction_coefficient * forces[normal]
             if side >= 0:

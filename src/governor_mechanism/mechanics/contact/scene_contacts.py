@@ -53,7 +53,8 @@ class InputModes:
 
     def __init__(self, scene: Scene, time_scale: float, first_index: int) -> None:
         self._tables, self._first_index, self._breaking_gears = reading_tables_of(scene), first_index, scene.system.breaking_gears
-        names, outputs = forced_output_names(scene), [(table.source, table.is_rate) for table in self._tables]
+        names = forced_output_names(scene)
+        outputs = [(table.source, table.is_rate) for table in self._tables]
         self._outputs = [(names.index(name), is_rate) for name, is_rate in outputs]
         scales = [scene.mechanism.output_scale(name) / (time_scale if is_rate else 1.0) for name, is_rate in outputs]
         self._tolerances = [CONTACT_TOLERANCE * scale for scale in scales]
@@ -79,7 +80,8 @@ class InputModes:
     def _segment(self, k: int, current: int, values: Sequence[float], rates: Sequence[float], is_triggered: bool) -> int:
         """Return the segment of a table; at a kink it is the one that the motion enters."""
         index, is_rate = self._outputs[k]
-        positions, value = self._tables[k].positions, rates[index] if is_rate else values[index]
+        positions = self._tables[k].positions
+        value = rates[index] if is_rate else values[index]
         kinks = [i for i, position in enumerate(positions) if abs(value - position) <= self._tolerances[k]]
         if not kinks:
             return sum(value > position for position in positions)
@@ -121,7 +123,9 @@ def _evaluate_response(
     poses = state[: layout.velocities].reshape(-1, 3)
     velocities = state[layout.velocities : layout.work].reshape(-1, 3)
     accelerations = derivative[layout.velocities : layout.work].reshape(-1, 3)
-    output_rows, output_values, jacobian = system.output_rows, workspace.output_row_values, workspace.output_jacobian
+    output_rows = system.output_rows
+    output_values = workspace.output_row_values
+    jacobian = workspace.output_jacobian
     evaluate_rows(output_rows, poses, velocities, output_values, jacobian)
     motion, n_contacts = np.empty((3, output_rows.table.size)), contacts.shape[0]
     for output in range(output_rows.table.size):
@@ -129,7 +133,8 @@ def _evaluate_response(
         motion[1, output] = output_rate(output_rows, jacobian, output, velocities)
         motion[2, output] = output_rate(output_rows, jacobian, output, accelerations) - output_values[output, RowColumn.GAMMA]
     friction_limits, drive_work = np.empty(n_contacts), np.zeros(n_contacts)
-    velocity_changes, compliance = np.zeros((n_contacts, system.bodies.size, 3)), np.empty((n_contacts, n_contacts))
+    velocity_changes = np.zeros((n_contacts, system.bodies.size, 3))
+    compliance = np.empty((n_contacts, n_contacts))
     for k in range(n_contacts):
         friction_input = contacts[k].friction_input
         friction_limits[k] = workspace.inputs[friction_input] if friction_input != NO_INDEX else 0.0
@@ -177,14 +182,18 @@ class SceneContacts:
     """
 
     def __init__(self, scene: Scene, time_scale: float, constraint_tolerance: float) -> None:
-        mechanism, names, contacts = scene.mechanism, forced_output_names(scene), contacts_of(scene)
+        mechanism = scene.mechanism
+        names = forced_output_names(scene)
+        contacts = contacts_of(scene)
         position_solver, springs = PositionSolver(mechanism), one_sided_forces_of(scene)
         _, self.input_functions = make_system(scene)
         self.contacts = make_contact_table(scene, names, multibody_input_layout(scene).friction_inputs)
         self._outputs = self.contacts["output_index"]
         self._lows, self._highs = self.contacts["low"].tolist(), self.contacts["high"].tolist()
         self._subjects = [contact.output_name for contact in contacts] + [spring.reading for spring in springs]
-        self._scene, self._time_scale, self._constraint_tolerance = scene, time_scale, constraint_tolerance
+        self._scene = scene
+        self._time_scale = time_scale
+        self._constraint_tolerance = constraint_tolerance
         self._energy_scale = sum(body.mass for body in mechanism.bodies) * (mechanism.length_scale / time_scale) ** 2
         self.mobility = position_solver.mobility - mechanism.count_free_shafts()
         self._is_driven = bool(position_solver.equations.is_driven.any())
@@ -238,7 +247,9 @@ class SceneContacts:
             released |= self._released  # else two redundant contacts could hold in turns without end
         self._released_at, self._released = time, released
         self._state, self._input_cubics = state, input_cubics
-        log, is_released, is_stopped = make_event_log(3 * len(self._subjects)), self._mask(released), self._mask(stopped)
+        log = make_event_log(3 * len(self._subjects))
+        is_released = self._mask(released)
+        is_stopped = self._mask(stopped)
         if not self._input_modes.is_fixed:
             self.evaluate_dynamics()
             values, rates, _ = self._response.motion.tolist()
@@ -296,7 +307,8 @@ class SceneContacts:
     ) -> None:
         """Change the state of the transition by impulses along the outputs with contacts."""
         changes = self._response.velocity_changes.reshape(len(impulses), -1)
-        layout, dissipated_energy = self.model[0].state_layout, dissipated_by_impulses(dynamics, impulses)
+        layout = self.model[0].state_layout
+        dissipated_energy = dissipated_by_impulses(dynamics, impulses)
         self._state[layout.velocities : layout.work] += impulses @ changes
         self._state[layout.work] += dissipated_energy - impulses @ self._response.drive_work
         self._state[layout.dissipated_energy] += dissipated_energy

@@ -49,7 +49,9 @@ def record_event(
     """Record an event while there is capacity, and count it."""
     n_events = log.counts[0]
     if n_events < log.records.shape[0]:
-        log.records[n_events, 0], log.records[n_events, 1], log.records[n_events, 2] = time, kind, subject
+        log.records[n_events, 0] = time
+        log.records[n_events, 1] = kind
+        log.records[n_events, 2] = subject
     log.counts[0] += 1
 
 
@@ -64,7 +66,8 @@ def record_hold_changes(
 ) -> None:
     """Record contacts that come to rest or start to move; which of several redundant ones carries the load is not recorded."""
     for k in range(states.size):
-        rests, normal = rules.is_resting(dynamics, states, k), dynamics.contacts[k].normal
+        rests = rules.is_resting(dynamics, states, k)
+        normal = dynamics.contacts[k].normal
         if normal != NO_INDEX and states[normal] != rules.HELD:
             continue  # what leaves does not slip
         if rests != rules.is_resting(dynamics, previous_states, k):

@@ -71,7 +71,8 @@ def _distance_from_end(dx: float, dy: float, ux: float, uy: float, goes_on: bool
 
     Behind a hollow corner, where the chain does not go on, what is to the left of the piece is inside.
     """
-    distance, is_inside = math.hypot(dx, dy), not goes_on and ux * dy - uy * dx > 0.0
+    distance = math.hypot(dx, dy)
+    is_inside = not goes_on and ux * dy - uy * dx > 0.0
     return OutlineDistance(distance, dx / distance, dy / distance, 1.0 / distance, -1.0 if is_inside else 0.0)
 
 
@@ -93,7 +94,11 @@ def _goes_on_behind(pieces: FloatArray, i: int) -> bool:
 def _distance_from_line(pieces: FloatArray, i: int, x: float, y: float) -> OutlineDistance:
     """Return the distance from a straight piece."""
     c = pieces.shape[1] - N_PIECE_VALUES
-    dx, dy, ux, uy, length = x - pieces[i, c], y - pieces[i, c + 1], pieces[i, c + 2], pieces[i, c + 3], pieces[i, c + 4]
+    dx = x - pieces[i, c]
+    dy = y - pieces[i, c + 1]
+    ux = pieces[i, c + 2]
+    uy = pieces[i, c + 3]
+    length = pieces[i, c + 4]
     along, across = dx * ux + dy * uy, ux * dy - uy * dx
     if along <= 0.0:
         return _distance_from_end(dx, dy, ux, uy, _goes_on_before(pieces, i))
@@ -107,7 +112,10 @@ def _distance_from_line(pieces: FloatArray, i: int, x: float, y: float) -> Outli
 def _distance_from_arc(pieces: FloatArray, i: int, x: float, y: float) -> OutlineDistance:
     """Return the distance from an arc, which turns left for a positive curvature."""
     c = pieces.shape[1] - N_PIECE_VALUES
-    dx, dy, ux, uy = x - pieces[i, c], y - pieces[i, c + 1], pieces[i, c + 2], pieces[i, c + 3]
+    dx = x - pieces[i, c]
+    dy = y - pieces[i, c + 1]
+    ux = pieces[i, c + 2]
+    uy = pieces[i, c + 3]
     radius, span = 1.0 / pieces[i, c + 5], pieces[i, c + 4] * abs(pieces[i, c + 5])
     start_x, start_y = radius * uy, -radius * ux  # from the centre to the start
     ex, ey = dx + start_x, dy + start_y
@@ -118,11 +126,14 @@ def _distance_from_arc(pieces: FloatArray, i: int, x: float, y: float) -> Outlin
         if angle - span > 2.0 * math.pi - angle:
             return _distance_from_end(dx, dy, ux, uy, _goes_on_before(pieces, i))
         cosine, sine = math.cos(span), math.copysign(1.0, radius) * math.sin(span)
-        dx, dy = ex - (cosine * start_x - sine * start_y), ey - (sine * start_x + cosine * start_y)
+        dx = ex - (cosine * start_x - sine * start_y)
+        dy = ey - (sine * start_x + cosine * start_y)
         return _distance_from_end(dx, dy, cosine * ux - sine * uy, sine * ux + cosine * uy, _goes_on_behind(pieces, i))
     from_centre = math.hypot(ex, ey)
     side = 1.0 if from_centre > abs(radius) else -1.0
-    value, normal_x, normal_y = side * (from_centre - abs(radius)), side * ex / from_centre, side * ey / from_centre
+    value = side * (from_centre - abs(radius))
+    normal_x = side * ex / from_centre
+    normal_y = side * ey / from_centre
     return OutlineDistance(value, normal_x, normal_y, side / from_centre, side * math.copysign(1.0, radius))
 
 
@@ -141,9 +152,13 @@ def distance_from_pieces(
     To their left they have an inside up to the depth in the first column, infinity for a closed outline without hollow corners; there
     the distance is negative and the normal points outward. Deeper there may be an outside again.
     """
-    c, nearest, depth = pieces.shape[1] - N_PIECE_VALUES, OutlineDistance(bound, 0.0, 0.0, 0.0, 0.0), 0.0
+    c = pieces.shape[1] - N_PIECE_VALUES
+    nearest = OutlineDistance(bound, 0.0, 0.0, 0.0, 0.0)
+    depth = 0.0
     for i in range(first_piece, first_piece + n_pieces):
-        dx, dy, reach = x - pieces[i, c], y - pieces[i, c + 1], nearest.value + pieces[i, c + 4]
+        dx = x - pieces[i, c]
+        dy = y - pieces[i, c + 1]
+        reach = nearest.value + pieces[i, c + 4]
         if dx * dx + dy * dy > reach * reach:
             continue  # a piece is no farther from its start than its length
         is_straight = pieces[i, c + 5] == 0.0
@@ -178,11 +193,16 @@ def find_nearest_point(
     bound: Circle,
 ) -> NearestPoint:
     """Return the nearest point of lines and arcs, of which none lies deeper inside than another is away, by their circle."""
-    c, first_point, nearest, least = pieces.shape[1] - 2, first_piece + n_pieces, first_piece + n_pieces, math.inf
+    c = pieces.shape[1] - 2
+    first_point = first_piece + n_pieces
+    nearest = first_piece + n_pieces
+    least = math.inf
     for k in range(first_point, first_point + n_points):
         x = offset.x + offset.cosine * pieces[k, c] - offset.sine * pieces[k, c + 1]
         y = offset.y + offset.sine * pieces[k, c] + offset.cosine * pieces[k, c + 1]
-        dx, dy, reach = x - bound.x, y - bound.y, bound.radius + max(least, 0.0)
+        dx = x - bound.x
+        dy = y - bound.y
+        reach = bound.radius + max(least, 0.0)
         if k != excluded_point and dx * dx + dy * dy < reach * reach:
             value = distance_from_pieces(pieces, first_piece, n_pieces, x, y, least if least > 0.0 else math.inf).value
             if value < least:
@@ -201,13 +221,19 @@ def distance_from_polar_curve(
     y: float,
 ) -> OutlineDistance:
     """Return the distance of a point from a closed curve, negative inside."""
-    c, first_sample, nearest, least = curve_segments.shape[1] - 2, first_segment + n_segments, 0, math.inf
+    c = curve_segments.shape[1] - 2
+    first_sample = first_segment + n_segments
+    nearest = 0
+    least = math.inf
     for i in range(N_CURVE_SAMPLES):
-        dx, dy = x - curve_segments[first_sample + i, c], y - curve_segments[first_sample + i, c + 1]
+        dx = x - curve_segments[first_sample + i, c]
+        dy = y - curve_segments[first_sample + i, c + 1]
         if dx * dx + dy * dy < least:
             nearest, least = i, dx * dx + dy * dy
     spacing = 2.0 * math.pi / N_CURVE_SAMPLES
-    angle, low, high = nearest * spacing, (nearest - 1) * spacing, (nearest + 1) * spacing
+    angle = nearest * spacing
+    low = (nearest - 1) * spacing
+    high = (nearest + 1) * spacing
     distance, is_final = OutlineDistance(0.0, 0.0, 0.0, 0.0, 0.0), False
     for _ in range(MAX_FOOT_ITERATIONS):
         radius, slope, second_derivative = evaluate_polar_curve(curve_segments, first_segment, n_segments, angle)
@@ -222,7 +248,8 @@ def distance_from_polar_curve(
         # The normal is the tangent (slope, radius) turned clockwise.
         normal_radial, normal_tangential = radius / speed, -slope / speed
         value = (radial - radius) * normal_radial + tangential * normal_tangential
-        nx, ny = normal_radial * ux - normal_tangential * uy, normal_radial * uy + normal_tangential * ux
+        nx = normal_radial * ux - normal_tangential * uy
+        ny = normal_radial * uy + normal_tangential * ux
         distance = OutlineDistance(value, nx, ny, curvature / (1.0 + curvature * value), 0.0)
         if is_final:
             break
@@ -279,11 +306,15 @@ class PieceEnd(NamedTuple):
 def end_of_piece(pieces: FloatArray, i: int) -> PieceEnd:
     """Return where a piece ends."""
     c = pieces.shape[1] - N_PIECE_VALUES
-    ux, uy, length, curvature = pieces[i, c + 2], pieces[i, c + 3], pieces[i, c + 4], pieces[i, c + 5]
+    ux = pieces[i, c + 2]
+    uy = pieces[i, c + 3]
+    length = pieces[i, c + 4]
+    curvature = pieces[i, c + 5]
     turn = curvature * length
     chord = length if turn == 0.0 else 2.0 * math.sin(0.5 * turn) / curvature
     cosine, sine = math.cos(0.5 * turn), math.sin(0.5 * turn)
-    x, y = pieces[i, c] + chord * (cosine * ux - sine * uy), pieces[i, c + 1] + chord * (sine * ux + cosine * uy)
+    x = pieces[i, c] + chord * (cosine * ux - sine * uy)
+    y = pieces[i, c + 1] + chord * (sine * ux + cosine * uy)
     return PieceEnd(x, y, math.cos(turn) * ux - math.sin(turn) * uy, math.sin(turn) * ux + math.cos(turn) * uy)
 
 
@@ -291,7 +322,11 @@ def end_of_piece(pieces: FloatArray, i: int) -> PieceEnd:
 def distance_from_feature(pieces: FloatArray, feature: int, x: float, y: float) -> OutlineDistance:
     """Return the distance of a point outside from a feature, whose edge goes on beyond its ends."""
     i, c = (feature - 1) // 2, pieces.shape[1] - N_PIECE_VALUES
-    dx, dy, ux, uy, curvature = x - pieces[i, c], y - pieces[i, c + 1], pieces[i, c + 2], pieces[i, c + 3], pieces[i, c + 5]
+    dx = x - pieces[i, c]
+    dy = y - pieces[i, c + 1]
+    ux = pieces[i, c + 2]
+    uy = pieces[i, c + 3]
+    curvature = pieces[i, c + 5]
     if feature % 2 == 0:
         corner = end_of_piece(pieces, i)
         ex, ey = x - corner.x, y - corner.y
@@ -309,14 +344,12 @@ def distance_from_feature(pieces: FloatArray, feature: int, x: float, y: float) 
 def extent_of_feature(pieces: FloatArray, feature: int, point: EdgePoint) -> Extent:
     """Return how far a point that is touched is beyond the ends of a feature."""
     i, c = (feature - 1) // 2, pieces.shape[1] - N_PIECE_VALUES
-    dx, dy, ux, uy, length, curvature = (
-        point.x - pieces[i, c],
-        point.y - pieces[i, c + 1],
-        pieces[i, c + 2],
-        pieces[i, c + 3],
-        pieces[i, c + 4],
-        pieces[i, c + 5],
-    )
+    dx = point.x - pieces[i, c]
+    dy = point.y - pieces[i, c + 1]
+    ux = pieces[i, c + 2]
+    uy = pieces[i, c + 3]
+    length = pieces[i, c + 4]
+    curvature = pieces[i, c + 5]
     if feature % 2 == 0:
         end = end_of_piece(pieces, i)
         before = point.normal_x * end.direction_x + point.normal_y * end.direction_y
@@ -341,12 +374,16 @@ def next_feature(pieces: FloatArray, first_piece: int, n_pieces: int, feature: i
     if feature % 2 == 0:
         return 2 * following + 1 if is_at_end else feature - 1
     if is_at_end:
-        end, behind_x, behind_y = end_of_piece(pieces, i), pieces[i, c - 2], pieces[i, c - 1]
+        end = end_of_piece(pieces, i)
+        behind_x = pieces[i, c - 2]
+        behind_y = pieces[i, c - 1]
         if behind_x == 0.0 and behind_y == 0.0:
             return feature
         is_smooth = abs(end.direction_x * behind_y - end.direction_y * behind_x) <= SMOOTH_JOIN
         return 2 * following + 1 if is_smooth else feature + 1
-    preceding, before_x, before_y = (i if i > first_piece else first_piece + n_pieces) - 1, pieces[i, c - 4], pieces[i, c - 3]
+    preceding = (i if i > first_piece else first_piece + n_pieces) - 1
+    before_x = pieces[i, c - 4]
+    before_y = pieces[i, c - 3]
     if before_x == 0.0 and before_y == 0.0:
         return feature
     is_smooth = abs(before_x * pieces[i, c + 3] - before_y * pieces[i, c + 2]) <= SMOOTH_JOIN
@@ -356,7 +393,9 @@ def next_feature(pieces: FloatArray, first_piece: int, n_pieces: int, feature: i
 @jit_in_place
 def find_feature(pieces: FloatArray, first_piece: int, n_pieces: int, point: EdgePoint) -> int:
     """Return the feature that a point is on; at a join the one that it moves onto."""
-    found, room, c = NO_FEATURE, -math.inf, pieces.shape[1] - N_PIECE_VALUES
+    found = NO_FEATURE
+    room = -math.inf
+    c = pieces.shape[1] - N_PIECE_VALUES
     for i in range(first_piece, first_piece + n_pieces):
         tolerance = ON_FEATURE * pieces[i, c + 4]
         for feature in range(2 * i + 1, 2 * i + 3):

@@ -68,7 +68,8 @@ def edges_of(outline: CornerOutline) -> list[Edge]:
 
 def _edge(start: Vector2, end: Vector2, radius: float) -> Edge:
     """Return an edge; one with a positive radius bulges to the right."""
-    chord, direction = math.dist(start, end), math.atan2(end[1] - start[1], end[0] - start[0])
+    chord = math.dist(start, end)
+    direction = math.atan2(end[1] - start[1], end[0] - start[0])
     if radius == 0.0:
         return Edge(start, direction, chord, 0.0)
     half_turn = math.asin(min(chord / (2 * abs(radius)), 1.0))
@@ -137,7 +138,8 @@ def _depths(outline: CornerOutline) -> list[float]:
     chains = chains_of(outline)
     if _is_without_hollow_corners(outline):
         return [math.inf]
-    depths, longest = [0.0] * len(chains), max(edge.length for edge in edges_of(outline))
+    depths = [0.0] * len(chains)
+    longest = max(edge.length for edge in edges_of(outline))
     for n in DEPTH_SAMPLES:
         points = [np.array([edge.point(k / n) for edge in chain for k in range(n + 1)]) for chain in chains]
         for k, chain in enumerate(chains):
@@ -170,7 +172,9 @@ def make_curve_pieces(outline: CurveOutline) -> FloatArray:
 def _polar_point(segments: FloatArray, angle: float) -> tuple[Vector2, Vector2, float]:
     """Return a point of a closed curve (m), the unit normal outward, and the curvature (1/m)."""
     radius, slope, second_derivative = evaluate_polar_curve(segments, 0, len(segments), angle)
-    cosine, sine, speed = math.cos(angle), math.sin(angle), math.hypot(radius, slope)
+    cosine = math.cos(angle)
+    sine = math.sin(angle)
+    speed = math.hypot(radius, slope)
     normal = (radius * cosine + slope * sine) / speed, (radius * sine - slope * cosine) / speed
     return (radius * cosine, radius * sine), normal, (radius * (radius - second_derivative) + 2 * slope**2) / speed**3
 

@@ -76,7 +76,9 @@ class CurvePoint(NamedTuple):
 def _place_point(curve: ConvexCurve, angle: float) -> CurvePoint:
     """Return the point of a curve in a direction of its own axes."""
     radius, slope, second_derivative = evaluate_polar_curve(curve.segments, curve.first_segment, curve.n_segments, angle)
-    x, y, speed_squared = radius * math.cos(angle), radius * math.sin(angle), radius * radius + slope * slope
+    x = radius * math.cos(angle)
+    y = radius * math.sin(angle)
+    speed_squared = radius * radius + slope * slope
     curvature = (radius * (radius - second_derivative) + 2.0 * slope * slope) / (speed_squared * math.sqrt(speed_squared))
     return CurvePoint(curve.x + curve.cosine * x - curve.sine * y, curve.y + curve.sine * x + curve.cosine * y, curvature)
 
@@ -85,7 +87,9 @@ def _place_point(curve: ConvexCurve, angle: float) -> CurvePoint:
 def _find_support(curve: ConvexCurve, normal_x: float, normal_y: float) -> CurvePoint:
     """Return the point of a curve with a given outward normal, by Newton's method."""
     target = math.atan2(curve.cosine * normal_y - curve.sine * normal_x, curve.cosine * normal_x + curve.sine * normal_y)
-    angle, low, high = target, target - 0.5 * math.pi, target + 0.5 * math.pi
+    angle = target
+    low = target - 0.5 * math.pi
+    high = target + 0.5 * math.pi
     for _ in range(MAX_FOOT_ITERATIONS):
         radius, slope, second_derivative = evaluate_polar_curve(curve.segments, curve.first_segment, curve.n_segments, angle)
         excess = target - angle + math.atan2(slope, radius)  # the normal stands at the angle less that of the slope
@@ -106,14 +110,21 @@ def _find_support(curve: ConvexCurve, normal_x: float, normal_y: float) -> Curve
 def _find_farthest(curve: ConvexCurve, x: float, y: float) -> CurvePoint:
     """Return the point of a curve that is farthest from a point, as the centre of a hollow arc around it, by Newton's method."""
     dx, dy = x - curve.x, y - curve.y
-    px, py = curve.cosine * dx + curve.sine * dy, curve.cosine * dy - curve.sine * dx
-    column, first_sample, farthest, largest = curve.segments.shape[1] - 2, curve.first_segment + curve.n_segments, 0, -1.0
+    px = curve.cosine * dx + curve.sine * dy
+    py = curve.cosine * dy - curve.sine * dx
+    column = curve.segments.shape[1] - 2
+    first_sample = curve.first_segment + curve.n_segments
+    farthest = 0
+    largest = -1.0
     for i in range(N_CURVE_SAMPLES):
-        ex, ey = curve.segments[first_sample + i, column] - px, curve.segments[first_sample + i, column + 1] - py
+        ex = curve.segments[first_sample + i, column] - px
+        ey = curve.segments[first_sample + i, column + 1] - py
         if ex * ex + ey * ey > largest:
             farthest, largest = i, ex * ex + ey * ey
     spacing = 2.0 * math.pi / N_CURVE_SAMPLES
-    angle, low, high = farthest * spacing, (farthest - 1) * spacing, (farthest + 1) * spacing
+    angle = farthest * spacing
+    low = (farthest - 1) * spacing
+    high = (farthest + 1) * spacing
     for _ in range(MAX_FOOT_ITERATIONS):
         radius, slope, second_derivative = evaluate_polar_curve(curve.segments, curve.first_segment, curve.n_segments, angle)
         ux, uy = math.cos(angle), math.sin(angle)
@@ -136,11 +147,13 @@ def _find_farthest(curve: ConvexCurve, x: float, y: float) -> CurvePoint:
 def _distance_from_round(curve: ConvexCurve, x: float, y: float, radius: float) -> ProfileDistance:
     """Return the distance of a curve from a bulging arc about (x, y), or from a point for the radius 0."""
     dx, dy = x - curve.x, y - curve.y
-    px, py = curve.cosine * dx + curve.sine * dy, curve.cosine * dy - curve.sine * dx
+    px = curve.cosine * dx + curve.sine * dy
+    py = curve.cosine * dy - curve.sine * dx
     distance = distance_from_polar_curve(curve.segments, curve.first_segment, curve.n_segments, px, py)
     normal_x = curve.sine * distance.normal_y - curve.cosine * distance.normal_x
     normal_y = -curve.sine * distance.normal_x - curve.cosine * distance.normal_y
-    value, curvature = distance.value - radius, distance.curvature / (1.0 - distance.curvature * distance.value)
+    value = distance.value - radius
+    curvature = distance.curvature / (1.0 - distance.curvature * distance.value)
     edge_curvature, edge_share = (1.0 / radius, 1.0) if radius > 0.0 else (1.0, 0.0)
     foot_x, foot_y = x + normal_x * distance.value, y + normal_y * distance.value
     rank = abs(value + curve.inset)
@@ -176,7 +189,9 @@ def _distance_from_straight(curve: ConvexCurve, pieces: FloatArray, i: int) -> P
 def _distance_from_bend(curve: ConvexCurve, pieces: FloatArray, i: int) -> ProfileDistance:
     """Return the distance of a curve from the circle of an arc: from outside of one that bulges, from inside of a hollow one."""
     c = pieces.shape[1] - N_PIECE_VALUES
-    ux, uy, curvature = pieces[i, c + 2], pieces[i, c + 3], pieces[i, c + 5]
+    ux = pieces[i, c + 2]
+    uy = pieces[i, c + 3]
+    curvature = pieces[i, c + 5]
     start_x, start_y = uy / curvature, -ux / curvature  # from the centre to the start
     x, y = pieces[i, c] - start_x, pieces[i, c + 1] - start_y
     if curvature > 0.0:
@@ -184,7 +199,9 @@ def _distance_from_bend(curve: ConvexCurve, pieces: FloatArray, i: int) -> Profi
     point = _find_farthest(curve, x, y)
     ex, ey = point.x - x, point.y - y
     reach = math.hypot(ex, ey)
-    value, nx, ny = -1.0 / curvature - reach, -ex / reach, -ey / reach
+    value = -1.0 / curvature - reach
+    nx = -ex / reach
+    ny = -ey / reach
     return ProfileDistance(value, nx, ny, point.x, point.y, point.curvature, curvature, 1.0, abs(value + curve.inset))
 
 

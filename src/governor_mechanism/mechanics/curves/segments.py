@@ -36,7 +36,10 @@ def evaluate_curve(
             k = middle
         else:
             end = middle
-    local_x, value, derivative, half_second_derivative = x - curve_segments[k, 0], 0.0, 0.0, 0.0
+    local_x = x - curve_segments[k, 0]
+    value = 0.0
+    derivative = 0.0
+    half_second_derivative = 0.0
     for column in range(1, curve_segments.shape[1]):
         half_second_derivative = half_second_derivative * local_x + derivative
         derivative = derivative * local_x + value
@@ -169,10 +172,12 @@ def _contact_under_flat(
     turn = (math.pi if one.law == HARMONIC else math.tau) / one.over
     angles = normals - start
     if one.law == HARMONIC:
-        lift, rate = one.lift * (1 - np.cos(turn * angles)) / 2, one.lift * turn * np.sin(turn * angles) / 2
+        lift = one.lift * (1 - np.cos(turn * angles)) / 2
+        rate = one.lift * turn * np.sin(turn * angles) / 2
         bend = one.lift * turn**2 * np.cos(turn * angles) / 2
     else:
-        lift, rate = one.lift * (angles / one.over - np.sin(turn * angles) / math.tau), one.lift / one.over * (1 - np.cos(turn * angles))
+        lift = one.lift * (angles / one.over - np.sin(turn * angles) / math.tau)
+        rate = one.lift / one.over * (1 - np.cos(turn * angles))
         bend = one.lift / one.over * turn * np.sin(turn * angles)
     h, curvature_radius = height + lift, height + lift + bend
     if np.min(curvature_radius) <= 0.0:
@@ -189,12 +194,14 @@ def _contact_under_flat(
 
 def _normals_under_flat(one: Lift, start: float, height: float, directions: FloatArray) -> FloatArray:
     """Return the angles (rad) of the normals at points of a cam in some directions (rad), by bisection and Newton's method."""
-    low, high = np.full(directions.shape, start), np.full(directions.shape, start + one.over)
+    low = np.full(directions.shape, start)
+    high = np.full(directions.shape, start + one.over)
     normals = directions
     for _ in range(INVERSION_STEPS):
         normals = np.where((normals > low) & (normals < high), normals, (low + high) / 2)
         reached, radius, slope, second_derivative = _contact_under_flat(one, start, height, normals)
-        low, high = np.where(reached <= directions, normals, low), np.where(reached >= directions, normals, high)
+        low = np.where(reached <= directions, normals, low)
+        high = np.where(reached >= directions, normals, high)
         # the normal turns by the curvature times the length, of which there are hypot(radius, slope) a radian
         turning = (radius**2 + 2 * slope**2 - radius * second_derivative) / (radius**2 + slope**2)
         normals = normals + (directions - reached) * turning

@@ -129,7 +129,9 @@ def count_output_forces(system: System) -> IntArray:
 
 def make_system_workspace(system: System) -> SystemWorkspace:
     """Return work arrays for the evaluation of a system."""
-    rows, bodies, rubbing = len(system.constraint_rows.table), len(system.bodies), len(system.rubbing)
+    rows = len(system.constraint_rows.table)
+    bodies = len(system.bodies)
+    rubbing = len(system.rubbing)
     band = (rows, system.bandwidth + 1)
     return SystemWorkspace(
         row_values=np.zeros((rows, N_ROW_COLUMNS)),

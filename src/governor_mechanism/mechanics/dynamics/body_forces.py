@@ -30,7 +30,8 @@ def evaluate_plane_motion(
     for p in range(system.planes.size):
         plane, motion = system.planes[p], workspace.plane_motion[p]
         if plane.shaft != NO_INDEX:
-            motion[PlaneColumn.SPEED], motion[PlaneColumn.ACCELERATION] = plane.ratio * velocities[plane.shaft, 2], 0.0
+            motion[PlaneColumn.SPEED] = plane.ratio * velocities[plane.shaft, 2]
+            motion[PlaneColumn.ACCELERATION] = 0.0
         else:
             speed, acceleration = evaluate_given_speed(input_cubics, plane.input_index, local_time, plane.amplitude, plane.cycles_per_turn)
             motion[PlaneColumn.SPEED], motion[PlaneColumn.ACCELERATION] = plane.ratio * speed, plane.ratio * acceleration
@@ -63,7 +64,9 @@ def evaluate_body_forces(
         arm_x = arm_y = 0.0
         if body.x != 0.0 or body.y != 0.0:
             arm_x, arm_y = rotate_vector_jit(angle, body.x, body.y)
-        force_x, force_y, moment = 0.0, weight_jit(body.mass, body.gravity), 0.0
+        force_x = 0.0
+        force_y = weight_jit(body.mass, body.gravity)
+        moment = 0.0
         if body.plane != NO_INDEX:
             speed = plane_motion[body.plane, PlaneColumn.SPEED]
             speed_squared = speed * speed

@@ -68,7 +68,8 @@ def _max_load_rate(scene: Scene) -> float:
     rates += [abs(rate) / mechanism.output_scale(name) for name, rate in scene.start.rates.items() if name not in spindle_angles]
     for joint in mechanism.joints:
         if isinstance(joint, RotationalDriver | TranslationalDriver):
-            motion, scale = joint.motion, 1.0 if isinstance(joint, RotationalDriver) else length_scale
+            motion = joint.motion
+            scale = 1.0 if isinstance(joint, RotationalDriver) else length_scale
             rates.append(float(np.max(np.abs(np.diff(motion.values) / np.diff(motion.times)))) / scale)
             rates += [2 * math.pi * harmonic.frequency for harmonic in motion.harmonics if harmonic.amplitude]
     # Also of effects and of controls: whatever loads a body may swing with the time.

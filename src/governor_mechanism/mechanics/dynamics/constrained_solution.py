@@ -28,7 +28,10 @@ def assemble_schur_band(
     """Fill band (rows, bandwidth + 1) with J M^-1 J^T: entry (j + k, j) is at [j, k]."""
     band[:] = 0.0
     for p in range(row_pairs.shape[0]):
-        i, j, side, other_side = row_pairs[p, 0], row_pairs[p, 1], row_pairs[p, 2], row_pairs[p, 3]
+        i = row_pairs[p, 0]
+        j = row_pairs[p, 1]
+        side = row_pairs[p, 2]
+        other_side = row_pairs[p, 3]
         k = row_bodies[i, side]
         total = 0.0
         for c in range(3):
@@ -169,7 +172,8 @@ def _remove_stand_in_inertia(
         change = magnitude = 0.0
         for k in range(system.bodies.size):
             for c in range(3):
-                stand_in, inverse_mass = system.stand_in_inertia[k, c], workspace.inverse_mass[k, c]
+                stand_in = system.stand_in_inertia[k, c]
+                inverse_mass = workspace.inverse_mass[k, c]
                 if inverse_mass > 0.0:
                     magnitude += forces[k, c] * forces[k, c] * inverse_mass + result[k, c] * result[k, c] / inverse_mass
                 if stand_in > 0.0:

@@ -43,7 +43,9 @@ def active_forces_of(scene: Scene, mode: ContactMode) -> tuple[OutputForce, ...]
 @once_per_object
 def initial_mode(scene: Scene) -> ContactMode:
     """Return the mode in which nothing is held or slides and every one-sided spring is slack, where the search at the start begins."""
-    n_contacts, n_one_sided, n_tables = len(contacts_of(scene)), len(one_sided_forces_of(scene)), len(reading_tables_of(scene))
+    n_contacts = len(contacts_of(scene))
+    n_one_sided = len(one_sided_forces_of(scene))
+    n_tables = len(reading_tables_of(scene))
     return ContactMode((None,) * n_contacts, (0,) * n_contacts, (False,) * n_one_sided, False, (0,) * n_tables)
 
 

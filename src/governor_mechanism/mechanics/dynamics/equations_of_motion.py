@@ -61,7 +61,9 @@ def evaluate_accelerations(
         if system.planes[p].has_reaction:
             motion = workspace.plane_motion[p]
             forces[system.planes[p].shaft, 2] -= motion[PlaneColumn.INERTIA_RATE] * motion[PlaneColumn.SPEED]
-    output_rows, values, jacobian = system.output_rows, workspace.output_row_values, workspace.output_jacobian
+    output_rows = system.output_rows
+    values = workspace.output_row_values
+    jacobian = workspace.output_jacobian
     dissipated_power = -add_output_forces(output_rows, system.output_forces, velocities, workspace.inputs, values, jacobian, forces)
     force_elements = workspace.force_elements
     for i in range(force_elements.size):
@@ -88,7 +90,9 @@ def _add_rubbing(system: System, workspace: SystemWorkspace, velocities: FloatAr
     """Add the friction under normal forces, which it changes itself; return the determinant of their equations, and the power (W)."""
     # Rigid bodies determine the normal forces where the determinant is positive.
     rubbing, n_rubbing = system.rubbing, system.rubbing.size
-    multipliers, matrix, friction = workspace.rubbing_multipliers, workspace.rubbing_matrix, workspace.rubbing_forces
+    multipliers = workspace.rubbing_multipliers
+    matrix = workspace.rubbing_matrix
+    friction = workspace.rubbing_forces
     copy_array(multipliers[n_rubbing], workspace.multipliers)
     for k in range(n_rubbing):
         output = rubbing[k].output_index
@@ -152,7 +156,8 @@ def evaluate_state_derivative(
     # The work state is the work put in by changes of given spindle speeds, less the work of drives and
     # of forces without a potential.
     layout = system.state_layout
-    poses, velocities = state[: layout.velocities].reshape(-1, 3), state[layout.velocities : layout.work].reshape(-1, 3)
+    poses = state[: layout.velocities].reshape(-1, 3)
+    velocities = state[layout.velocities : layout.work].reshape(-1, 3)
     for i in range(layout.velocities):
         result[i] = state[layout.velocities + i]
     body_accelerations = result[layout.velocities : layout.work].reshape(-1, 3)
@@ -228,7 +233,8 @@ def _compute_in_mode(
 
 def _contact_forces(scene: Scene, mode: ContactMode, held_forces: FloatArray) -> FloatArray:
     """Return the forces (n, contacts) along the outputs of contacts from those of the held ones (n, held)."""
-    contacts, names = contacts_of(scene), [contact.output_name for contact in contacts_of(scene)]
+    contacts = contacts_of(scene)
+    names = [contact.output_name for contact in contacts_of(scene)]
     forces = np.zeros((len(held_forces), len(contacts)))
     forces[:, [held is not None for held in mode.held_values]] = held_forces
     for k, contact in enumerate(contacts):
@@ -243,8 +249,11 @@ def _evaluate_along_motion(
 ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray, FloatArray]:
     """Return accelerations of the body origins, forces and multipliers of the constraint rows, pivot ratios and power at all times."""
     rows, n_times = system.constraint_rows, poses.shape[0]
-    body_accelerations, row_forces = np.empty(poses.shape), np.empty((n_times, rows.table.size, 3))
-    multipliers, pivot_ratios, power = np.empty((n_times, rows.table.size)), np.empty(n_times), np.empty(n_times)
+    body_accelerations = np.empty(poses.shape)
+    row_forces = np.empty((n_times, rows.table.size, 3))
+    multipliers = np.empty((n_times, rows.table.size))
+    pivot_ratios = np.empty(n_times)
+    power = np.empty(n_times)
     for t in range(n_times):
         pivot_ratios[t], power[t], _ = evaluate_accelerations(
             system, workspace, poses[t], velocities[t], input_cubics[t], 0.0, lags[t], body_accelerations[t]
@@ -253,11 +262,14 @@ def _evaluate_along_motion(
             multipliers[t, i] = workspace.multipliers[i]
             force_x = -workspace.multipliers[i] * workspace.jacobian[i, 1, 0]
             force_y = -workspace.multipliers[i] * workspace.jacobian[i, 1, 1]
-            moment, row = -workspace.multipliers[i] * workspace.jacobian[i, 1, 2], rows.table[i]
+            moment = -workspace.multipliers[i] * workspace.jacobian[i, 1, 2]
+            row = rows.table[i]
             if row.second != GROUND_INDEX:
                 arm_x, arm_y = rotate_vector_jit(poses[t, row.second, 2], row.x2, row.y2)
                 moment -= arm_x * force_y - arm_y * force_x
-            row_forces[t, i, 0], row_forces[t, i, 1], row_forces[t, i, 2] = force_x, force_y, moment
+            row_forces[t, i, 0] = force_x
+            row_forces[t, i, 1] = force_y
+            row_forces[t, i, 2] = moment
     return body_accelerations, row_forces, multipliers, pivot_ratios, power
 
 

@@ -112,7 +112,8 @@ def rows_of_event_functions(event_functions: RecordArray) -> list[int]:
 def find_gaps(scene: Scene, event_functions: RecordArray) -> BoolArray:
     """Return which event functions are those of gaps that are open."""
     gaps = {index for index, contact in enumerate(contacts_of(scene)) if contact.is_gap}
-    kinds, indices = event_functions["kind"].tolist(), event_functions["contact_index"].tolist()
+    kinds = event_functions["kind"].tolist()
+    indices = event_functions["contact_index"].tolist()
     values = EventFunctionKind.VALUE, EventFunctionKind.OTHER_GAP
     return np.array([kind in values and index in gaps for kind, index in zip(kinds, indices, strict=True)], dtype=np.bool_)
 
@@ -143,7 +144,8 @@ def _contact_event_functions(
     names = [contact.output_name for contact in contacts_of(scene)]
     states = zip(contacts_of(scene), mode.held_values, mode.sliding_signs, friction_inputs, strict=True)
     for contact_index, (contact, held, sign, friction_index) in enumerate(states):
-        output_index, tolerance = output_names.index(contact.output_name), tolerances.outputs[contact.output_name]
+        output_index = output_names.index(contact.output_name)
+        tolerance = tolerances.outputs[contact.output_name]
         if held is not None and contact.normal is not None:
             row, normal_row = next(rows), normal_rows[names.index(contact.normal)]
             for direction in (1.0, -1.0):
@@ -151,7 +153,8 @@ def _contact_event_functions(
                 yield EventFunctionKind.FORCE, row, normal_row, direction, limit, tolerances.force, NO_INDEX, contact_index
             continue
         if held is not None:
-            row, pull = next(rows), RELEASE_FORCE_RATIO * tolerances.force if contact.is_gap else 0.0
+            row = next(rows)
+            pull = RELEASE_FORCE_RATIO * tolerances.force if contact.is_gap else 0.0
             # A stop pushes with unlimited force in one direction; friction holds in both, up to its limit.
             for direction, is_unlimited in ((1.0, held <= contact.low), (-1.0, held >= contact.high)):
                 if not is_unlimited:
@@ -204,7 +207,8 @@ def _table_event_functions(scene: Scene, mode: ContactMode, first_index: int, to
     """Yield the event functions at the ends of the segment of each table of a reading; `first_index` is the contact index of the first."""
     output_names = forced_output_names(scene)
     for contact_index, (table, segment) in enumerate(zip(reading_tables_of(scene), mode.segments, strict=True), start=first_index):
-        output, tolerance = output_names.index(table.source), tolerances.outputs[table.source]
+        output = output_names.index(table.source)
+        tolerance = tolerances.outputs[table.source]
         kind = EventFunctionKind.RATE if table.is_rate else EventFunctionKind.VALUE
         tolerance = tolerance / tolerances.time if table.is_rate else tolerance
         if segment > 0:
@@ -222,8 +226,10 @@ def make_gas_event_functions(force_elements: RecordArray, contact_index: int) ->
 def _gas_event_functions(gases: Sequence[Any], contact_index: int) -> Iterator[EventFunctionRecord]:
     """Yield the event functions of gases; the same one for each gas that has it."""
     for gas in gases:
-        switch, stroke = float(gas["coefficients"][SWITCH_COEFFICIENT]), float(gas["coefficients"][7])
-        rows, switch_input = (int(gas["output_index"]), int(gas["argument_index"])), int(gas["switch_input"])
+        switch = float(gas["coefficients"][SWITCH_COEFFICIENT])
+        stroke = float(gas["coefficients"][7])
+        rows = (int(gas["output_index"]), int(gas["argument_index"]))
+        switch_input = int(gas["switch_input"])
         if switch_input != NO_INDEX:
             yield EventFunctionKind.SWITCH, *rows, 1.0 / stroke, 0.0, EVENT_ROUNDING_RATIO, switch_input, contact_index
         elif 0.0 < switch < 1.0:
@@ -265,7 +271,8 @@ def evaluate_event_functions(
 ) -> None:
     """Evaluate the event functions at the state whose derivative was evaluated last."""
     layout = system.state_layout
-    poses, velocities = state[: layout.velocities].reshape(-1, 3), state[layout.velocities : layout.work].reshape(-1, 3)
+    poses = state[: layout.velocities].reshape(-1, 3)
+    velocities = state[layout.velocities : layout.work].reshape(-1, 3)
     row_values, jacobian = workspace.output_row_values, workspace.output_jacobian
     evaluate_rows_for(FOR_EVENTS, system.output_rows, poses, velocities, row_values, jacobian)
     for i in range(first, system.event_functions.size):

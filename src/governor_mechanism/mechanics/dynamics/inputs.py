@@ -183,7 +183,8 @@ def make_table_segments(
     records, term_index = [], 0
     for function in (one for load in loads for one in (*load.functions, *load.factors)):
         if isinstance(function, TableFunction):
-            source, ends = output_names.index(function.source), (-math.inf, *function.positions, math.inf)
+            source = output_names.index(function.source)
+            ends = (-math.inf, *function.positions, math.inf)
             tolerance = EVENT_ROUNDING_RATIO * scales[source] / (time if function.is_rate else 1.0)
             for segment, interval in enumerate(pairwise(ends)):
                 records.append((term_index, source, function.is_rate, *interval, tolerance, *_table_segment(function, segment)))
@@ -195,7 +196,8 @@ def _function_terms(
     function: ReadingFunction, target: int, output_names: Sequence[str], segment: int
 ) -> Iterator[tuple[int, int, int, float, float, float]]:
     """Yield the terms of a function of a reading, on a segment if it is a table."""
-    source, kind = output_names.index(function.source), InputTermKind.RATE if function.is_rate else InputTermKind.VALUE
+    source = output_names.index(function.source)
+    kind = InputTermKind.RATE if function.is_rate else InputTermKind.VALUE
     match function:
         case LinearFunction():
             yield kind, target, source, function.gain, function.about, 0.0

@@ -129,10 +129,13 @@ def make_rubbing(
 ) -> RecordArray:
     """Return the friction of what slides in a mode, as records of `RUBBING_DTYPE`."""
     contacts, output_names = contacts_of(scene), forced_output_names(scene)
-    rows, names, records = rows_of_held_contacts(mode, held_rows.tolist()), [contact.output_name for contact in contacts], []
+    rows = rows_of_held_contacts(mode, held_rows.tolist())
+    names = [contact.output_name for contact in contacts]
+    records = []
     for contact, sign in zip(contacts, mode.sliding_signs, strict=True):
         if contact.normal is not None and sign:
-            output, row = output_names.index(contact.output_name), rows[names.index(contact.normal)]
+            output = output_names.index(contact.output_name)
+            row = rows[names.index(contact.normal)]
             records.append((output, row, sign * contact.friction_coefficient))
     return np.array(records, dtype=RUBBING_DTYPE)
 
@@ -157,7 +160,8 @@ def with_held_values(
     for k, value in enumerate(mode.held_values):
         if value is not None:
             is_hold = (system.event_functions["kind"] == EventFunctionKind.FORCE) & (system.event_functions["contact_index"] == k)
-            row, output_row = int(system.event_functions["source_index"][is_hold][0]), system.output_rows.table[output_indices[k]]
+            row = int(system.event_functions["source_index"][is_hold][0])
+            output_row = system.output_rows.table[output_indices[k]]
             table[row]["constant"] = output_row["constant"] + value
     return system._replace(constraint_rows=system.constraint_rows._replace(table=table))
 
@@ -251,7 +255,8 @@ def make_inertia(mechanism: Mechanism, origins: Origins) -> tuple[FloatArray, Fl
         rows.append([body.mass, body.mass, moment])
     moves = np.array([body.moves for body in mechanism.bodies]).reshape(-1, 3)
     inertia = np.where(moves, np.array(rows).reshape(-1, 3), 0.0)
-    masses, moments = inertia[:, 0][inertia[:, 0] > 0], inertia[:, 2][inertia[:, 2] > 0]
+    masses = inertia[:, 0][inertia[:, 0] > 0]
+    moments = inertia[:, 2][inertia[:, 2] > 0]
     mass = float(np.min(masses)) if masses.size else 1.0
     moment = float(np.min(moments, initial=mass * mechanism.length_scale**2))
     return inertia, np.where(moves & (inertia == 0), STAND_IN_INERTIA_RATIO * np.array([mass, mass, moment]), 0.0)
@@ -283,7 +288,9 @@ def multibody_input_layout(scene: Scene) -> InputLayout:
 def _make_initial_system(scene: Scene) -> tuple[System, tuple[CubicTimeFunction, ...]]:
     mechanism = scene.mechanism
     origins, constraint_table = _make_joint_rows(scene)
-    speeds, layout, loads = given_speeds(scene), multibody_input_layout(scene), loads_of(scene)
+    speeds = given_speeds(scene)
+    layout = multibody_input_layout(scene)
+    loads = loads_of(scene)
     output_rows, force_elements = lower_outputs(
         mechanism, forced_output_names(scene), mechanism.force_elements, origins, layout.element_loads.start
     )
@@ -318,7 +325,8 @@ def _make_joint_rows(scene: Scene) -> tuple[Origins, ConstraintTable]:
 
 def _arrays_of_mode(scene: Scene, mode: ContactMode, output_rows: ConstraintRows, force_elements: RecordArray) -> dict[str, Any]:
     """Return the fields of a system that depend on the contact mode."""
-    constraint_table, layout = _make_joint_rows(scene)[1], multibody_input_layout(scene)
+    constraint_table = _make_joint_rows(scene)[1]
+    layout = multibody_input_layout(scene)
     holding_rows = make_holding_rows(scene, mode, output_rows)
     row_order = order_rows(constraint_table.rows, holding_rows)
     held_rows = np.argsort(row_order)[len(constraint_table.joint_indices) :]
@@ -330,7 +338,8 @@ def _arrays_of_mode(scene: Scene, mode: ContactMode, output_rows: ConstraintRows
     rows.table["drive"] += np.where(rows.table["drive"] != NO_INDEX, layout.drives.start, 0)
     row_pairs = find_coupled_rows(rows.row_bodies)
     event_functions = make_event_functions(scene, mode, layout.friction_inputs, held_rows, force_elements)
-    rubbing, output_table = make_rubbing(scene, mode, held_rows), output_rows.table.copy()
+    rubbing = make_rubbing(scene, mode, held_rows)
+    output_table = output_rows.table.copy()
     output_table["use"] = uses_of_rows(scene, rubbing, rows_of_event_functions(event_functions), len(output_table))
     input_terms, lags = make_input_terms(forced_output_names(scene), mode.segments, layout, loads_of(scene))
     return {

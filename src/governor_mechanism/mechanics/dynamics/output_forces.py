@@ -74,7 +74,9 @@ def pad_coefficients(coefficients: Sequence[float]) -> tuple[float, ...]:
 
 def output_force_record(effect: OutputForce, output_index: int, spring_index: int = NO_INDEX) -> OutputForceRecord:
     """Return the record of an effect with a force law along an output."""
-    law, has_power, slack_below = FORCE_LAWS.index(type(effect)), effect.dissipates, effect.slack_below
+    law = FORCE_LAWS.index(type(effect))
+    has_power = effect.dissipates
+    slack_below = effect.slack_below
     return make_output_force(
         law, output_index, effect.coefficients, has_power=has_power, spring_index=spring_index, slack_below=slack_below
     )

@@ -184,7 +184,8 @@ class PositionSolver:
 
     def _require_accelerations(self, poses: FloatArray, velocities: FloatArray) -> None:
         """Raise an error if no accelerations keep the joints closed at velocities (bodies, 3), as on no branch at a change point."""
-        scaled_jacobian, gamma = self.scaled_joint_jacobian(poses), self.equations.gamma(poses, velocities, self.time)
+        scaled_jacobian = self.scaled_joint_jacobian(poses)
+        gamma = self.equations.gamma(poses, velocities, self.time)
         gamma /= self.mechanism.length_scale
         residual = scaled_jacobian @ least_norm_solution(scaled_jacobian, gamma) - gamma
         if np.max(np.abs(residual), initial=0.0) > MAX_ACCELERATION_RESIDUAL * np.max(np.abs(gamma), initial=0.0):
@@ -249,7 +250,8 @@ class PositionSolver:
         for _ in range(60):
             if converged:
                 break
-            joints, outputs = self.equations.evaluate(poses, self.time), [evaluate_output(self.mechanism, name, poses) for name in names]
+            joints = self.equations.evaluate(poses, self.time)
+            outputs = [evaluate_output(self.mechanism, name, poses) for name in names]
             differences = [float(output.value) - values[name] for name, output in zip(names, outputs, strict=True)]
             output_residuals = [wrap_difference(self.mechanism.reading(name), one) for name, one in zip(names, differences, strict=True)]
             residual = np.append(joints.residuals, output_residuals) / row_scales

@@ -82,7 +82,8 @@ class RowEvaluation:
 
         rows, sides = np.nonzero(self._row_bodies != GROUND_INDEX)
         columns = 3 * self._row_bodies[rows, sides][:, np.newaxis] + np.arange(3)
-        places, values = (np.repeat(rows, 3), columns.ravel()), self._row_jacobians[0, rows, sides].ravel()
+        places = (np.repeat(rows, 3), columns.ravel())
+        values = self._row_jacobians[0, rows, sides].ravel()
         jacobian = csr_array((values, places), shape=(len(self._row_bodies), 3 * self._poses_shape[-2]))
         jacobian.eliminate_zeros()
         return jacobian
@@ -152,7 +153,8 @@ def evaluate_row_motions(rows: ConstraintRows, poses: FloatArray, velocities: Fl
     """Return the residuals of rows without drives and their rates (rows, n) at poses and velocities (n, bodies, 3)."""
     n_rows, n_sides = rows.row_bodies.shape
     values, rates = np.empty((2, n_rows, len(poses)))
-    row_values, row_jacobians = np.zeros((n_rows, N_ROW_COLUMNS)), np.zeros((n_rows, n_sides, 3))
+    row_values = np.zeros((n_rows, N_ROW_COLUMNS))
+    row_jacobians = np.zeros((n_rows, n_sides, 3))
     fill_row_motions(rows, _flatten_states(poses), _flatten_states(velocities), row_values, row_jacobians, values, rates)
     return values, rates
 
@@ -184,7 +186,10 @@ def fill_row_motions(
 def make_row_table(n_rows: int) -> RecordArray:
     """Return rows without parameters and drives."""
     table = np.zeros(n_rows, dtype=CONSTRAINT_ROW_DTYPE)
-    table["first_point_weight"], table["drive_scale"], table["drive"], table["third"] = 1.0, 1.0, NO_INDEX, GROUND_INDEX
+    table["first_point_weight"] = 1.0
+    table["drive_scale"] = 1.0
+    table["drive"] = NO_INDEX
+    table["third"] = GROUND_INDEX
     table["use"] = FOR_FORCES | FOR_EVENTS
     return table
 
@@ -216,7 +221,9 @@ def make_constraint_table(
         for row in joint.constraint_rows(mechanism.length_scale)
         if not _is_trivially_satisfied(mechanism, joint, row)
     ]
-    table, curve_segments, n_segments = make_row_table(len(entries)), list[FloatArray](), 0
+    table = make_row_table(len(entries))
+    curve_segments = list[FloatArray]()
+    n_segments = 0
     motions: list[PrescribedMotion] = []
     for i, (_, joint, row) in enumerate(entries):
         segments = [] if row.curve is None else [make_curve_segments(row.curve)]
@@ -297,7 +304,8 @@ class ConstraintEquations:
         flat_times = np.asarray(times, dtype=np.float64).ravel()
         result = np.zeros((flat_times.size, len(self.joint_indices), 3))
         for row in np.flatnonzero(self.is_driven):
-            motion, drive_scale = self._drive_functions[self.rows.table[row]["drive"]], self.rows.table[row]["drive_scale"]
+            motion = self._drive_functions[self.rows.table[row]["drive"]]
+            drive_scale = self.rows.table[row]["drive_scale"]
             values = [motion(flat_times), motion.derivative(flat_times), motion.second_derivative(flat_times)]
             result[:, row] = drive_scale * np.stack(values, axis=-1)
         return result.reshape(*np.shape(times), *result.shape[1:])

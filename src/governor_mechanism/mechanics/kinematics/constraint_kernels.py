@@ -91,7 +91,8 @@ def _move_point(poses: FloatArray, velocities: FloatArray, body: int, x: float, 
     angle, angular_velocity = poses[body, 2], velocities[body, 2]
     if x != 0.0 or y != 0.0:
         lever_x, lever_y = rotate_vector_jit(angle, x, y)
-    u, v = velocities[body, 0] - lever_y * angular_velocity, velocities[body, 1] + lever_x * angular_velocity
+    u = velocities[body, 0] - lever_y * angular_velocity
+    v = velocities[body, 1] + lever_x * angular_velocity
     return PointMotion(poses[body, 0] + lever_x, poses[body, 1] + lever_y, lever_x, lever_y, u, v, angle, angular_velocity)
 
 
@@ -115,7 +116,10 @@ def _distance_row(dx: float, dy: float, du: float, dv: float) -> RowGeometry:
 def _fixed_direction_row(
     row: RecordArray, dx: float, dy: float, first_angle: float, second_angle: float, third_angle: float
 ) -> RowGeometry:
-    nx, ny, first_factor, second_factor = row.direction_x, row.direction_y, row.first_angle_factor, row.second_angle_factor
+    nx = row.direction_x
+    ny = row.direction_y
+    first_factor = row.first_angle_factor
+    second_factor = row.second_angle_factor
     value = nx * dx + ny * dy + first_factor * first_angle + second_factor * second_angle + row.third_angle_factor * third_angle
     return RowGeometry(value, nx, ny, first_factor, second_factor, 0.0)
 
@@ -141,7 +145,8 @@ def _arc_position_row(row: RecordArray, dx: float, dy: float, du: float, dv: flo
 @jit_in_place
 def _follower_height_row(row: RecordArray, first: PointMotion, second: PointMotion) -> RowGeometry:
     """Return the height of a follower; its derivative by the first point is 1 in y."""
-    horizontal_offset, weighted_ratio = row.rod_x + row.rod_weight * second.x, row.follower_sign * row.rod_weight
+    horizontal_offset = row.rod_x + row.rod_weight * second.x
+    weighted_ratio = row.follower_sign * row.rod_weight
     vertical_drop = math.sqrt(max(row.link_length * row.link_length - horizontal_offset * horizontal_offset, MIN_DROP_SQUARED))
     rod_slope = horizontal_offset / vertical_drop
     nx, ny = weighted_ratio * rod_slope, weighted_ratio
@@ -155,7 +160,11 @@ def _follower_height_row(row: RecordArray, first: PointMotion, second: PointMoti
 
 @jit_in_place
 def _body_normal_row(row: RecordArray, curve_segments: FloatArray, first: PointMotion, second: PointMotion) -> RowGeometry:
-    dx, dy, du, dv, w1 = second.x - first.x, second.y - first.y, second.u - first.u, second.v - first.v, first.angular_velocity
+    dx = second.x - first.x
+    dy = second.y - first.y
+    du = second.u - first.u
+    dv = second.v - first.v
+    w1 = first.angular_velocity
     angle = row.angle + first.angle
     ux, uy = math.cos(angle), math.sin(angle)
     nx, ny = -uy, ux
@@ -182,10 +191,14 @@ def _body_normal_row(row: RecordArray, curve_segments: FloatArray, first: PointM
 @jit_in_place
 def _polar_curve_row(row: RecordArray, curve_segments: FloatArray, first: PointMotion, second: PointMotion) -> RowGeometry:
     """Return how far the second point lies outside a closed curve about the first, along the line through both."""
-    dx, dy, du, dv = second.x - first.x, second.y - first.y, second.u - first.u, second.v - first.v
+    dx = second.x - first.x
+    dy = second.y - first.y
+    du = second.u - first.u
+    dv = second.v - first.v
     distance = math.hypot(dx, dy)
     ux, uy = dx / distance, dy / distance
-    radial_velocity, direction_rate = ux * du + uy * dv, (ux * dv - uy * du) / distance
+    radial_velocity = ux * du + uy * dv
+    direction_rate = (ux * dv - uy * du) / distance
     radius, slope, second_derivative = evaluate_polar_curve(
         curve_segments, row.first_segment, row.n_segments, math.atan2(dy, dx) - row.angle - first.angle
     )
@@ -199,7 +212,11 @@ def _polar_curve_row(row: RecordArray, curve_segments: FloatArray, first: PointM
 @jit_in_place
 def _outline_distance_row(row: RecordArray, curve_segments: FloatArray, first: PointMotion, second: PointMotion) -> RowGeometry:
     """Return the distance of the second point from an outline of the first body, or its slip along the outline."""
-    dx, dy, du, dv, w1 = second.x - first.x, second.y - first.y, second.u - first.u, second.v - first.v, first.angular_velocity
+    dx = second.x - first.x
+    dy = second.y - first.y
+    du = second.u - first.u
+    dv = second.v - first.v
+    w1 = first.angular_velocity
     cosine, sine = math.cos(first.angle), math.sin(first.angle)
     x, y = cosine * dx + sine * dy, cosine * dy - sine * dx
     if row.kept_feature != NO_FEATURE:
@@ -208,7 +225,8 @@ def _outline_distance_row(row: RecordArray, curve_segments: FloatArray, first: P
         distance = distance_from_pieces(curve_segments, row.first_segment, row.n_segments, x, y, math.inf)
     else:
         distance = distance_from_polar_curve(curve_segments, row.first_segment, row.n_segments, x, y)
-    nx, ny = cosine * distance.normal_x - sine * distance.normal_y, sine * distance.normal_x + cosine * distance.normal_y
+    nx = cosine * distance.normal_x - sine * distance.normal_y
+    ny = sine * distance.normal_x + cosine * distance.normal_y
     # velocity of the point as seen from the body, in directions fixed in the plane
     u, v = du + w1 * dy, dv - w1 * dx
     sliding_velocity = nx * v - ny * u
@@ -224,9 +242,13 @@ def _outline_distance_row(row: RecordArray, curve_segments: FloatArray, first: P
 @jit_in_place
 def _find_nearest_pair(row: RecordArray, curve_segments: FloatArray, first: PointMotion, second: PointMotion) -> ProfileDistance:
     """Return how near a curve about the second point is to the outline of the first body, or to the feature that is kept."""
-    dx, dy, turn = second.x - first.x, second.y - first.y, second.angle - first.angle
+    dx = second.x - first.x
+    dy = second.y - first.y
+    turn = second.angle - first.angle
     cosine, sine = math.cos(first.angle), math.sin(first.angle)
-    x, y, first_curve_segment = cosine * dx + sine * dy, cosine * dy - sine * dx, row.first_segment + row.n_segments
+    x = cosine * dx + sine * dy
+    y = cosine * dy - sine * dx
+    first_curve_segment = row.first_segment + row.n_segments
     inset = row.radius - row.constant  # one of both is 0
     curve = ConvexCurve(curve_segments, first_curve_segment, row.n_curve_segments, x, y, math.cos(turn), math.sin(turn), inset)
     if row.kept_feature != NO_FEATURE:
@@ -239,23 +261,33 @@ def _profile_row(row: RecordArray, curve_segments: FloatArray, first: PointMotio
     """Return the distance of a curve about the second point from lines and arcs of the first body, or its slip along them."""
     # As both roll and slide on each other, the normal turns back at the rate q k1 by the curvature k1
     # of the edge; a corner has q = rate, as the nearest point does not move on it.
-    dx, dy, w1, w2 = second.x - first.x, second.y - first.y, first.angular_velocity, second.angular_velocity
+    dx = second.x - first.x
+    dy = second.y - first.y
+    w1 = first.angular_velocity
+    w2 = second.angular_velocity
     cosine, sine = math.cos(first.angle), math.sin(first.angle)
-    x, y, pair = cosine * dx + sine * dy, cosine * dy - sine * dx, _find_nearest_pair(row, curve_segments, first, second)
-    nx, ny = cosine * pair.normal_x - sine * pair.normal_y, sine * pair.normal_x + cosine * pair.normal_y
+    x = cosine * dx + sine * dy
+    y = cosine * dy - sine * dx
+    pair = _find_nearest_pair(row, curve_segments, first, second)
+    nx = cosine * pair.normal_x - sine * pair.normal_y
+    ny = sine * pair.normal_x + cosine * pair.normal_y
     # the point of the curve from the second point and from the first one, in directions fixed in the plane
-    fx, fy = cosine * (pair.x - x) - sine * (pair.y - y), sine * (pair.x - x) + cosine * (pair.y - y)
+    fx = cosine * (pair.x - x) - sine * (pair.y - y)
+    fy = sine * (pair.x - x) + cosine * (pair.y - y)
     ex, ey = dx + fx, dy + fy
     # its velocity as seen from the first body, and the rates at which the nearest points move along edge and curve
-    u, v = second.u - first.u - w2 * fy + w1 * ey, second.v - first.v + w2 * fx - w1 * ex
+    u = second.u - first.u - w2 * fy + w1 * ey
+    v = second.v - first.v + w2 * fx - w1 * ex
     sliding_velocity = ny * u - nx * v
     stiffness = pair.edge_curvature * (1.0 + pair.value * pair.curvature) + pair.edge_share * pair.curvature
     edge_rate = (pair.curvature * sliding_velocity - w2 + w1) / stiffness
     normal_rate = pair.edge_curvature * edge_rate
     if row.kind == RowKind.PROFILE_SLIP:
         # The tangent (-ny, nx) turns with the normal; the levers are those of the point of the profile, inside of the curve.
-        turning, approach = w1 - normal_rate, nx * (second.u - first.u) + ny * (second.v - first.v)
-        first_lever, second_lever = nx * ex + ny * ey + row.radius, nx * fx + ny * fy + row.radius
+        turning = w1 - normal_rate
+        approach = nx * (second.u - first.u) + ny * (second.v - first.v)
+        first_lever = nx * ex + ny * ey + row.radius
+        second_lever = nx * fx + ny * fy + row.radius
         quadratic_term = w2 * (turning - w2) * (nx * fy - ny * fx) - (turning + w1) * approach
         quadratic_term -= w1 * (turning * (nx * ey - ny * ex) - w2 * (nx * fy - ny * fx))
         return RowGeometry(0.0, -ny, nx, -first_lever, second_lever, quadratic_term)
@@ -271,7 +303,9 @@ def _find_nearest_point(
 ) -> NearestPoint:
     """Return that of the points of the second body which is nearest to the outline of the first one, where one point is left out."""
     dx, dy = poses[row.second, 0] - first.x, poses[row.second, 1] - first.y
-    cosine, sine, turn = math.cos(first.angle), math.sin(first.angle), poses[row.second, 2] - first.angle
+    cosine = math.cos(first.angle)
+    sine = math.sin(first.angle)
+    turn = poses[row.second, 2] - first.angle
     offset = PointOffset(cosine * dx + sine * dy, cosine * dy - sine * dx, math.cos(turn), math.sin(turn))
     bound = Circle(row.bound_x, row.bound_y, row.bound_radius)
     return find_nearest_point(curve_segments, row.first_segment, row.n_segments, row.n_points, excluded_point, offset, bound)
@@ -294,7 +328,10 @@ def _move_second_point(
 @jit_inlined
 def _evaluate_row(row: RecordArray, curve_segments: FloatArray, first: PointMotion, second: PointMotion, third_angle: float) -> RowGeometry:
     """Return the value of a row of any kind, and its derivatives."""
-    dx, dy, du, dv = second.x - first.x, second.y - first.y, second.u - first.u, second.v - first.v
+    dx = second.x - first.x
+    dy = second.y - first.y
+    du = second.u - first.u
+    dv = second.v - first.v
     if row.kind == RowKind.DISTANCE:
         return _distance_row(dx, dy, du, dv)
     if row.kind == RowKind.FIXED_DIRECTION:
@@ -333,7 +370,10 @@ def evaluate_rows_for(
             third_angle = poses[row.third, 2]
             jacobian[i, 2, 0], jacobian[i, 2, 1], jacobian[i, 2, 2] = 0.0, 0.0, row.third_angle_factor
         geometry = _evaluate_row(row, rows.curve_segments, first, second, third_angle)
-        nx, ny, w1, w2 = geometry.normal_x, geometry.normal_y, first.angular_velocity, second.angular_velocity
+        nx = geometry.normal_x
+        ny = geometry.normal_y
+        w1 = first.angular_velocity
+        w2 = second.angular_velocity
         row_values[i, RowColumn.RESIDUAL] = geometry.value - row.constant - row_values[i, RowColumn.DRIVE_VALUE]
         jacobian[i, 0, 0], jacobian[i, 0, 1] = -weight * nx, -weight * ny
         jacobian[i, 0, 2] = nx * first.lever_y - ny * first.lever_x + geometry.first_angle_derivative
@@ -362,11 +402,14 @@ def _locate_touch(row: RecordArray, curve_segments: FloatArray, poses: FloatArra
     first = _move_point(poses, velocities, row.first, row.x1, row.y1)
     second = _move_second_point(row, curve_segments, poses, velocities, first)
     geometry = _evaluate_row(row, curve_segments, first, second, 0.0)
-    dx, dy, w1 = second.x - first.x, second.y - first.y, first.angular_velocity
+    dx = second.x - first.x
+    dy = second.y - first.y
+    w1 = first.angular_velocity
     cosine, sine = math.cos(first.angle), math.sin(first.angle)
     if row.kind >= RowKind.PROFILE_DISTANCE:
         touched = touched_point(_find_nearest_pair(row, curve_segments, first, second))
-        ex, ey = cosine * touched.x - sine * touched.y, sine * touched.x + cosine * touched.y
+        ex = cosine * touched.x - sine * touched.y
+        ey = sine * touched.x + cosine * touched.y
     else:
         # The normal of a row of slip is its direction turned.
         is_slip = row.kind == RowKind.PIECES_SLIP
@@ -374,7 +417,8 @@ def _locate_touch(row: RecordArray, curve_segments: FloatArray, poses: FloatArra
         reach = row.radius if is_slip else geometry.value
         ex, ey = dx - nx * reach, dy - ny * reach
         touched = EdgePoint(cosine * ex + sine * ey, cosine * ey - sine * ex, cosine * nx + sine * ny, cosine * ny - sine * nx, 0.0)
-    nx, ny = cosine * touched.normal_x - sine * touched.normal_y, sine * touched.normal_x + cosine * touched.normal_y
+    nx = cosine * touched.normal_x - sine * touched.normal_y
+    ny = sine * touched.normal_x + cosine * touched.normal_y
     u, v = second.u - first.u + w1 * ey, second.v - first.v - w1 * ex
     return EdgePoint(touched.x, touched.y, touched.normal_x, touched.normal_y, nx * v - ny * u)
 
@@ -401,7 +445,8 @@ def evaluate_other_gap(rows: ConstraintRows, i: int, poses: FloatArray, velociti
 def keep_feature(rows: ConstraintRows, i: int, poses: FloatArray, velocities: FloatArray) -> None:
     """Keep the feature that row i touches, and of several points the one that does; behind an end of that kept before, the next one."""
     row, pieces = rows.table[i], rows.curve_segments
-    is_slip, is_profile = row.kind == RowKind.PIECES_SLIP, row.kind >= RowKind.PROFILE_DISTANCE
+    is_slip = row.kind == RowKind.PIECES_SLIP
+    is_profile = row.kind >= RowKind.PROFILE_DISTANCE
     is_roller = is_slip or row.kind == RowKind.PIECES_DISTANCE
     if not (is_roller and (row.radius if is_slip else row.constant) > 0.0) and not is_profile:
         return  # a point has no way round a corner

@@ -51,7 +51,9 @@ CONSTRAINT_ROW_DTYPE = record_dtype(
 """One constraint row; fields of other kinds are zero, but for the weight of the first point, which is 1, and the use, which is any."""
 
 
-ANY_USE, FOR_FORCES, FOR_EVENTS = 0, 1, 2
+ANY_USE = 0
+FOR_FORCES = 1
+FOR_EVENTS = 2
 """Uses of an output row: forces follow from it, which every evaluation needs, or event functions do; ANY_USE is for all rows."""
 
 NO_POINT = 0

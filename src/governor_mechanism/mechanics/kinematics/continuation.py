@@ -118,7 +118,9 @@ def _extend_path(
     position_solver: CoordinateSolver, first_point: _CurvedPathPoint, end: float, max_spacing: float
 ) -> list[_CurvedPathPoint]:
     """Return the points after the first one up to an end; short steps keep them from jumping to another branch."""
-    points, point, step = list[_CurvedPathPoint](), first_point, max_spacing
+    points = list[_CurvedPathPoint]()
+    point = first_point
+    step = max_spacing
     while point.value != end:
         step = min(step, max_spacing)
         value = end if abs(end - point.value) <= step else point.value + math.copysign(step, end - point.value)
@@ -150,7 +152,9 @@ def _solve_path_point(position_solver: CoordinateSolver, value: float, guess: Fl
     return _CurvedPathPoint(value, value, 1.0, *position_solver.solve_nodes(guess[np.newaxis], np.array([value]))[0])
 
 
-INITIAL_PATH_STEP, MIN_PATH_STEP, MAX_PATH_STEP = 0.02, 1e-5, 1.0
+INITIAL_PATH_STEP = 0.02
+MIN_PATH_STEP = 1e-5
+MAX_PATH_STEP = 1.0
 """First, smallest and largest step along the path, as the norm of all changes in length scales and rad."""
 
 MAX_CORRECTOR_RATIO = 0.2
@@ -213,7 +217,8 @@ class PathContinuation:
         value = self._output_value(mechanism.coordinate, initial_poses)
         self.start = self._make_point(initial_poses, right_singular_vectors[-1] * math.copysign(1.0, coordinate_derivative), value, 0.0)
         # Mass centres off the spindle axis that move towards or away from it may reach it.
-        tolerance, start_tangent = RANK_TOLERANCE * mechanism.length_scale, self._body_tangent(self.start)
+        tolerance = RANK_TOLERANCE * mechanism.length_scale
+        start_tangent = self._body_tangent(self.start)
         crosses_axis = np.all(np.abs([initial_poses[:, 0], start_tangent[:, 0]]) > tolerance, axis=0)
         self._axis_crossing_bodies = np.flatnonzero(crosses_axis & rotates_with_spindle).tolist()
         self._monitored_readings = list(dict.fromkeys([mechanism.coordinate, *(limit.reading for limit in mechanism.limits)]))
@@ -222,7 +227,9 @@ class PathContinuation:
         """Return the end of the path in a direction (1 or -1 along the coordinate), with its points from the initial guess on."""
         start_derivative = direction * self.start.coordinate_derivative
         point = replace(self.start, tangent=direction * self.start.tangent, coordinate_derivative=start_derivative)
-        points, step, n_turns = [point], INITIAL_PATH_STEP, 1
+        points = [point]
+        step = INITIAL_PATH_STEP
+        n_turns = 1
         while MAX_PATH_LENGTH - point.arc_length > MIN_PATH_STEP:
             next_point, step = self._next_point(point, min(step, MAX_PATH_LENGTH - point.arc_length))
             while end_found := self._find_end_in_step([*points[-2:], next_point], direction, n_turns):
@@ -246,7 +253,8 @@ class PathContinuation:
         """Return a path end whose points have arc length and tangent oriented with increasing coordinate."""
         path_points = []
         for point in (*(point for point in points if point.arc_length < last_point.arc_length), last_point):
-            derivative, tangent = direction * point.coordinate_derivative, direction * self._body_tangent(point)
+            derivative = direction * point.coordinate_derivative
+            tangent = direction * self._body_tangent(point)
             path_points.append(PathPoint(direction * point.arc_length, point.value, derivative, point.poses, tangent))
         return PathEnd(last_point.value, message, tuple(path_points), not message)
 
@@ -381,7 +389,8 @@ class PathContinuation:
 
     def _hermite_poses(self, point: ContinuationPoint, next_point: ContinuationPoint, distance: float) -> FloatArray:
         """Return poses on the cubic between two points; near a singularity they are more accurate than assembled ones."""
-        length, tangents = next_point.arc_length - point.arc_length, (self._body_tangent(point), self._body_tangent(next_point))
+        length = next_point.arc_length - point.arc_length
+        tangents = (self._body_tangent(point), self._body_tangent(next_point))
         poses: FloatArray = cubic_hermite(point.poses, next_point.poses, *tangents, length, distance / length)
         return poses
 
@@ -393,7 +402,8 @@ class PathContinuation:
         from scipy.optimize import minimize_scalar  # slow to import
 
         for point, next_point in pairwise(points):
-            point_at, bounds = partial(self._point_on_cubic, point, next_point), (0.0, next_point.arc_length - point.arc_length)
+            point_at = partial(self._point_on_cubic, point, next_point)
+            bounds = (0.0, next_point.arc_length - point.arc_length)
             minimum = minimize_scalar(
                 lambda distance, at=point_at: at(distance).reciprocal_condition, bounds=bounds, method="bounded", options={"xatol": 1e-12}
             )
@@ -403,7 +413,8 @@ class PathContinuation:
 
     def _turning_point_message(self, poses: FloatArray, direction: float) -> str:
         """Return why the coordinate turns back: the joint that would stay open beyond."""
-        name, value = self.mechanism.coordinate, self._output_value(self.mechanism.coordinate, poses)
+        name = self.mechanism.coordinate
+        value = self._output_value(self.mechanism.coordinate, poses)
         try:
             with np.errstate(invalid="ignore"):  # a vanishing distance has no direction
                 self.position_solver.solve_at_coordinate(value + direction * 1e-3 * self._coordinate_scale, poses)

@@ -103,7 +103,9 @@ def make_assembly_workspace(arrays: AssemblyArrays) -> AssemblyWorkspace:
 @jit_in_place
 def _factorise(workspace: AssemblyWorkspace) -> bool:
     """Factorise the matrix in place with row pivoting and store its smallest pivot; return whether it is regular."""
-    matrix, row_order, min_pivot = workspace.matrix, workspace.row_order, math.inf
+    matrix = workspace.matrix
+    row_order = workspace.row_order
+    min_pivot = math.inf
     n_rows, n_columns = matrix.shape
     if n_rows < n_columns:
         return False
@@ -137,7 +139,10 @@ def _factorise(workspace: AssemblyWorkspace) -> bool:
 @jit_in_place
 def _solve_factorised(arrays: AssemblyArrays, workspace: AssemblyWorkspace, pose_change: FloatArray) -> float:
     """Fill pose_change (3 bodies,) with the solution of the factorised system; return its largest component in pose scales."""
-    matrix, row_order, rhs, solution = workspace.matrix, workspace.row_order, workspace.rhs, workspace.solution
+    matrix = workspace.matrix
+    row_order = workspace.row_order
+    rhs = workspace.rhs
+    solution = workspace.solution
     n_columns, step_size = arrays.free_indices.size, 0.0
     for i in range(n_columns):
         total = rhs[row_order[i]]
@@ -157,7 +162,9 @@ def _solve_factorised(arrays: AssemblyArrays, workspace: AssemblyWorkspace, pose
 @jit_in_place
 def _fill_scaled_jacobian(arrays: AssemblyArrays, workspace: AssemblyWorkspace) -> None:
     """Fill the dimensionless Jacobian (rows, free coordinates); dense_row (3 bodies,) is a buffer of zeros before and after."""
-    row_bodies, pose_scales, dense_row = arrays.rows.row_bodies, arrays.pose_scales, workspace.dense_row
+    row_bodies = arrays.rows.row_bodies
+    pose_scales = arrays.pose_scales
+    dense_row = workspace.dense_row
     for i in range(row_bodies.shape[0]):
         for side in range(row_bodies.shape[1]):
             body = row_bodies[i, side]
@@ -176,7 +183,9 @@ def _fill_scaled_jacobian(arrays: AssemblyArrays, workspace: AssemblyWorkspace) 
 def solve_position(arrays: AssemblyArrays, workspace: AssemblyWorkspace, q: float, node: FloatArray) -> bool:
     """Solve for the poses node[0] at a value of the coordinate from a guess; fill in their two derivatives."""
     rows, row_scales = arrays.rows, arrays.row_scales
-    row_values, jacobian, rhs = workspace.row_values, workspace.jacobian, workspace.rhs
+    row_values = workspace.row_values
+    jacobian = workspace.jacobian
+    rhs = workspace.rhs
     poses, tangents = node[0].reshape(-1, 3), node[1].reshape(-1, 3)
     last, previous_step = rhs.size - 1, math.inf
     for _ in range(MAX_NEWTON_STEPS):
@@ -253,7 +262,8 @@ def solve_positions(arrays: AssemblyArrays, workspace: AssemblyWorkspace, values
     """Solve for the poses at values (n,) of the coordinate from guesses; return which were found on the branch of their guess (n,)."""
     # nodes (n, 3, 3 bodies) holds the guesses, and on return the poses and their two derivatives by the
     # coordinate.
-    is_solved, guess = np.zeros(values.size, dtype=np.bool_), np.empty(arrays.pose_scales.size)
+    is_solved = np.zeros(values.size, dtype=np.bool_)
+    guess = np.empty(arrays.pose_scales.size)
     for k in range(values.size):
         guess[:] = nodes[k, 0]
         is_solved[k] = solve_position(arrays, workspace, values[k], nodes[k]) and is_on_branch(arrays, nodes[k, 0], guess)

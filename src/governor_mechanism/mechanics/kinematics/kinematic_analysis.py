@@ -254,7 +254,9 @@ def _solve_motion(
     position_solver: PositionSolver, driving_readings: list[str], value: float, rates: tuple[float, float], guess: FloatArray
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Return poses, velocities and accelerations (bodies, 3) at a value of the driving reading or at the time of the solver."""
-    mechanism, equations, time = position_solver.mechanism, position_solver.equations, position_solver.time
+    mechanism = position_solver.mechanism
+    equations = position_solver.equations
+    time = position_solver.time
     try:
         poses = position_solver.solve(dict.fromkeys(driving_readings, value), guess)
     except MechanismError as error:

@@ -164,7 +164,9 @@ def make_output_rows(
 
 def rows_of_readings(mechanism: Mechanism, readings: Sequence[Reading], origins: Origins) -> ConstraintRows:
     """Return the output rows of readings, which the mechanism need not list, as `make_output_rows` does."""
-    table, parts, n_segments = make_row_table(len(readings)), list[FloatArray](), 0
+    table = make_row_table(len(readings))
+    parts = list[FloatArray]()
+    n_segments = 0
     for record, reading in zip(table, readings, strict=True):
         row = _row_of_reading(reading)
         set_fields(record, attachment_fields(mechanism, row.first, row.second, origins))
@@ -254,7 +256,9 @@ def evaluate_reading_motions(
 ) -> dict[str, tuple[FloatArray, FloatArray, FloatArray]]:
     """Return all readings (n,), SI, with their first two derivatives, by name; angles of lines lie within half a turn."""
     rows = RowEvaluation(_select_rows(mechanism, slice(len(mechanism.readings))), poses, velocities)
-    values, rates, second = rows.residuals, rows.derivatives_along(velocities), rows.derivatives_along(accelerations) - rows.gamma
+    values = rows.residuals
+    rates = rows.derivatives_along(velocities)
+    second = rows.derivatives_along(accelerations) - rows.gamma
     return {reading.name: (values[:, k], rates[:, k], second[:, k]) for k, reading in enumerate(mechanism.readings)}
 
 

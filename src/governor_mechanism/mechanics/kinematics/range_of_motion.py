@@ -105,7 +105,8 @@ def trace_range_of_motion(mechanism: Mechanism, *, rotates_with_spindle: bool) -
 
 def _full_rotation_range(continuation: PathContinuation, high_end: PathEnd) -> RangeOfMotion:
     """Return the range of a closed motion: half a period to either side of the initial guess."""
-    initial_value, n_turns = continuation.start.value, round((high_end.value - continuation.start.value) / math.tau)
+    initial_value = continuation.start.value
+    n_turns = round((high_end.value - continuation.start.value) / math.tau)
     period = math.tau * n_turns
     several_turns = f"closed motion after {n_turns} turns: {n_turns / 2:g} turns from the initial guess"
     message = "full rotation: half a turn from the initial guess" if n_turns == 1 else several_turns
@@ -126,7 +127,8 @@ def _apply_margin(low: float, high: float) -> tuple[float, float]:
 
 def _range_within_limits(mechanism: Mechanism, coordinate_limit: Limit) -> RangeOfMotion:
     """Return the range between the limits of the coordinate, restricted by those of other readings."""
-    ends, messages = (coordinate_limit.low, coordinate_limit.high), (coordinate_limit.low_message, coordinate_limit.high_message)
+    ends = (coordinate_limit.low, coordinate_limit.high)
+    messages = (coordinate_limit.low_message, coordinate_limit.high_message)
     full_range = _with_end_margins(mechanism, ends, messages, build_path(mechanism, *_apply_margin(*ends)))
     other_limits = [limit for limit in mechanism.limits if limit is not coordinate_limit]
     return _restrict_to_other_limits(mechanism, full_range, other_limits) if other_limits else full_range
@@ -146,7 +148,8 @@ def _restrict_to_other_limits(mechanism: Mechanism, full_range: RangeOfMotion, o
             f"{other_limits[0].low:.6g} to {other_limits[0].high:.6g}; change the dimensions"
         )
     first, last = _select_valid_interval(is_inside, values, position_solver.initial_coordinate)
-    ends, messages = list(full_range.ends), [full_range.low_message, full_range.high_message]
+    ends = list(full_range.ends)
+    messages = [full_range.low_message, full_range.high_message]
     for side, index, outside_index in ((0, first, first - 1), (1, last, last + 1)):
         if 0 <= outside_index < N_LIMIT_SAMPLES:
             ends[side], messages[side] = _locate_limit(position_solver, full_range.path, other_limits, values[index], values[outside_index])

@@ -38,7 +38,9 @@ class PiecewiseCubic:
     """
 
     def __init__(self, breaks: FloatArray, origins: FloatArray, coefficients: FloatArray) -> None:
-        self._breaks, self._origins, self._coefficients = breaks, origins, coefficients
+        self._breaks = breaks
+        self._origins = origins
+        self._coefficients = coefficients
 
     def derivative(self, arguments: FloatArray, order: int, *, left_limit: bool = False) -> FloatArray:
         """Return the derivative (n,) of an order from 0 to 3; at a break the right limit, or the left limit if requested."""
@@ -168,7 +170,8 @@ class CubicTimeFunction:
         integrals = self._cubic_integrals(start, ends)
         for amplitude, angular_frequency, phase in self._harmonics:
             # The product of sines has no cancellation over a short time.
-            middles, halves = 0.5 * angular_frequency * (ends + start) + phase, 0.5 * angular_frequency * (ends - start)
+            middles = 0.5 * angular_frequency * (ends + start) + phase
+            halves = 0.5 * angular_frequency * (ends - start)
             integrals = integrals + 2 * amplitude / angular_frequency * np.sin(middles) * np.sin(halves)
         return integrals
 
@@ -298,7 +301,10 @@ fluctuating_speed_jit = jit_in_place(fluctuating_speed)
 @jit_in_place
 def evaluate_cubic(input_cubics: FloatArray, k: int, local_time: float) -> float:
     """Return the value of input k without its harmonics."""
-    a, b, c, d = input_cubics[k, 0], input_cubics[k, 1], input_cubics[k, 2], input_cubics[k, 3]
+    a = input_cubics[k, 0]
+    b = input_cubics[k, 1]
+    c = input_cubics[k, 2]
+    d = input_cubics[k, 3]
     return float(((a * local_time + b) * local_time + c) * local_time + d)
 
 
@@ -321,17 +327,22 @@ def evaluate_input_derivative(input_cubics: FloatArray, k: int, local_time: floa
 @jit_in_place
 def evaluate_input_integral(input_cubics: FloatArray, k: int, local_time: float) -> float:
     """Return the integral of input k since 0 s, without its harmonics."""
-    a, b, c, d = input_cubics[k, 0], input_cubics[k, 1], input_cubics[k, 2], input_cubics[k, 3]
+    a = input_cubics[k, 0]
+    b = input_cubics[k, 1]
+    c = input_cubics[k, 2]
+    d = input_cubics[k, 3]
     return float(input_cubics[k, 4] + (((0.25 * a * local_time + b / 3.0) * local_time + 0.5 * c) * local_time + d) * local_time)
 
 
 @jit_in_place
 def evaluate_motion(input_cubics: FloatArray, k: int, local_time: float) -> tuple[float, float, float]:
     """Return the value, rate and acceleration of a prescribed motion: its cubic plus its harmonics."""
-    value, rate = evaluate_cubic(input_cubics, k, local_time), evaluate_input_derivative(input_cubics, k, local_time)
+    value = evaluate_cubic(input_cubics, k, local_time)
+    rate = evaluate_input_derivative(input_cubics, k, local_time)
     acceleration = 6.0 * input_cubics[k, 0] * local_time + 2.0 * input_cubics[k, 1]
     for column in range(N_CUBIC_COLUMNS, input_cubics.shape[1], 3):
-        amplitude, angular_frequency = input_cubics[k, column], input_cubics[k, column + 1]
+        amplitude = input_cubics[k, column]
+        angular_frequency = input_cubics[k, column + 1]
         if amplitude != 0.0:
             angle = angular_frequency * local_time + input_cubics[k, column + 2]
             displacement = amplitude * math.sin(angle)
@@ -346,7 +357,8 @@ def evaluate_given_speed(
     input_cubics: FloatArray, k: int, local_time: float, fluctuation_amplitude: float, cycles_per_turn: float
 ) -> tuple[float, float]:
     """Return the given speed (rad/s) and acceleration (rad/s2) of a spindle, input k with the fluctuation of its speed."""
-    speed, acceleration = evaluate_cubic(input_cubics, k, local_time), evaluate_input_derivative(input_cubics, k, local_time)
+    speed = evaluate_cubic(input_cubics, k, local_time)
+    acceleration = evaluate_input_derivative(input_cubics, k, local_time)
     if fluctuation_amplitude == 0.0:
         return speed, acceleration
     mean_angle = evaluate_input_integral(input_cubics, k, local_time)

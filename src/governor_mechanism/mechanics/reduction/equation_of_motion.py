@@ -104,18 +104,23 @@ def evaluate_state_rates(
     # With the ratio r of spindle to shaft, the inertia J of the bodies in the turning plane and the
     # inertia S of all else that turns, (S + r^2 J) W' = torque - r^2 J' q' W for the speed W of the
     # shaft; without reaction S W' = torque.
-    coefficients, parameters, inputs = model.coefficients, model.parameters[0], model.inputs
+    coefficients = model.coefficients
+    parameters = model.parameters[0]
+    inputs = model.inputs
     evaluate_model_inputs(model, piece, t, v, shaft_angle, shaft_speed, local_time)
     inverse_inertia = evaluate_piece(coefficients, piece, TableColumn.INVERSE_INERTIA, t)
     spindle_inertia = evaluate_piece(coefficients, piece, TableColumn.SPINDLE_INERTIA, t)
     damping = evaluate_piece(coefficients, piece, TableColumn.DAMPING, t)
     centrifugal = evaluate_piece(coefficients, piece, TableColumn.CENTRIFUGAL, t)
-    power, ratio, shaft_acceleration = damping * v * v / inverse_inertia, parameters.spindle_ratio, 0.0
+    power = damping * v * v / inverse_inertia
+    ratio = parameters.spindle_ratio
+    shaft_acceleration = 0.0
     if parameters.has_shaft != 0:
         shaft_acceleration, power = _evaluate_shaft(model, piece, t, v, shaft_speed, spindle_inertia, centrifugal, inverse_inertia, power)
     omega, spindle_acceleration = ratio * shaft_speed, ratio * shaft_acceleration
     if ratio == 0.0:
-        amplitude, cycles_per_turn = parameters.fluctuation_amplitude, parameters.cycles_per_turn
+        amplitude = parameters.fluctuation_amplitude
+        cycles_per_turn = parameters.cycles_per_turn
         omega, spindle_acceleration = evaluate_given_speed(model.input_cubics, 0, local_time, amplitude, cycles_per_turn)
     quadratic = evaluate_piece(coefficients, piece, TableColumn.QUADRATIC, t)
     potential = evaluate_piece(coefficients, piece, TableColumn.POTENTIAL, t)
@@ -151,7 +156,8 @@ def _evaluate_shaft(
     """Return the acceleration (rad/s2) of the shaft, and a power (W) with that of the torques on it which have no potential added."""
     parameters = model.parameters[0]
     ratio = parameters.spindle_ratio
-    shaft_inertia, torque = parameters.shaft_inertia, -parameters.shaft_damping * shaft_speed
+    shaft_inertia = parameters.shaft_inertia
+    torque = -parameters.shaft_damping * shaft_speed
     for i in range(model.shaft_torques.size):
         torque += model.inputs[model.shaft_torques[i].input_index] * model.shaft_torques[i].ratio
     power += torque * shaft_speed

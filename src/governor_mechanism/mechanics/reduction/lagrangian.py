@@ -131,7 +131,9 @@ def make_reduction_workspace(arrays: ReductionArrays) -> ReductionWorkspace:
 @jit_in_place
 def evaluate_coefficients(arrays: ReductionArrays, workspace: ReductionWorkspace, node: FloatArray) -> None:
     """Fill the coefficients of the workspace from a node (3, 3 bodies): poses, tangent and curvature."""
-    poses, tangents, curvatures = node[0].reshape(-1, 3), node[1].reshape(-1, 3), node[2].reshape(-1, 3)
+    poses = node[0].reshape(-1, 3)
+    tangents = node[1].reshape(-1, 3)
+    curvatures = node[2].reshape(-1, 3)
     coefficients = workspace.coefficients
     coefficients[:] = 0.0
     for k in range(arrays.mass.size):
@@ -155,7 +157,10 @@ def _add_spindle_inertia(
     """Add the moment of inertia of all bodies about the spindle, and its derivatives."""
     magnitude, length_scale = 0.0, arrays.assembly.pose_scales[0]
     for k in range(arrays.bodies.size):
-        body, x, angle, tangent = arrays.bodies[k], poses[k, 0], poses[k, 2], tangents[k]
+        body = arrays.bodies[k]
+        x = poses[k, 0]
+        angle = poses[k, 2]
+        tangent = tangents[k]
         mass, moments = body.mass, (body.xx, body.yy, body.xy)
         coefficients[Coefficient.SPINDLE_INERTIA] += spindle_inertia_jit(mass, body.xx, body.yy, body.xy, body.zz, x, angle)
         coefficients[Coefficient.SPINDLE_INERTIA_DERIVATIVE] += spindle_inertia_rate_jit(
@@ -172,8 +177,12 @@ def _add_spindle_inertia(
 @jit_in_place
 def _add_force(arrays: ReductionArrays, workspace: ReductionWorkspace, index: int, tangents: FloatArray, curvatures: FloatArray) -> None:
     """Add one force along an output to the coefficients; the output rows were evaluated with the tangents as velocities."""
-    force, rows, jacobian, coefficients = arrays.forces[index], arrays.output_rows, workspace.output_jacobian, workspace.coefficients
-    row, value = force.output_index, workspace.output_row_values[force.output_index, RowColumn.RESIDUAL]
+    force = arrays.forces[index]
+    rows = arrays.output_rows
+    jacobian = workspace.output_jacobian
+    coefficients = workspace.coefficients
+    row = force.output_index
+    value = workspace.output_row_values[force.output_index, RowColumn.RESIDUAL]
     derivative = output_rate(rows, jacobian, row, tangents)
     second_derivative = output_rate(rows, jacobian, row, curvatures) - workspace.output_row_values[row, RowColumn.GAMMA]
     if rows.table[row].kind == RowKind.DISTANCE and math.isnan(derivative):  # coincident points: no line of action

@@ -151,7 +151,9 @@ def _find_gases(scene: Scene, prefix: str, part: Part) -> tuple[list[CylinderGas
 
 
 def _find_outputs(scene: Scene, prefix: str, part: Part, train: ShaftTrain, gases: tuple[list[CylinderGas], list[CylinderGas]]) -> _Outputs:
-    forced, given_by_shaft, (own_gases, shaft_gases) = forced_output_names(scene), shaft_readings(scene, train), gases
+    forced = forced_output_names(scene)
+    given_by_shaft = shaft_readings(scene, train)
+    own_gases, shaft_gases = gases
     limited = [prefix + limit.reading for limit in _other_limits(part.mechanism)]
     own = [*(name for name in forced if name not in given_by_shaft), *limited, *(gas.travel.name for gas in own_gases)]
     of_gas = [name for gas in shaft_gases for name in (gas.travel.name, gas.crank_angle.name)]
@@ -170,7 +172,9 @@ def _given_spindle(scene: Scene) -> Spindle:
 
 def _lower_table(scene: Scene, prefix: str, part: Part, train: ShaftTrain, names: list[str]) -> ReductionArrays:
     """Return what is tabulated along the coordinate, with readings as its outputs."""
-    mechanism, plane, spindle = part.mechanism, next(iter(scene.system.planes), None), _given_spindle(scene)
+    mechanism = part.mechanism
+    plane = next(iter(scene.system.planes), None)
+    spindle = _given_spindle(scene)
     low, high = _coordinate_bounds(mechanism)
     is_steady = not (plane and plane.shaft) and spindle.speed_function.is_constant and not spindle.speed_fluctuation
     limits = [(names.index(prefix + limit.reading), limit.low, limit.high) for limit in _other_limits(mechanism)]
@@ -244,7 +248,9 @@ def _gas_record(scene: Scene, names: Sequence[str], gas: CylinderGas, coordinate
 
 def _make_parameters(scene: Scene, part: Part, arrays: ReductionArrays, train: ShaftTrain) -> dict[str, float]:
     """Return the fields of `MODEL_PARAMETERS_DTYPE`, without those of the elements on the shaft and the number of tables."""
-    spindle, assembly, mechanism = _given_spindle(scene), arrays.assembly, part.mechanism
+    spindle = _given_spindle(scene)
+    assembly = arrays.assembly
+    mechanism = part.mechanism
     energy_scale = sum(body.mass for body in scene.mechanism.bodies) * (scene.mechanism.length_scale / arrays.time_scale) ** 2
     own_energy_scale = sum(body.mass for body in mechanism.bodies) * (mechanism.length_scale / arrays.time_scale) ** 2
     rotors = [body for body in scene.mechanism.bodies if body.name in train.motion]
@@ -357,7 +363,8 @@ class MotionTable:
         if own_limits and (reason == EndReason.AT_BOUND or is_at_bound):
             limit, at_high = own_limits[0], side == 1
         elif reason >= EndReason.AT_LIMIT:
-            limit, at_high = other_limits[(reason - EndReason.AT_LIMIT) // 2], bool((reason - EndReason.AT_LIMIT) % 2)
+            limit = other_limits[(reason - EndReason.AT_LIMIT) // 2]
+            at_high = bool((reason - EndReason.AT_LIMIT) % 2)
         else:
             return False, (
                 f"{prefix + mechanism.coordinate!r} is at a turning point, or the joints at a change point, and does not determine "
@@ -375,11 +382,13 @@ class MotionTable:
         if is_periodic or (values.min(initial=high) >= low and values.max(initial=low) <= high):
             poses, tangents = evaluate_poses(self.table, np.ascontiguousarray(values))
             return poses, tangents
-        beyond, inner_values = np.flatnonzero((values < low) | (values > high)), np.clip(values, low, high)
+        beyond = np.flatnonzero((values < low) | (values > high))
+        inner_values = np.clip(values, low, high)
         poses, tangents = evaluate_poses(self.table, inner_values)
         distances = (values - inner_values)[beyond, np.newaxis, np.newaxis]
         nodes, is_solved = self._solver.try_solve_nodes(poses[beyond] + distances * tangents[beyond], values[beyond])
-        poses[beyond[is_solved]], tangents[beyond[is_solved]] = nodes[is_solved, 0], nodes[is_solved, 1]
+        poses[beyond[is_solved]] = nodes[is_solved, 0]
+        tangents[beyond[is_solved]] = nodes[is_solved, 1]
         return poses, tangents
 
     def count_solved(self, values: FloatArray) -> int:

@@ -151,8 +151,12 @@ def find_piece(
     piece_guess: int,
 ) -> tuple[int, float, int]:
     """Return the piece of a value, or the nearest, the local coordinate (-1 to 1), and ON_TABLE or the side it lacks: 0 low, 1 high."""
-    low, high, period = PieceColumn.LOW, PieceColumn.HIGH, periodicity[PeriodIndex.PERIOD]
-    piece, wrapped, side = piece_guess, q, ON_TABLE
+    low = PieceColumn.LOW
+    high = PieceColumn.HIGH
+    period = periodicity[PeriodIndex.PERIOD]
+    piece = piece_guess
+    wrapped = q
+    side = ON_TABLE
     if period > 0.0:
         wrapped = q - period * math.floor((q - periodicity[PeriodIndex.START]) / period)
     t = local_coordinate(intervals, piece, wrapped)
@@ -173,7 +177,9 @@ def evaluate_poses(
     values: FloatArray,  # leading coordinate, SI; shape (n,)
 ) -> FloatArray:
     """Return poses, then their derivatives by the coordinate, (2, n, bodies, 3), by barycentric interpolation."""
-    weights, piece, result = np.empty(N_CHEBYSHEV_NODES), 0, np.empty((2, values.size, table.pose_increment.size))
+    weights = np.empty(N_CHEBYSHEV_NODES)
+    piece = 0
+    result = np.empty((2, values.size, table.pose_increment.size))
     for i in range(values.size):
         piece = evaluate_node(table, values[i], piece, weights, result[:, i])
     return result.reshape((2, values.size, table.pose_increment.size // 3, 3))

@@ -49,7 +49,9 @@ MAX_ROUNDING_ERROR = 1e-7
 """Largest error of a piece whose coefficients have stagnated at rounding level, as near a change point, relative to its column's scale."""
 
 # The last is the number of these widths.
-NOISE_LIMIT, MIN_RESIZABLE_WIDTH, N_RESIZE_TRIALS = 10.0, 1e-3, 24
+NOISE_LIMIT = 10.0
+MIN_RESIZABLE_WIDTH = 1e-3
+N_RESIZE_TRIALS = 24
 """Rounding error in units of the fit tolerance, and piece width in coordinate scales, above which other widths are tried."""
 
 CHANGE_POINT_RATIO, CHANGE_POINT_MARGIN = 0.1, 0.1
@@ -85,14 +87,17 @@ def _start_table(arrays: ReductionArrays, workspace: ReductionWorkspace, table: 
 @jit_in_place
 def _set_scales(arrays: ReductionArrays, table: PiecewiseTable, node: FloatArray, columns: FloatArray) -> None:
     """Set the scales of columns and poses from the initial node."""
-    column_scales, coordinate_scale, time_scale = table.column_scales, arrays.assembly.coordinate_scale, arrays.time_scale
+    column_scales = table.column_scales
+    coordinate_scale = arrays.assembly.coordinate_scale
+    time_scale = arrays.time_scale
     column_scales[TableColumn.QUADRATIC] = 1.0 / coordinate_scale
     column_scales[TableColumn.POTENTIAL] = coordinate_scale / time_scale**2
     column_scales[TableColumn.CENTRIFUGAL] = coordinate_scale
     largest_tangent = 0.0
     for c in range(table.node_scales.shape[1]):
         pose_scale = arrays.assembly.pose_scales[c]
-        table.node_scales[0, c], table.node_scales[1, c] = pose_scale, pose_scale / coordinate_scale
+        table.node_scales[0, c] = pose_scale
+        table.node_scales[1, c] = pose_scale / coordinate_scale
         largest_tangent = max(largest_tangent, abs(node[1, c]))
     if columns.size == TableColumn.INVERSE_INERTIA:
         return
@@ -122,8 +127,12 @@ class Extension(NamedTuple):
 
 @jit_in_place
 def _plan_piece(arrays: ReductionArrays, table: PiecewiseTable, side: int) -> Extension:
-    piece, edge_piece, direction = table.n_pieces[0], table.end_pieces[side], 2 * side - 1
-    start, bound, scale = table.intervals[edge_piece, side], arrays.high if side == 1 else arrays.low, arrays.assembly.coordinate_scale
+    piece = table.n_pieces[0]
+    edge_piece = table.end_pieces[side]
+    direction = 2 * side - 1
+    start = table.intervals[edge_piece, side]
+    bound = arrays.high if side == 1 else arrays.low
+    scale = arrays.assembly.coordinate_scale
     period_end = direction * math.inf
     if arrays.full_turn > 0.0:
         turns = direction * table.periodicity[PeriodIndex.N_TURNS] * arrays.full_turn
@@ -142,8 +151,10 @@ def _add_piece(arrays: ReductionArrays, workspace: ReductionWorkspace, table: Pi
         return ExtensionStatus.TABLE_ENDED
     if table.n_pieces[0] >= table.intervals.shape[0]:
         return ExtensionStatus.TABLE_FULL
-    extension, scale = _plan_piece(arrays, table, side), arrays.assembly.coordinate_scale
-    start, distance = extension.start, abs(extension.start - table.periodicity[PeriodIndex.START])
+    extension = _plan_piece(arrays, table, side)
+    scale = arrays.assembly.coordinate_scale
+    start = extension.start
+    distance = abs(extension.start - table.periodicity[PeriodIndex.START])
     if distance > MAX_DISTANCE * scale:
         table.end_reasons[side] = EndReason.TOO_FAR
         return ExtensionStatus.TABLE_ENDED
@@ -201,7 +212,9 @@ def _choose_end(extension: Extension, width: float) -> tuple[float, bool]:
 @jit_in_place
 def _link_piece(table: PiecewiseTable, extension: Extension) -> None:
     """Make the piece that was filled the last one on its side."""
-    piece, neighbour, side = extension.piece, extension.neighbour, extension.side
+    piece = extension.piece
+    neighbour = extension.neighbour
+    side = extension.side
     table.neighbours[piece, 1 - side] = neighbour
     table.neighbours[piece, side] = NO_INDEX
     if neighbour != NO_INDEX:
@@ -236,15 +249,21 @@ def _fill_piece(
     arrays: ReductionArrays, workspace: ReductionWorkspace, table: PiecewiseTable, extension: Extension, end: float
 ) -> tuple[float, float]:
     """Fill a piece, node by node from the side of its neighbour, set workspace.assembly.min_pivot; return truncation and rounding error."""
-    piece, neighbour, direction = extension.piece, extension.neighbour, 2 * extension.side - 1
+    piece = extension.piece
+    neighbour = extension.neighbour
+    direction = 2 * extension.side - 1
     low, high = min(extension.start, end), max(extension.start, end)
     middle, half = 0.5 * (low + high), 0.5 * (high - low)
-    columns, values = np.empty(table.column_scales.size), np.empty((table.column_scales.size, N_CHEBYSHEV_NODES))
+    columns = np.empty(table.column_scales.size)
+    values = np.empty((table.column_scales.size, N_CHEBYSHEV_NODES))
     first, last = (0, N_CHEBYSHEV_NODES - 1) if direction > 0 else (N_CHEBYSHEV_NODES - 1, 0)
-    guess, node, node_before = np.empty(table.pose_increment.size), table.initial_node, table.initial_node
+    guess = np.empty(table.pose_increment.size)
+    node = table.initial_node
+    node_before = table.initial_node
     q = q_before = table.periodicity[PeriodIndex.START]
     if neighbour != NO_INDEX:  # its two nearest nodes
-        node, node_before = table.nodes[neighbour, last], table.nodes[neighbour, last - direction]
+        node = table.nodes[neighbour, last]
+        node_before = table.nodes[neighbour, last - direction]
         q = coordinate_at(table.intervals, neighbour, CHEBYSHEV_NODES[last])
         q_before = coordinate_at(table.intervals, neighbour, CHEBYSHEV_NODES[last - direction])
     min_pivot = math.inf
@@ -302,7 +321,10 @@ def _unwrap_line_angles(
 @jit
 def _fit_residual(arrays: ReductionArrays, table: PiecewiseTable, piece: int, values: FloatArray) -> tuple[float, float]:
     """Fit a piece; return its truncation error and its rounding error in units of the fit tolerance."""
-    truncation, rounding, unused_coefficients, column = (0.0, 0.0, np.empty(N_CHEBYSHEV_NODES), np.empty(N_CHEBYSHEV_NODES))
+    truncation = 0.0
+    rounding = 0.0
+    unused_coefficients = np.empty(N_CHEBYSHEV_NODES)
+    column = np.empty(N_CHEBYSHEV_NODES)
     for c in range(values.shape[0]):
         error, has_stagnated = fit_piece(values[c], table.coefficients[piece, c])
         error /= max(table.column_scales[c], _largest_magnitude(values[c]))
@@ -328,7 +350,9 @@ def _largest_magnitude(values: FloatArray) -> float:
 @jit_in_place
 def _locate_limit_in_piece(arrays: ReductionArrays, table: PiecewiseTable, piece: int, side: int) -> tuple[float, int]:
     """Return the first value on a piece at which a reading reaches its limit, and the reason code; else its far end."""
-    near_edge, far_edge, n_samples = table.intervals[piece, 1 - side], table.intervals[piece, side], 4 * N_CHEBYSHEV_NODES
+    near_edge = table.intervals[piece, 1 - side]
+    far_edge = table.intervals[piece, side]
+    n_samples = 4 * N_CHEBYSHEV_NODES
     reason: int = EndReason.NOT_ENDED
     for limit in range(arrays.limits.size):
         for side_index in range(2):
@@ -361,7 +385,8 @@ def _close_period(arrays: ReductionArrays, table: PiecewiseTable) -> None:
     """Make a table periodic whose ends meet; else let it continue for another turn."""
     low, high = table.end_pieces[0], table.end_pieces[1]
     weights = np.empty(N_CHEBYSHEV_NODES)
-    first, last = np.zeros(arrays.assembly.pose_scales.size), np.zeros(arrays.assembly.pose_scales.size)
+    first = np.zeros(arrays.assembly.pose_scales.size)
+    last = np.zeros(arrays.assembly.pose_scales.size)
     for end in range(2):
         piece, poses = (low, first) if end == 0 else (high, last)
         barycentric_weights(local_coordinate(table.intervals, piece, table.intervals[piece, end]), weights)
@@ -378,7 +403,8 @@ def _close_period(arrays: ReductionArrays, table: PiecewiseTable) -> None:
     if not _is_periodic(arrays, table, low, high):  # for example a spring that is wound up
         table.periodicity[PeriodIndex.N_TURNS] += 1.0
         return
-    start, end = table.intervals[low, PieceColumn.LOW], table.intervals[high, PieceColumn.HIGH]
+    start = table.intervals[low, PieceColumn.LOW]
+    end = table.intervals[high, PieceColumn.HIGH]
     table.periodicity[PeriodIndex.START] = start
     table.periodicity[PeriodIndex.PERIOD] = end - start
 
@@ -388,9 +414,11 @@ def _is_periodic(arrays: ReductionArrays, table: PiecewiseTable, low: int, high:
     """Return whether all columns have the same values at both ends; angles of lines are exempt, because whole turns do not matter."""
     first_output_column, is_same = TableColumn.FIRST_LOAD + arrays.n_loads, True
     for c in range(table.column_scales.size):
-        output_index, is_derivative = (c - first_output_column) // 2, (c - first_output_column) % 2 == 1
+        output_index = (c - first_output_column) // 2
+        is_derivative = (c - first_output_column) % 2 == 1
         if c >= first_output_column and not is_derivative and arrays.output_rows.table[output_index].kind == RowKind.LINE_ANGLE:
             continue
-        first, last = evaluate_piece(table.coefficients, low, c, -1.0), evaluate_piece(table.coefficients, high, c, 1.0)
+        first = evaluate_piece(table.coefficients, low, c, -1.0)
+        last = evaluate_piece(table.coefficients, high, c, 1.0)
         is_same = is_same and abs(last - first) <= TABLE_CLOSURE_TOLERANCE * max(table.column_scales[c], abs(first), abs(last))
     return is_same

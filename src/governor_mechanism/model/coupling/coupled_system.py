@@ -212,7 +212,8 @@ def _with_load(mechanism: Mechanism, load: LoadCoupling) -> Mechanism:
         found = f"part {part!r} has a load of its own, {abs(own.moment.values[0]):.6g} N m"
         cure = f"write load_torque = 0 in [part.{part}.dimensions], or leave [load] out"
         raise MechanismError(f"[load] acts on {load.angle!r}, but {found}; {cure}")
-    shaft, reading = rotating_body(mechanism, load.name, load.angle), f"{part}.load_torque"
+    shaft = rotating_body(mechanism, load.name, load.angle)
+    reading = f"{part}.load_torque"
     resistance = AppliedTorque(name=reading, reading=load.angle, elements=(load.name,), sign=-1.0)
     own_reading = next((one for one in mechanism.derived_readings if isinstance(one, AppliedTorque) and one.name == reading), None)
     if own_reading:
@@ -288,12 +289,15 @@ def find_speeds(system: CoupledSystem) -> dict[str, AngleRate]:
 
 def check_crossings(system: CoupledSystem, crossings: Sequence[NamedCrossing]) -> None:
     """Raise MechanismError for a crossing of what is no reading, or of a speed that is given."""
-    speeds, readings = find_speeds(system), [reading.name for reading in system.mechanism.readings]
+    speeds = find_speeds(system)
+    readings = [reading.name for reading in system.mechanism.readings]
     outputs = [*readings, *(output.name for output in system.mechanism.internal_outputs), *speeds]
     given_speeds = {f"{plane.prefix}{SPINDLE_SPEED}" for plane in system.planes} - set(speeds)
     problems = []
     for crossing in crossings:
-        what, name, known = f"crossing {crossing.name!r}", crossing.reading, [*readings, *speeds]
+        what = f"crossing {crossing.name!r}"
+        name = crossing.reading
+        known = [*readings, *speeds]
         if name in given_speeds:
             problems.append(f"{what} watches {name!r}, {GIVEN_SPEED_CLAUSE}")
         elif name not in outputs:

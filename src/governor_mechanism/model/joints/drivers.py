@@ -48,7 +48,9 @@ class Driver(Joint):
     @classmethod
     def create(cls, **values: Any) -> Self:
         """Return a driver with a motion, by default at a constant rate from the start."""
-        start, rate, motion = values.pop("start"), values.pop("rate", 0.0), values.pop("motion", None)
+        start = values.pop("start")
+        rate = values.pop("rate", 0.0)
+        motion = values.pop("motion", None)
         return cls(motion=motion(start) if motion else PrescribedMotion.constant_rate(start, rate), **values)
 
     @classmethod

@@ -69,7 +69,8 @@ class Film(os.PathLike[str]):
         if not self.path.is_file():
             return f"<p>{escape(str(self.path))} is no longer there</p>"
         if self.path.suffix.lower() == ".html":
-            page, style = escape(self.path.read_text(encoding="utf-8")), "width:100%;border:0"
+            page = escape(self.path.read_text(encoding="utf-8"))
+            style = "width:100%;border:0"
             return f'<iframe srcdoc="{page}" title="{escape(self.path.stem)}" height="{PAGE_HEIGHT}" style="{style}"></iframe>'
         content = b64encode(self.path.read_bytes()).decode()
         kind = self.path.suffix.lower().removeprefix(".")

@@ -16,10 +16,14 @@ from governor_mechanism.render.style import BLUE, INK, RULE
 from governor_mechanism.types import FloatArray
 from governor_mechanism.units.quantities import display_unit
 
-MAX_CURVES, CURVES_IN_ROW, CURVE_HEIGHT = 12, 3, 2.3
+MAX_CURVES = 12
+CURVES_IN_ROW = 3
+CURVE_HEIGHT = 2.3
 """Largest number of curves, that of curves side by side, and height of one, inches; the first columns are drawn."""
 
-MAX_BARS, MAX_ROWS, ROW_HEIGHT = 4, 60, 0.22
+MAX_BARS = 4
+MAX_ROWS = 60
+ROW_HEIGHT = 0.22
 """Largest numbers of columns and rows with bars, and height of a row, inches."""
 
 MAX_MARKED: Final = 12

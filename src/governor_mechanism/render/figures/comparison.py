@@ -47,7 +47,9 @@ _MAX_GROUPS = 3
 _PREFERRED = ("sleeve_lift", "collar_height", "shaft_speed", "spindle_speed", "arm_angle")
 """Shared readings that are drawn before others."""
 
-_SPEED_MARGIN, _FORCE_LIMIT, _RADIUS_MARGIN = 0.6, 2.0, 0.2
+_SPEED_MARGIN = 0.6
+_FORCE_LIMIT = 2.0
+_RADIUS_MARGIN = 0.2
 """Margin of the speeds around those of working, relative to their range; largest controlling force and margin of the radius, relative to
 equilibrium."""
 
@@ -57,13 +59,17 @@ _MIN_SPEED_RANGE = 0.08
 _UNLIKE_RATIO = 1.5
 """Ratio of the speeds of two governors above which they are drawn relative to the speed of each spindle."""
 
-_WIDTH, _ROW_HEIGHT, _MARGIN = 10.5, 3.1, 0.55
+_WIDTH = 10.5
+_ROW_HEIGHT = 3.1
+_MARGIN = 0.55
 """Width of the figure, height of a row of panels, and of title and lower margin each, inches."""
 
 _READING_LINE_WIDTH = 1.5
 """Width of a reading over time, points."""
 
-_NAME_HEIGHT, _MAX_NAME_LETTERS, _MAX_LETTERS_OF_TWO = 0.21, 110, 62
+_NAME_HEIGHT = 0.21
+_MAX_NAME_LETTERS = 110
+_MAX_LETTERS_OF_TWO = 62
 """Height of a line of the legend, inches; largest number of letters of a scene in it, and of one beside another."""
 
 
@@ -99,7 +105,9 @@ def _named(comparison: Comparison) -> list[tuple[str, Trajectory]]:
 def _row_rects(height: float, row: int, count: int) -> list[PanelRect]:
     """Return the rectangles of the panels of a row, counted from below, in fractions of the page."""
     bottom = (_MARGIN + row * _ROW_HEIGHT) / height
-    left, right, gap = 0.075, 0.975, 0.085
+    left = 0.075
+    right = 0.975
+    gap = 0.085
     width = (right - left - (count - 1) * gap) / max(count, 1)
     return [(left + k * (width + gap), bottom, width, (_ROW_HEIGHT - 0.85) / height) for k in range(count)]
 
@@ -256,7 +264,8 @@ def _draw_forces(panel: Panel, comparison: Comparison) -> None:
         if ends is not None:
             panel.plot(ends.radius / point.radius[0], ends.force / point.force[0], "|", color=colour, markersize=11, markeredgewidth=1.6)
             radii += (ends.radius / point.radius[0]).tolist()
-    low, high = min([1.0, *radii]) - _RADIUS_MARGIN, max([1.0, *radii]) + _RADIUS_MARGIN
+    low = min([1.0, *radii]) - _RADIUS_MARGIN
+    high = max([1.0, *radii]) + _RADIUS_MARGIN
     line = np.array([max(low, 0.0), high])
     panel.plot(line, line, color=INK, linewidth=0.8)
     panel.plot([1.0], [1.0], "o", color=INK, markersize=5, zorder=5)

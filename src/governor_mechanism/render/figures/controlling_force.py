@@ -82,7 +82,8 @@ def _draw_speed_curve(panel: Panel, curve: SpeedCurve, factor: float) -> None:
 
 def _draw_astatic_directions(panel: Panel, curve: SpeedCurve, factor: float) -> None:
     """Draw where an astatic governor goes at other speeds: outward above its one speed, inward below it."""
-    rpm, (inner, outer) = float(np.median(curve.speed)) / RPM, curve.coordinate[[0, -1]] * factor
+    rpm = float(np.median(curve.speed)) / RPM
+    inner, outer = curve.coordinate[[0, -1]] * factor
     for ratio, text, start, stop in ((1.015, "faster: to the outer end", 0.35, 0.65), (0.985, "slower: to the inner end", 0.65, 0.35)):
         tail, head = ((inner + part * (outer - inner), ratio * rpm) for part in (start, stop))
         arrow = {"arrowstyle": "-|>", "color": MUTED, "linewidth": 1.4}
@@ -244,7 +245,8 @@ def _draw_speed_lines(panel: Panel, curve: ControllingForce, shown: BoolArray, l
     """Draw the fan of speed lines from the origin, each with its speed where it leaves the panel."""
     order = np.argsort(curve.radius[shown])
     radius, mass = curve.radius[shown][order], curve.equivalent_mass[shown][order]
-    radius, mass = np.append(radius, limits[0] / MM_PER_M), np.append(mass, mass[-1])
+    radius = np.append(radius, limits[0] / MM_PER_M)
+    mass = np.append(mass, mass[-1])
     next_top = math.inf  # largest radius (mm) of the next label above the panel
     for rpm in _choose_speeds(curve, shown):
         force = mass * (rpm * RPM) ** 2 * radius
@@ -266,7 +268,8 @@ def _choose_speeds(curve: ControllingForce, shown: BoolArray) -> FloatArray:
     low, high = float(rpm.min()), float(rpm.max())
     # The force grows with the square of the speed, so that labels at the right edge are 2 (step / speed) of the height apart.
     step = _round_up(max((high - low) / _N_SPEED_LINES, 0.5 * _MIN_LABEL_DISTANCE * high))
-    first, last = math.floor(low / step * (1 + 1e-9)), math.ceil(high / step * (1 - 1e-9))
+    first = math.floor(low / step * (1 + 1e-9))
+    last = math.ceil(high / step * (1 - 1e-9))
     if last - first + 1 < _MIN_SPEED_LINES:
         first, last = first - 1, last + 1
     return step * np.arange(max(first, 1), last + 1, dtype=np.float64)

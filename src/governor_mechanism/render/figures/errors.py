@@ -24,7 +24,9 @@ _ENGINE_STYLES = {"reduced": (GREEN, "o"), "multibody": (BLUE, "s"), "impulse": 
 
 _ESTIMATE_STYLE: Mapping[str, Any] = {"markerfacecolor": "none", "linewidth": 0.9, "linestyle": (0, (4, 2))}
 """How estimates differ from errors: hollow and dashed."""
-_OUTCOME_SIZE, _OUTCOME_LINE_LENGTH, _ROW_PITCH = 7.5, 125, 0.068
+_OUTCOME_SIZE = 7.5
+_OUTCOME_LINE_LENGTH = 125
+_ROW_PITCH = 0.068
 """Font size (points) of the outcomes above the panel, number of letters in a line of its width, and height of an engine's row in it."""
 
 _MIN_SHOWN_ERROR, _MAX_SHOWN_ERROR = 1e-17, 10.0
@@ -255,7 +257,8 @@ def _draw_errors(page: Page, report: KernelReport, place: PanelRect, name: str, 
                marker="" if line == "-" else ".", markersize=3.0, label="estimated error of the simulation")  # fmt: skip
     panel.axhline(report.tolerance, color=INK, linewidth=1.0, linestyle=DASHED, label="tolerance")
     finite = np.concatenate([magnitudes[np.isfinite(magnitudes)], shown_own[np.isfinite(shown_own)], [report.tolerance]])
-    low, high = math.floor(math.log10(finite.min()) - 0.3), math.ceil(math.log10(finite.max()) + 0.3)
+    low = math.floor(math.log10(finite.min()) - 0.3)
+    high = math.ceil(math.log10(finite.max()) + 0.3)
     panel.set_ylim(10.0**low, 10.0**high)
     missing = np.array([bool(row.problem) for row in report.rows])
     if missing.any():

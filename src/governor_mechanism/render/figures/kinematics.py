@@ -81,9 +81,14 @@ def _different_curves(paths: Mapping[str, FloatArray]) -> list[str]:
     return names
 
 
-_WIDTH, _MIN_HEIGHT, _PANEL_HEIGHT, _MARGINS = 11.0, 5.6, 1.65, 1.5
+_WIDTH = 11.0
+_MIN_HEIGHT = 5.6
+_PANEL_HEIGHT = 1.65
+_MARGINS = 1.5
 """Width of the figure, its least height, and the heights of a panel and of the margins, inches."""
-_MAX_PATHS, _MAX_PANELS, _MAX_CURVES = 4, 6, 4
+_MAX_PATHS = 4
+_MAX_PANELS = 6
+_MAX_CURVES = 4
 _BOTTOM = 0.78
 """Height of the lower edge of the lowest panels, inches."""
 _LEGEND_LETTERS = 62
@@ -195,7 +200,10 @@ def _describe_linkage(study: KinematicStudy) -> str:
 MAX_SHOWN: Final = 36
 """Number of assemblies on a sheet; of more the first ones are drawn, and the sheet says so."""
 
-_CELL, _HEADING, _FOOT, _MARGIN = 2.1, 0.75, 0.3, 0.15
+_CELL = 2.1
+_HEADING = 0.75
+_FOOT = 0.3
+_MARGIN = 0.15
 """Width and height of a cell, and height of the heading, of the foot, and width of the margins, inches."""
 
 _PIXEL = 0.45
@@ -207,7 +215,8 @@ def assemblies_figure(assemblies: Assemblies) -> Page:
     count = min(len(assemblies), MAX_SHOWN)
     n_columns = max(3, math.ceil(math.sqrt(1.6 * count)))
     n_rows = math.ceil(count / n_columns)
-    width, height = 2 * _MARGIN + n_columns * _CELL, _HEADING + n_rows * _CELL + _FOOT
+    width = 2 * _MARGIN + n_columns * _CELL
+    height = _HEADING + n_rows * _CELL + _FOOT
     page = Page(width, height)
     page.write_title(assemblies.scene.title, y=1 - 0.28 / height, size=13)
     page.write_title(_subtitle(assemblies), y=1 - 0.55 / height, size=9, colour=MUTED)
@@ -247,7 +256,10 @@ FORCE_AXES: Final = ("plane", "body")
 """Axes of a polar plot: those of the plane, or those of the second body of the joint, which turn with it."""
 
 _MAX_FORCE_PANELS, _N_FORCE_COLUMNS = 6, 3
-_PANEL_SIZE, _ONLY_PANEL_SIZE, _FORCES_HEADER_HEIGHT, _FORCES_FOOTER_HEIGHT = 3.3, 5.4, 1.1, 0.45
+_PANEL_SIZE = 3.3
+_ONLY_PANEL_SIZE = 5.4
+_FORCES_HEADER_HEIGHT = 1.1
+_FORCES_FOOTER_HEIGHT = 0.45
 """Side of a panel with its labels, and of an only panel, and heights of title and footnote, inches."""
 _ORDINATE_WIDTH: Final = 0.85
 """Width of the label and the numbers to the left of the first panel, inches."""
@@ -267,10 +279,12 @@ def joint_force_figure(
 ) -> Page:
     """Return the polar plots of joint forces."""
     shown = _choose_joints(run, joints, axes)
-    n_columns, n_rows = min(len(shown), _N_FORCE_COLUMNS), math.ceil(min(len(shown), _MAX_FORCE_PANELS) / _N_FORCE_COLUMNS)
+    n_columns = min(len(shown), _N_FORCE_COLUMNS)
+    n_rows = math.ceil(min(len(shown), _MAX_FORCE_PANELS) / _N_FORCE_COLUMNS)
     side = _ONLY_PANEL_SIZE if n_columns == 1 else _PANEL_SIZE
     notes = [_describe_forces(run, shown, axes), *note_coarse_turns(run)]
-    width, height = n_columns * side, n_rows * side + _FORCES_HEADER_HEIGHT + _FORCES_FOOTER_HEIGHT + _NOTE_HEIGHT * len(notes)
+    width = n_columns * side
+    height = n_rows * side + _FORCES_HEADER_HEIGHT + _FORCES_FOOTER_HEIGHT + _NOTE_HEIGHT * len(notes)
     page = Page(width, height)
     page.write_title("Forces of joints", y=1 - 0.3 / height)
     page.write_title(run.scene.title, y=1 - 0.58 / height, size=10, colour=MUTED)

@@ -18,7 +18,11 @@ if TYPE_CHECKING:
     from governor_mechanism.studies.optimisation.results import OptimisedQuantity, Optimum, TradeOff
     from governor_mechanism.studies.synthesis.dimensions import DimensionSynthesis
 
-_WIDTH, _LINE, _PANEL, _HEADER, _FOOTER = 8.6, 0.42, 2.6, 0.95, 0.6
+_WIDTH = 8.6
+_LINE = 0.42
+_PANEL = 2.6
+_HEADER = 0.95
+_FOOTER = 0.6
 """Width of the page, heights of an unknown, of a panel, and of the rooms above and below, inches."""
 
 _LEFT, _RIGHT = 0.30, 0.95
@@ -117,13 +121,17 @@ def dimension_figure(result: DimensionSynthesis) -> Page:
     return page
 
 
-_FIT_WIDTH, _READING_HEIGHT, _FIT_HEADER, _FIT_FOOTER = 8.0, 3.6, 0.9, 0.6
+_FIT_WIDTH = 8.0
+_READING_HEIGHT = 3.6
+_FIT_HEADER = 0.9
+_FIT_FOOTER = 0.6
 """Width of the page of a fit, height for each reading, and heights above and below, inches."""
 
 
 def _describe_fit(fit: Fit) -> str:
     """Return what was fitted to what, in a line."""
-    n_values, n_unknowns = sum(len(one.values) for one in fit.measurements), len(fit.rows)
+    n_values = sum(len(one.values) for one in fit.measurements)
+    n_unknowns = len(fit.rows)
     return f"{n_unknowns} value{'s' * (n_unknowns > 1)} fitted to {n_values} measured ones; band: two standard deviations of the noise"
 
 

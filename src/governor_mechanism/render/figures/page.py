@@ -47,7 +47,9 @@ FIGURE_DPI = 100
 """Resolution of figures, dots per inch."""
 
 _MM_PER_INCH = 1e3 * INCH
-PLATE_WIDTH, PLATE_HEIGHT, PLATE_DPI = 297 / _MM_PER_INCH, 210 / _MM_PER_INCH, 140
+PLATE_WIDTH = 297 / _MM_PER_INCH
+PLATE_HEIGHT = 210 / _MM_PER_INCH
+PLATE_DPI = 140
 """Width and height of a plate, inches, which are those of a sheet A4 on its side, and its resolution, dots per inch."""
 
 _FRAME_INSETS_MM = ((5.0, 1.8), (6.5, 0.6))
@@ -57,7 +59,9 @@ _MAX_TITLE_LETTERS = 80
 """Number of letters of a title that fit on the line under the heading of a plate."""
 
 MM_PER_M = 1e3
-DASHED, CHAIN_DOTTED, DOTTED = (0, (5, 2.5)), (0, (10, 2.5, 1.5, 2.5)), (0, (1, 1.8))
+DASHED = (0, (5, 2.5))
+CHAIN_DOTTED = (0, (10, 2.5, 1.5, 2.5))
+DOTTED = (0, (1, 1.8))
 """Lengths of dashes and gaps, in line widths."""
 
 SERIES_LINE_STYLES: tuple[Any, ...] = ("-", (0, (6, 2)), (0, (8, 1.8, 1.5, 1.8)), (0, (1.5, 1.2)))
@@ -232,7 +236,9 @@ LABEL_DIRECTIONS = ((1, 0), (1, 1), (-1, 0), (-1, 1), (0, 1), (1, -1), (-1, -1),
 _LETTER_WIDTH_RATIO = 0.56
 """Width of a letter, or a little less, as a fraction of the font size."""
 
-_LABEL_DISTANCE_PIXELS, _SETTING_DISTANCE_PIXELS, _RING_RADIUS_PIXELS = 10.0, 6.0, 9.0
+_LABEL_DISTANCE_PIXELS = 10.0
+_SETTING_DISTANCE_PIXELS = 6.0
+_RING_RADIUS_PIXELS = 9.0
 """Distance of a label and of a setting from its point, and half width of a ring around a point, pixels."""
 
 _DISTANCE_FACTORS = (1.0, 2.2, 3.6)
@@ -264,7 +270,8 @@ class LabelPlacer:
     ) -> None:
         """Write a label next to a point (data), by signs of right and up, where it covers least; unless it `must`, not over another."""
         pixels_per_point = self._panel.figure.dpi / 72
-        width, height = _LETTER_WIDTH_RATIO * size * pixels_per_point * len(words), 1.3 * size * pixels_per_point
+        width = _LETTER_WIDTH_RATIO * size * pixels_per_point * len(words)
+        height = 1.3 * size * pixels_per_point
         at_x, at_y = self._panel.transData.transform((x, y))
         boxes = []
         for factor in _DISTANCE_FACTORS if must else _DISTANCE_FACTORS[:1]:

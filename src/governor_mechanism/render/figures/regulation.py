@@ -58,7 +58,8 @@ def cyclic_figure(study: CyclicMotionStudy) -> Page:
     page = Page(*_PAGE_SIZE, "The sleeve moves when the speed fluctuation exceeds the insensitivity band", study.title)
     panel = _add_panel(page, _PANEL_RECT, "Speed fluctuation / insensitivity band [1]", "Sleeve stroke in a turn [mm]")
     order = np.argsort(study.fluctuation_ratios)
-    fluctuation_ratios, amplitudes = study.fluctuation_ratios[order], study.amplitudes[order] * MM_PER_M
+    fluctuation_ratios = study.fluctuation_ratios[order]
+    amplitudes = study.amplitudes[order] * MM_PER_M
     panel.axvspan(0.0, study.threshold, color=SKY, alpha=0.18, linewidth=0)
     panel.plot(fluctuation_ratios, amplitudes, "o-", color=BLUE, linewidth=1.6, markersize=4)
     highest = float(amplitudes.max())
@@ -103,7 +104,8 @@ def clearance_figure(*studies: ClearanceStudy) -> Page:
     for index, (study, colour) in enumerate(zip(studies, SERIES_COLOURS, strict=False)):
         style: dict[str, Any] = {"color": colour, "marker": SERIES_MARKERS[index], "markersize": 4.5}
         order = np.argsort(study.clearances)
-        clearances, ratio = study.clearances[order] * MM_PER_M, study.amplitudes[order] / study.amplitude_without_clearance
+        clearances = study.clearances[order] * MM_PER_M
+        ratio = study.amplitudes[order] / study.amplitude_without_clearance
         is_at_rest = ratio == 0
         moving = np.where(is_at_rest, np.nan, ratio)
         panel.plot(clearances, moving, linewidth=1.2, linestyle=SERIES_LINE_STYLES[index], label=study.title, **style)
@@ -151,7 +153,8 @@ def fold_jump_figure(study: FoldJumpStudy) -> Page:
     right = _add_panel(page, (0.60, 0.17, 0.36, 0.64), "Rate of the speed ramp [rad/s²]", "Delay [rad/s]")
     order = np.argsort(study.ramp_rates)
     rates, rising_delay = study.ramp_rates[order], study.rising_delay[order]
-    up, down = f"up: exponent {study.rising_exponent}", f"down: exponent {study.falling_exponent}"
+    up = f"up: exponent {study.rising_exponent}"
+    down = f"down: exponent {study.falling_exponent}"
     for speeds, static, delay, colour, marker, label, text, shift in (
         (study.rising_speeds, study.stop_speed, rising_delay, VERMILLION, "s", up, "leaves its stop", -11),
         (study.falling_speeds, study.fold_speed, study.falling_delay[order], BLUE, "o", down, "fold", 5),
@@ -187,8 +190,10 @@ def load_change_figure(study: LoadChangeStudy) -> Page:
     run = study.run
     times, begin = run.times, study.change_times[0]
     speed, sleeve, torque = (page.add_panel((0.10, y, 0.86, 0.225), "", label) for y, label in _PANELS)
-    angles, n_columns = run.readings[governed.shaft_angle], math.ceil(speed.bbox.width / COLUMN_WIDTH)
-    speeds, lift = run.rates[governed.shaft_angle] / RPM, run.readings[governed.sleeve] * MM_PER_M
+    angles = run.readings[governed.shaft_angle]
+    n_columns = math.ceil(speed.bbox.width / COLUMN_WIDTH)
+    speeds = run.rates[governed.shaft_angle] / RPM
+    lift = run.readings[governed.sleeve] * MM_PER_M
     bands = [make_range_band(times, values, angles / math.tau, n_columns) for values in (speeds, lift)]
     if not governed.has_mean_torque:
         for panel, band in zip((speed, sleeve), bands, strict=True):

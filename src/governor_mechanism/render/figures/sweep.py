@@ -35,11 +35,19 @@ from governor_mechanism.studies.sweep.quantities import RunQuantity
 from governor_mechanism.studies.sweep.results import Sweep
 from governor_mechanism.types import BoolArray, FloatArray
 
-_MAP_WIDTH, _MAP_HEIGHT, _MAP_SPACING_X, _MAP_SPACING_Y = 3.1, 2.5, 0.25, 0.8
+_MAP_WIDTH = 3.1
+_MAP_HEIGHT = 2.5
+_MAP_SPACING_X = 0.25
+_MAP_SPACING_Y = 0.8
 """Size of a map and spacing between maps, inches."""
 
 _SINGLE_MAP_RATIO = 1.7
-_TEXT_MARGIN, _LEFT_MARGIN, _RIGHT_MARGIN, _TOP_MARGIN, _BOTTOM_MARGIN, _COLOUR_BAR_WIDTH = 0.45, 0.85, 0.95, 1.05, 0.75, 0.16
+_TEXT_MARGIN = 0.45
+_LEFT_MARGIN = 0.85
+_RIGHT_MARGIN = 0.95
+_TOP_MARGIN = 1.05
+_BOTTOM_MARGIN = 0.75
+_COLOUR_BAR_WIDTH = 0.16
 """Further left margin beside words, margins around the maps, and width of a colour bar, inches."""
 
 _MAX_THIRD_KEY_MAPS = 6
@@ -139,7 +147,8 @@ class _HeatmapPage:
         left_margin = _LEFT_MARGIN + word_margin
         if not self._is_flat:
             return _Layout(len(self._third_indices), n_quantities, _MAP_WIDTH, _MAP_HEIGHT, _MAP_SPACING_X, left_margin, footer)
-        map_scale, columns = _SINGLE_MAP_RATIO if n_quantities == 1 else 1.2, min(n_quantities, 2 if n_quantities != 3 else 3)
+        map_scale = _SINGLE_MAP_RATIO if n_quantities == 1 else 1.2
+        columns = min(n_quantities, 2 if n_quantities != 3 else 3)
         spacing_x = _MAP_SPACING_X + _RIGHT_MARGIN + 0.4 + word_margin
         return _Layout(
             columns, -(-n_quantities // columns), map_scale * _MAP_WIDTH, map_scale * _MAP_HEIGHT, spacing_x, left_margin, footer
@@ -180,7 +189,8 @@ class _HeatmapPage:
         panel.tick_params(labelleft=y_label)
         order, factor = np.ix_(across.order, up.order), quantity.display_unit[0]
         values = (self._sweep.grid(quantity.name).reshape(self._places.shape)[..., third_index] * factor)[order].T
-        edges, norm = (across.cell_edges(), up.cell_edges()), self._norms[self._sweep.quantities.index(quantity)]
+        edges = (across.cell_edges(), up.cell_edges())
+        norm = self._norms[self._sweep.quantities.index(quantity)]
         panel.pcolormesh(*edges, np.ma.masked_invalid(values), cmap=_SWEEP_COLOUR_MAP, norm=norm, rasterized=True)
         draw_missing_cells(panel, self._sweep, self._places[..., third_index][order].T, ~np.isfinite(values), edges)
         across.apply_to(panel, "x", cells=True)
@@ -194,7 +204,9 @@ class _HeatmapPage:
 
     def _draw_colour_bar(self, page: Page, panel: Panel, k: int) -> None:
         """Draw the colour bar of a quantity right of its map."""
-        box, width, quantity = panel.get_position(), page.get_figwidth(), self._sweep.quantities[k]
+        box = panel.get_position()
+        width = page.get_figwidth()
+        quantity = self._sweep.quantities[k]
         unit = quantity.display_unit[1]
         bar = page.add_panel((box.x1 + 0.12 / width, box.y0, _COLOUR_BAR_WIDTH / width, box.height), grid=None)
         page.colorbar(ScalarMappable(self._norms[k], _SWEEP_COLOUR_MAP), cax=bar).outline.set(edgecolor=MUTED, linewidth=0.8)
@@ -210,7 +222,8 @@ def _colour_norms(sweep: Sweep) -> list[Normalize]:
     norms = [_make_norm(*own) for own in limits]
     for unit in {one.display_unit[1] for one in sweep.quantities} - {""}:
         members = [k for k, one in enumerate(sweep.quantities) if one.display_unit[1] == unit]
-        low, high = min(limits[k][0] for k in members), max(limits[k][1] for k in members)
+        low = min(limits[k][0] for k in members)
+        high = max(limits[k][1] for k in members)
         if min(limits[k][1] - limits[k][0] for k in members) > _MIN_SHARED_RATIO * (high - low):
             shared = _make_norm(low, high)
             for k in members:
@@ -330,6 +343,7 @@ def _draw_panel(panel: Panel, sweep: Sweep, axis_scale: SweepAxisScale, group: S
 
 def _draw_missing_rows(panel: Panel, sweep: Sweep, axis_scale: SweepAxisScale, is_missing: BoolArray) -> None:
     """Fill the cells of rows that lack a number over the whole height of the panel."""
-    places, low_and_high = number_endings(sweep)[axis_scale.order], np.array(panel.get_ylim())
+    places = number_endings(sweep)[axis_scale.order]
+    low_and_high = np.array(panel.get_ylim())
     draw_missing_cells(panel, sweep, places[None, :], is_missing[None, :], (axis_scale.cell_edges(), low_and_high))
     panel.set_ylim(*low_and_high)

@@ -120,7 +120,9 @@ _FAILURE_STYLES = (("#f0cdb5", "xxxx"), ("#f0cdb5", "++++"), ("#f0cdb5", "oooo")
 KEY_LINE_HEIGHT = 0.19
 """Height of a line of the key, inches."""
 
-_LETTERS_PER_INCH, _KEY_FONT_SIZE, _HANDLE_WIDTH = 13.5, 8.5, 0.6
+_LETTERS_PER_INCH = 13.5
+_KEY_FONT_SIZE = 8.5
+_HANDLE_WIDTH = 0.6
 """Letters of the key in an inch, their size in points, and the width of what they explain, inches."""
 
 SCENE_MARKER: dict[str, Any] = {"marker": "o", "markersize": 8, "markerfacecolor": PAPER, "markeredgecolor": INK, "markeredgewidth": 1.6}

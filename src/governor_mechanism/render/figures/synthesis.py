@@ -29,7 +29,10 @@ MAX_SHOWN: Final = 6
 MAX_POSITIONS: Final = 9
 """Number of positions in which a linkage is drawn, of more along a curve some of them."""
 
-_CELL, _HEADING, _FOOT, _GAP = 3.1, 0.75, 0.4, 0.12
+_CELL = 3.1
+_HEADING = 0.75
+_FOOT = 0.4
+_GAP = 0.12
 """Width and height of the room of a linkage, and heights of heading and foot, and gap between rooms, inches."""
 _ERROR_HEIGHT, _CURVE_HEIGHT = 2.9, 6.0
 """Heights of a panel of errors and of one of Burmester's curves, over the whole width below the linkages, inches."""

@@ -162,11 +162,18 @@ def _are_equal(one: ShownReading, other: ShownReading) -> bool:
     return one.unit == other.unit and bool(np.abs(one.values - other.values).max() <= noise)
 
 
-_FIGURE_WIDTH, _ROW_HEIGHT, _ONLY_PLOT_HEIGHT = 9.6, 1.9, 3.2
+_FIGURE_WIDTH = 9.6
+_ROW_HEIGHT = 1.9
+_ONLY_PLOT_HEIGHT = 3.2
 """Width of the figure, height of a row of plots and of an only plot, inches."""
-_HEADER_HEIGHT, _FOOTER_HEIGHT, _LINE_HEIGHT = 0.75, 0.75, 0.24
+_HEADER_HEIGHT = 0.75
+_FOOTER_HEIGHT = 0.75
+_LINE_HEIGHT = 0.24
 """Height above the plots with the title, below them with the time and the closing lines, and of each further line, inches."""
-_LEFT, _RIGHT, _COLUMN_GAP, _ROW_GAP = 0.075, 0.975, 0.17, 0.62
+_LEFT = 0.075
+_RIGHT = 0.975
+_COLUMN_GAP = 0.17
+_ROW_GAP = 0.62
 """Edges of the plots relative to the width, and their distances relative to the width and the height of a plot."""
 _MIN_PLOTTED_ERROR = 1e-18
 """Lower bound of plotted errors, because a logarithmic axis has no zero."""
@@ -260,7 +267,8 @@ def _draw_panels(
     n_rows = math.ceil(len(panels) / n_columns)
     row_heights = [_row_height(len(panels))] * n_rows
     row_heights += [STRIP_BORDER_HEIGHT + STRIP_ROW_HEIGHT * len(event_times)] * has_strip
-    header, footer = _HEADER_HEIGHT + _LINE_HEIGHT * n_above, _FOOTER_HEIGHT + _LINE_HEIGHT * n_below
+    header = _HEADER_HEIGHT + _LINE_HEIGHT * n_above
+    footer = _FOOTER_HEIGHT + _LINE_HEIGHT * n_below
     # The gap below the last row of plots is part of the footer.
     height = sum(row_heights) + header + footer - 0.65
     page = Page(_FIGURE_WIDTH, height)

@@ -136,7 +136,9 @@ def _add_panel(page: Page, study: AccuracyStudy, requested_error: float | None) 
     return panel
 
 
-_FIGURE_WIDTH, _ROW_HEIGHT, _HEADER_HEIGHT = 8.4, 0.42, 1.6
+_FIGURE_WIDTH = 8.4
+_ROW_HEIGHT = 0.42
+_HEADER_HEIGHT = 1.6
 """Figure width, row height, height of header and footer together, inches."""
 
 _MIN_PLOTTED_CHANGE = 1e-16

@@ -44,7 +44,9 @@ SHORT_NAMES = {"valve displacement": "valve"}
 """Names that would be too long for a heading beside others."""
 _FIRST_LINE = 7.0
 """Distance (pixels) of the middle of the first line from the top."""
-_NUMBER_GAP, _NAME_GAP, _SLACK = 6.0, 4.0, 1.0
+_NUMBER_GAP = 6.0
+_NAME_GAP = 4.0
+_SLACK = 1.0
 """Smallest distance (pixels) of a name to the number, and to the next name; and what letters in whole pixels may take more."""
 
 
@@ -238,7 +240,8 @@ class FrameCanvas:
         """Return a panel in metres with static shapes and with the parts of a drawing, whose moments are the numbers of the frames."""
         brush = self._paint_still(view, static_shapes)
         first = list(shapes_of(parts, 0))
-        artists, groups = [MovingArtist(artist) for artist in brush.paint(first)], group_shapes(first)
+        artists = [MovingArtist(artist) for artist in brush.paint(first)]
+        groups = group_shapes(first)
         return ShapePanel(artists, PartPaths(parts), parts, groups)
 
     def _make_sorted_panel(
@@ -281,7 +284,8 @@ class FrameCanvas:
     def _add_title_and_footer(self, run: Trajectory, title: str, frame_data: FrameData, note: str = "") -> None:
         """Add title, time with a note before it, rules and footer; a run that has ended before the film says so."""
         times = _format_times(frame_data.times, frame_data.has_ended)
-        left, right = 12 - self._shift, self.add_number(times, "s", (self._right - 12, 18), 12, color=INK)
+        left = 12 - self._shift
+        right = self.add_number(times, "s", (self._right - 12, 18), 12, color=INK)
         if note:
             right -= 14.0
             right -= self._width_of(self.add_text(note, (right, 18), SMALL_TEXT, color=MUTED, ha="right"))
@@ -307,7 +311,8 @@ class FrameCanvas:
     def _add_line(self, start: Vec2, end: Vec2, colour: str) -> None:
         """Add a thin line between two positions (pixels of 480)."""
         xs, ys = zip(start, end, strict=True)
-        columns, rows = [(x + self._shift) / self._width for x in xs], [1 - y / layout.REFERENCE_SIZE for y in ys]
+        columns = [(x + self._shift) / self._width for x in xs]
+        rows = [1 - y / layout.REFERENCE_SIZE for y in ys]
         self.figure.add_artist(Line2D(columns, rows, color=colour, linewidth=0.8 * self._points_per_pixel))
 
     def _add_scale_bar(self, start: Vec2, length: float, words: str) -> float:
@@ -328,7 +333,8 @@ class FrameCanvas:
     def add_text(self, content: str, position: Vec2, height: float, *, max_width: float | None = None, **style: Any) -> Words:
         """Add text at a position and of a height (pixels of 480), fitted into `max_width` pixels."""
         settings = {"color": INK, "fontfamily": SANS_FONT, "va": "center_baseline", "parse_math": False} | style
-        x, y = (position[0] + self._shift) / self._width, 1 - position[1] / layout.REFERENCE_SIZE
+        x = (position[0] + self._shift) / self._width
+        y = 1 - position[1] / layout.REFERENCE_SIZE
         text = Words(x, y, content, fontsize=height * self._points_per_pixel)
         text.set(transform=self.figure.transFigure, **settings)
         self.figure.add_artist(text)

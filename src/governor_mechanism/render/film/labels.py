@@ -150,7 +150,8 @@ def shares_within(starts: FloatArray, ends: FloatArray, boxes: FloatArray) -> tu
         start, step = starts[..., axis], ends[..., axis] - starts[..., axis]
         step = np.where(np.abs(step) < _MIN_STEP, _MIN_STEP, step)
         first, second = ((boxes[..., 2 * axis + k] - start) / step for k in (0, 1))
-        enters, leaves = np.maximum(enters, np.minimum(first, second)), np.minimum(leaves, np.maximum(first, second))
+        enters = np.maximum(enters, np.minimum(first, second))
+        leaves = np.minimum(leaves, np.maximum(first, second))
     return enters, leaves
 
 
@@ -316,7 +317,8 @@ class _Places:
         if not others:
             return costs
         other_ends = np.array([self._points[j][self._chosen[j]] for j in others])
-        heights, other_heights = self._heights[places][:, None, None], self._heights[self._places[others]][:, None]
+        heights = self._heights[places][:, None, None]
+        other_heights = self._heights[self._places[others]][:, None]
         crossed = _lines_cross(self._x, heights, self._points[k][:, None, None], other_heights, other_ends)
         total: FloatArray = costs + _LINE_COST * crossed.mean(axis=-1).sum(axis=-1)
         return total
@@ -340,7 +342,9 @@ class _Places:
     def _swap(self, first: int, second: int) -> bool:
         """Let two names change places if that is better, and return whether they did."""
         rest = [j for j in range(len(self._points)) if j not in (first, second)]
-        pair, places, chosen = [first, second], self._places.copy(), self._chosen.copy()
+        pair = [first, second]
+        places = self._places.copy()
+        chosen = self._chosen.copy()
         before = self._cost_of(first, rest) + self._cost_of(second, [*rest, first])
         self._places[pair] = places[[second, first]]
         after = 0.0
@@ -378,7 +382,8 @@ def _gaps_of_line(starts: FloatArray, steps: FloatArray, half_gap: float) -> Flo
     (*_, own), between = steps, starts[:-1, None] - starts[-1]
     determinant = _cross(own, steps[:-1])
     determinant = np.where(determinant == 0.0, np.inf, determinant)  # parallel lines do not cross
-    share, other_share = _cross(between, steps[:-1]) / determinant, _cross(between, own) / determinant
+    share = _cross(between, steps[:-1]) / determinant
+    other_share = _cross(between, own) / determinant
     is_crossed = (share > 0.0) & (share < 1.0) & (other_share > 0.0) & (other_share < 1.0)
     reach = half_gap / np.maximum(np.hypot(*own.T), _MIN_WIDTH)
     gaps = np.stack([np.where(is_crossed, share - reach, 1.0), np.where(is_crossed, share + reach, 0.0)], axis=-1)
@@ -404,7 +409,8 @@ def _boxes_of(shapes: Iterable[DrawnShape], view: PixelView) -> Iterator[Boundin
     for shape in shapes:
         margin = _MARGIN / view.scale
         if isinstance(shape, TextShape):
-            width, half_height = LETTER_WIDTH * _TEXT_HEIGHT * len(shape.text) / view.scale, 0.5 * _TEXT_HEIGHT / view.scale
+            width = LETTER_WIDTH * _TEXT_HEIGHT * len(shape.text) / view.scale
+            half_height = 0.5 * _TEXT_HEIGHT / view.scale
             yield shape.x - margin, shape.x + width + margin, shape.y - half_height - margin, shape.y + half_height + margin
         elif shape.role in _SCALE_ROLES:
             left, right, low, high = bounding_box([shape])

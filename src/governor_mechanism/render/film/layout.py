@@ -19,7 +19,9 @@ PART_NAME_HEIGHT = 16.0
 CAPTION_RECT: PixelRect = (14.0, 440.0, 286.0, 456.0)
 READINGS_RECT: PixelRect = (300.0, 46.0, 470.0, 452.0)
 DIAL_RECT: PixelRect = (300.0, 364.0, 388.0, 452.0)
-TICK_WIDTH, HEADING_HEIGHT, TIME_LABEL_HEIGHT = 7.0, 24.0, 16.0
+TICK_WIDTH = 7.0
+HEADING_HEIGHT = 24.0
+TIME_LABEL_HEIGHT = 16.0
 """Margins of the plot of a reading: left for the ticks beside their labels, above for the heading, below all plots for the times."""
 PLOT_BOTTOM = 6.0
 """Distance (pixels) of a plot from the heading of the next one."""
@@ -68,7 +70,8 @@ class FrameLayout:
         lines = [(left, bottom + k * STATED_HEIGHT, right, bottom + (k + 1) * STATED_HEIGHT) for k in range(n_stated)]
         n_rows = max(math.ceil(count / self.plot_columns), 1)
         n_columns = max(math.ceil(count / n_rows), 1)
-        height, pitch = (times_top - top) / n_rows, (right - left + PLOT_GAP) / n_columns
+        height = (times_top - top) / n_rows
+        pitch = (right - left + PLOT_GAP) / n_columns
         places = [divmod(k, n_columns) for k in range(count)]
         plots = [(left + k * pitch, top + j * height, left + (k + 1) * pitch - PLOT_GAP, top + (j + 1) * height) for j, k in places]
         return plots + lines
@@ -113,7 +116,8 @@ def frame_layout(options: FilmOptions, has_dial: bool, aspect_ratio: float = 1.0
                 dial=(414.0, 358.0, 508.0, 452.0),
             )
         case _:
-            beside, above = FrameLayout(), _machine_above_plots(aspect_ratio, len(options.readings) or MAX_PLOT_COLUMNS)
+            beside = FrameLayout()
+            above = _machine_above_plots(aspect_ratio, len(options.readings) or MAX_PLOT_COLUMNS)
             gain = _fitted_height(above.elevation, aspect_ratio) / _fitted_height(beside.elevation, aspect_ratio)
             places = above if gain >= MIN_GAIN and not has_dial else beside
     return places if options.footer else _without_footer(places)
@@ -142,10 +146,14 @@ def with_names(places: FrameLayout, width: float) -> FrameLayout:
 
 def _machine_above_plots(aspect_ratio: float, n_plots: int) -> FrameLayout:
     """Return the places of a machine of an aspect ratio over the whole width, with a number of plots in rows below it."""
-    left, top, right, bottom = 8.0, 42.0, REFERENCE_SIZE - 8.0, READINGS_RECT[3]
+    left = 8.0
+    top = 42.0
+    right = REFERENCE_SIZE - 8.0
+    bottom = READINGS_RECT[3]
     n_rows = math.ceil(n_plots / MAX_PLOT_COLUMNS)
     height = bottom - top - CAPTION_HEIGHT
-    lowest, highest = height - n_rows * MAX_ROW_HEIGHT, height - n_rows * MIN_ROW_HEIGHTS[n_rows]
+    lowest = height - n_rows * MAX_ROW_HEIGHT
+    highest = height - n_rows * MIN_ROW_HEIGHTS[n_rows]
     middle = top + min(max((right - left) / aspect_ratio, lowest), highest)
     return FrameLayout(
         elevation=(left, top, right, middle),

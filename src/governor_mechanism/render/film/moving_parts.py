@@ -116,7 +116,9 @@ class PartPaths:
         owned = [(number, shape) for number, part in enumerate(parts) for shape in own_shapes(part, 0)]
         numbers = iter([number for number, _ in owned])
         self._paths: list[Path | None] = []
-        points, owners, group_numbers = [np.empty((0, 2))], [np.empty(0, dtype=np.intp)], list[int]()
+        points = [np.empty((0, 2))]
+        owners = [np.empty(0, dtype=np.intp)]
+        group_numbers = list[int]()
         rigid: list[int] = []
         for group in group_shapes([shape for _, shape in owned]):
             own = [next(numbers) for _ in group]
@@ -142,7 +144,9 @@ class PartPaths:
     def __call__(self, k: int) -> Sequence[Path | None]:
         """Return the paths at frame k."""
         x0, y0, angle = self._axes_at(k).T
-        (cosines, sines), (x, y), owners = (np.cos(angle), np.sin(angle)), self._points.T, self._owners
+        cosines, sines = (np.cos(angle), np.sin(angle))
+        x, y = self._points.T
+        owners = self._owners
         self._placed[:, 0] = x0[owners] + cosines[owners] * x - sines[owners] * y
         self._placed[:, 1] = y0[owners] + sines[owners] * x + cosines[owners] * y
         changed: dict[int, list[DrawnShape]] = {}
@@ -230,7 +234,9 @@ def plot_panel(axes: Axes, panel: PlotPanel, frame_data: FrameData, points_per_p
     for mark in panel.marks:
         axes.axvline(mark, color=MUTED, linewidth=0.8 * points_per_pixel, dashes=(3.0, 2.0), zorder=1)
     width = CURVE_WIDTH * points_per_pixel
-    artists, tracks, bands = [], [], []
+    artists = []
+    tracks = []
+    bands = []
     of_curves = panel.find_bands(axes.bbox.width, axes.bbox.height, width * float(axes.figure.dpi) / 72)
     for curve, band in reversed(list(zip(panel.curves, of_curves, strict=True))):
         samples: FloatArray = np.column_stack([curve.times, curve.values])

@@ -247,12 +247,15 @@ def _depth(solid: _Solid, k: int, plane: TurnedPlane) -> float:
 
 def _seen_shapes(solid: _Solid, k: int, plane: TurnedPlane, spheres: Spheres) -> Iterator[DrawnShape]:
     """Yield the `n_shapes` shapes as which a solid is seen at frame k; a ball with the light on it."""
-    is_visible, points = solid.is_visible_at(k), solid.points_at(k) if len(solid.points) else np.zeros((0, 2))
-    thickness, radius = solid.half_thickness, solid.radius_at(k) if solid.is_visible_at(k) else 0.0
+    is_visible = solid.is_visible_at(k)
+    points = solid.points_at(k) if len(solid.points) else np.zeros((0, 2))
+    thickness = solid.half_thickness
+    radius = solid.radius_at(k) if solid.is_visible_at(k) else 0.0
     if thickness is None:
         yield _flat_shape(solid, k, points if is_visible else points[:0], radius)
     elif solid.is_sphere:
-        (x, y), size = plane.project(points)[0].tolist(), float(plane.sizes(plane.depths(points))[0])
+        x, y = plane.project(points)[0].tolist()
+        size = float(plane.sizes(plane.depths(points))[0])
         yield Circle(solid.role, x, y, radius * size)
         arcs = [arc_points((x, y), math.radians(135 - half), math.radians(2 * half), r * radius * size, 12) for r, half in _HIGHLIGHTS]
         yield Lines("ball shine", tuple(arcs) if radius else ())

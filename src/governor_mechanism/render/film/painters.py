@@ -81,7 +81,9 @@ class EngineRoomPainter(FrameCanvas):
     ) -> None:
         width, shift = FRAME_WIDTHS[options.layout]
         super().__init__(size, shift, options, width)
-        self._run, self._governed, self._data = run, governed, governor
+        self._run = run
+        self._governed = governed
+        self._data = governor
         self.room = EngineRoomDrawing(run, governed, engine.drawing, governor.drawing)
         (start, stop), duration = governor.time_span, float(np.ptp(run.times))
         which = "first " if start == run.times[0] else ""

@@ -72,7 +72,9 @@ class _Writer:
     """Elements of all that moves; positions in points, y down."""
 
     def __init__(self, canvas: FrameCanvas, duration: float, n_frames: int) -> None:
-        self._canvas, self._n_frames, self._duration = canvas, n_frames, duration
+        self._canvas = canvas
+        self._n_frames = n_frames
+        self._duration = duration
         self._height = float(canvas.figure.get_size_inches()[1]) * 72
         self._timing = f'dur="{duration:g}s" repeatCount="indefinite"'
 
@@ -215,7 +217,8 @@ class _Writer:
             begin, end = (min(frame / self._n_frames, 1.0) for frame in (k, following))
             # Between its first and last moment it is visible.
             states = [*([] if k == 0 else [("hidden", 0.0)]), ("visible", begin), *([] if end >= 1.0 else [("hidden", end)])]
-            values, times = ";".join(state for state, _ in states), ";".join(f"{time:.4f}" for _, time in states)
+            values = ";".join(state for state, _ in states)
+            times = ";".join(f"{time:.4f}" for _, time in states)
             animation = f'<animate attributeName="visibility" calcMode="discrete" values="{values}" keyTimes="{times}" {self._timing}/>'
             animation = animation if len(states) > 1 else ""
             hidden = "" if k == 0 else ' visibility="hidden"'
@@ -285,7 +288,8 @@ def key_points(points: FloatArray) -> list[int]:
         first, last = pending.pop()
         if last - first < 2:
             continue
-        chord, offsets = points[last] - points[first], points[first + 1 : last] - points[first]
+        chord = points[last] - points[first]
+        offsets = points[first + 1 : last] - points[first]
         squared = float(chord @ chord)
         shares = np.clip(offsets @ chord / squared, 0.0, 1.0) if squared else np.zeros(len(offsets))
         distances = np.hypot(*(offsets - shares[:, None] * chord).T)

@@ -136,7 +136,9 @@ class _Comparison:
     """Comparison of motions between two times (s) with that at the first."""
 
     def __init__(self, motions: Sequence[Motion], begin: float, end: float) -> None:
-        self._motions, self._begin, self._end = motions, begin, end
+        self._motions = motions
+        self._begin = begin
+        self._end = end
         times = motions[0].times
         self._times = np.unique(np.concatenate([[begin], times[(times > begin) & (times < end)], [end]]))
         self._scales = [motion.scales(begin, end) for motion in motions]
@@ -157,7 +159,9 @@ class _Comparison:
         times = self._times
         if len(times) < 5:
             return []
-        returns, is_away, values = [self._begin], False, self._difference(times)
+        returns = [self._begin]
+        is_away = False
+        values = self._difference(times)
         for k in range(1, len(times)):
             is_away |= bool(values[k] > EXCURSION)
             following = values[k + 1] if k + 1 < len(times) else math.inf
@@ -288,7 +292,8 @@ def find_loop_end(run: Trajectory, time_span: Vec2, *, shows_rotation: bool = Fa
 def select_time_span(limits: Vec2, start: float | None, stop: float | None) -> Vec2:
     """Return the validated start and end (s) of the shown part within the times of the runs (s)."""
     first, last = limits
-    begin, end = (first if start is None else start), (last if stop is None else stop)
+    begin = first if start is None else start
+    end = last if stop is None else stop
     if begin == end and first < last:
         raise FilmOptionError(
             "{start} and {stop} are both {found:g} s; a film shows what happens between two times within {first:g}..{last:g} s",

@@ -218,7 +218,10 @@ class Placement:
 
     def __call__(self, point: Vec2) -> Vec2:
         """Return the place (m) of a point given in the axes (m)."""
-        (x0, y0), (ax, ay), (bx, by), (x, y) = self.origin, self.x_axis, self.y_axis, point
+        x0, y0 = self.origin
+        ax, ay = self.x_axis
+        bx, by = self.y_axis
+        x, y = point
         return x0 + x * ax + y * bx, y0 + x * ay + y * by
 
     def coordinates(self, place: Vec2) -> Vec2:

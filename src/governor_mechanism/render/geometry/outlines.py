@@ -29,7 +29,9 @@ def make_bar(role: str, start: Vec2, end: Vec2, width: float) -> Polygon:
     """Return a straight bar with round ends from start to end (m), of a width (m)."""
     length = math.dist(start, end)
     ux, uy = ((end[0] - start[0]) / length, (end[1] - start[1]) / length) if length > 0 else (1.0, 0.0)
-    (x0, y0), (x1, y1), half_circle = start, end, [(width / 2 * x, width / 2 * y) for x, y in _HALF_CIRCLE]
+    x0, y0 = start
+    x1, y1 = end
+    half_circle = [(width / 2 * x, width / 2 * y) for x, y in _HALF_CIRCLE]
     tip = [(x1 + f * ux - g * uy, y1 + f * uy + g * ux) for f, g in half_circle]
     return Polygon(role, (*tip, *[(x0 - f * ux + g * uy, y0 - f * uy - g * ux) for f, g in half_circle]))
 
@@ -89,7 +91,9 @@ def shrink_convex(corners: Sequence[Vec2], distance: float) -> list[Vec2]:
 def _cut_at_line(corners: Sequence[Vec2], depths: Sequence[float]) -> Iterator[Vec2]:
     """Yield the corners of the part of a polygon whose depth behind a line, known at its corners, is not negative."""
     for k, (x, y) in enumerate(corners):
-        (x0, y0), before, here = corners[k - 1], depths[k - 1], depths[k]
+        x0, y0 = corners[k - 1]
+        before = depths[k - 1]
+        here = depths[k]
         if before * here < 0.0:
             share = before / (before - here)
             yield x0 + share * (x - x0), y0 + share * (y - y0)

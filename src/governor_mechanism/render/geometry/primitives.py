@@ -245,7 +245,8 @@ class PixelView:
     def box(self) -> BoundingBox:
         """Return the bounding box (m) that the whole rectangle shows: left, right, bottom, top."""
         left, top, right, bottom = self.rect
-        half_width, half_height = (right - left) / 2 / self.scale, (bottom - top) / 2 / self.scale
+        half_width = (right - left) / 2 / self.scale
+        half_height = (bottom - top) / 2 / self.scale
         return self.x - half_width, self.x + half_width, self.y - half_height, self.y + half_height
 
     def height_of(self, row: float) -> float:

@@ -108,7 +108,9 @@ def horizontal_extents(
         if shape.kind == "circle":
             distance = np.maximum(np.maximum(bottom - points[:, 0, 1], points[:, 0, 1] - top), 0.0)
             half = np.sqrt(np.maximum(shape.radii**2 - distance**2, 0.0))
-            lows, highs, is_there = points[:, 0, 0] - half, points[:, 0, 0] + half, half > 0.0
+            lows = points[:, 0, 0] - half
+            highs = points[:, 0, 0] + half
+            is_there = half > 0.0
         elif shape.kind == "polygon":
             lows, highs = _extents_of_edges(points, np.roll(points, -1, axis=1), bottom, top)
             is_there = lows <= highs

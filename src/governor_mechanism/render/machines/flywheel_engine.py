@@ -37,7 +37,10 @@ GAS_ROLES = ("live steam", "expanding steam", "spent steam")
 """Roles of gas above two thirds, one third and below one third of the highest pressure."""
 
 # In strokes of the picture.
-BORE_HEIGHT, WALL, PISTON_THICKNESS, MIN_CLEARANCE = 0.15, 0.03, 0.10, 0.02
+BORE_HEIGHT = 0.15
+WALL = 0.03
+PISTON_THICKNESS = 0.10
+MIN_CLEARANCE = 0.02
 DIAGRAM_HEIGHT = 0.36
 _RIGHT_END = 1.37
 """Right edge of the picture."""
@@ -107,7 +110,8 @@ class CylinderView:
 
     def _loops(self) -> Iterator[DrawnShape]:
         """Yield the pressures on both faces over a turn."""
-        u, loop = self.stroke, [(k / _N_CURVE_POINTS, False) for k in range(_N_CURVE_POINTS + 1)]
+        u = self.stroke
+        loop = [(k / _N_CURVE_POINTS, False) for k in range(_N_CURVE_POINTS + 1)]
         loop += [(1 - k / _N_CURVE_POINTS, True) for k in range(_N_CURVE_POINTS + 1)]
         for role, pressure in (("head end curve", self.far_side_pressure), ("crank end curve", self.shaft_side_pressure)):
             points = [(travel * u, self._height(pressure(travel, is_return))) for travel, is_return in loop]
@@ -127,7 +131,8 @@ class CylinderView:
     @property
     def _bore(self) -> tuple[float, float, float, float]:
         """Left, right, lower and upper end of the bore, m."""
-        reach, floor = 0.5 * PISTON_THICKNESS * self.stroke + self._drawn_clearance, self.base + WALL * self.stroke
+        reach = 0.5 * PISTON_THICKNESS * self.stroke + self._drawn_clearance
+        floor = self.base + WALL * self.stroke
         return -reach, self.stroke + reach, floor, floor + BORE_HEIGHT * self.stroke
 
     def gas_shapes(self, relative_travel: float, is_return: bool) -> Iterator[DrawnShape]:
@@ -135,7 +140,9 @@ class CylinderView:
         u, (left, right, low, high) = self.stroke, self._bore
         if self.has_moving_diagram:
             yield from self._loops()
-        x, half, rod = relative_travel * u, 0.5 * PISTON_THICKNESS * u, 0.016 * u
+        x = relative_travel * u
+        half = 0.5 * PISTON_THICKNESS * u
+        rod = 0.016 * u
         for (start, end), pressure in zip(((left, x - half), (x + half, right)), self._faces(relative_travel, is_return), strict=True):
             outline = make_rectangle("bore", start, end, low, high).points
             yield from (Polygon(role, outline if role == self.gas_role(pressure) else ()) for role in GAS_ROLES)
@@ -148,7 +155,8 @@ class CylinderView:
 
     def mark_shapes(self, relative_travel: float, is_return: bool) -> Iterator[DrawnShape]:
         """Yield the indicator points over the piston."""
-        x, faces = relative_travel * self.stroke, self._faces(relative_travel, is_return)
+        x = relative_travel * self.stroke
+        faces = self._faces(relative_travel, is_return)
         points = [(x, self._height(pressure)) for pressure in faces]
         reach = min((self.axis, *(y for _, y in points))), max((self.axis, *(y for _, y in points)))
         yield Lines("projection", (((x, reach[0]), (x, reach[1])),))
@@ -171,8 +179,13 @@ def highest_pressure(gases: Iterable[CylinderGas]) -> float:
 
 
 # In crank radii of the view.
-WHEEL_RADIUS, _RIM_WIDTH, _HUB_RADIUS = 1.9, 0.28, 0.36
-MAX_DRAWN_ROD, _PISTON_ROD, _CYLINDER_LENGTH, _CYLINDER_HALF_HEIGHT = 4.2, 1.35, 2.5, 0.5
+WHEEL_RADIUS = 1.9
+_RIM_WIDTH = 0.28
+_HUB_RADIUS = 0.36
+MAX_DRAWN_ROD = 4.2
+_PISTON_ROD = 1.35
+_CYLINDER_LENGTH = 2.5
+_CYLINDER_HALF_HEIGHT = 0.5
 _N_SPOKES = 6
 
 
@@ -226,7 +239,8 @@ class EngineView:
     def cylinder_box(self) -> BoundingBox:
         """Left, right, lower and upper edge of the cylinder in the picture, m."""
         near, far = self._cylinder_ends
-        (left, low), (right, high) = self._to_picture(near, -_CYLINDER_HALF_HEIGHT), self._to_picture(far, _CYLINDER_HALF_HEIGHT)
+        left, low = self._to_picture(near, -_CYLINDER_HALF_HEIGHT)
+        right, high = self._to_picture(far, _CYLINDER_HALF_HEIGHT)
         return left, right, low, high
 
     @cached_property
@@ -250,7 +264,9 @@ class EngineView:
 
     def crank_parts(self, angle_at: Callable[[Any], float]) -> Iterator[DrawnPart]:
         """Yield crank, connecting rod and crosshead; `angle_at` is the crank angle at a moment, rad."""
-        s, shaft, near_end = self.scale, self.shaft, self._to_picture(self._cylinder_ends[0], 0.0)
+        s = self.scale
+        shaft = self.shaft
+        near_end = self._to_picture(self._cylinder_ends[0], 0.0)
         crank_axes = axes_turned(shaft, angle_at)
         yield Attached(frame=crank_axes, shapes=(make_bar("crank web", (0.0, 0.0), (-s, 0.0), 0.42 * s),))
         yield fixed([Circle("hub", *shaft, 0.16 * s)])
@@ -290,12 +306,16 @@ class EngineView:
 
     def _spoke(self, angle: float) -> tuple[Vec2, Vec2]:
         """Return the ends of a spoke at an angle (rad) from the shaft."""
-        direction, start, end = (math.cos(angle), math.sin(angle)), _HUB_RADIUS * self.scale, (WHEEL_RADIUS - _RIM_WIDTH) * self.scale
+        direction = (math.cos(angle), math.sin(angle))
+        start = _HUB_RADIUS * self.scale
+        end = (WHEEL_RADIUS - _RIM_WIDTH) * self.scale
         return (start * direction[0], start * direction[1]), (end * direction[0], end * direction[1])
 
 
 # In strokes of the picture.
-_GAP, _LEFT, _RIGHT = 0.07, -0.12, 1.26
+_GAP = 0.07
+_LEFT = -0.12
+_RIGHT = 1.26
 _CASTING_HEIGHT = BORE_HEIGHT + 2 * WALL
 
 

@@ -261,7 +261,8 @@ def _shoe_key_shapes(governor: GovernorDrawing, left: float, middle: float, unit
 
 def _cylinder_box(governor: GovernorDrawing) -> BoundingBox:
     """Return left, right, bottom and top of the cylinder of a dashpot (m)."""
-    sizes, u, (low, high) = governor.cylinder, governor.arm, governor.lug_height_range
+    sizes, u = governor.cylinder, governor.arm
+    low, high = governor.lug_height_range
     x = -(governor.sleeve_size[0] + sizes.axis_distance * u)
     bottom = governor.dashpot_top - max(high - low + sizes.extra_length * u, sizes.min_length * u)
     return x - sizes.half_width * u, x + sizes.half_width * u, bottom, governor.dashpot_top
@@ -307,17 +308,27 @@ def _piston_shapes(governor: GovernorDrawing, height: float, rod_depth: float) -
 
 
 # Lengths as fractions of the unit of the drive.
-_PITCH_RADIUS, _FACE_WIDTH, _SHAFT_HALF_WIDTH = 0.105, 0.05, 0.018
-_SHAFT_END, _BEARING_LEFT, _BEARING_RIGHT, _BEARING_HEIGHT = 0.60, 0.22, 0.31, 0.05
-_PULLEY_LEFT, _PULLEY_RIGHT, _PULLEY_RADIUS = 0.42, 0.56, 0.13
-_KEY_RIGHT_OF_PULLEY, _KEY_LEFT_OF_AXIS, _KEY_ROW = 0.63, -0.70, 0.075
+_PITCH_RADIUS = 0.105
+_FACE_WIDTH = 0.05
+_SHAFT_HALF_WIDTH = 0.018
+_SHAFT_END = 0.60
+_BEARING_LEFT = 0.22
+_BEARING_RIGHT = 0.31
+_BEARING_HEIGHT = 0.05
+_PULLEY_LEFT = 0.42
+_PULLEY_RIGHT = 0.56
+_PULLEY_RADIUS = 0.13
+_KEY_RIGHT_OF_PULLEY, _KEY_LEFT_OF_AXIS = 0.63, -0.70
+_KEY_ROW = 0.075
 _TEETH = (-0.8, -0.55, -0.25, 0.05, 0.35, 0.6, 0.82)
 """Places of the drawn teeth across a wheel, as fractions of its pitch radius."""
 
 
 def spindle_drive_shapes(top: float, unit: float) -> Iterator[DrawnShape]:
     """Yield two bevel wheels below a height `top` (m), the shaft to the right, its bearing, and its pulley; `unit` (m) sizes them."""
-    radius, face, half = _PITCH_RADIUS * unit, _FACE_WIDTH * unit, _SHAFT_HALF_WIDTH * unit
+    radius = _PITCH_RADIUS * unit
+    face = _FACE_WIDTH * unit
+    half = _SHAFT_HALF_WIDTH * unit
     apex = top - radius
     for bottom, height in ((apex + half, _BEARING_HEIGHT * unit), (apex - half - _BEARING_HEIGHT * unit, _BEARING_HEIGHT * unit)):
         box = (_BEARING_LEFT * unit, _BEARING_RIGHT * unit, bottom, bottom + height)
@@ -356,8 +367,14 @@ _SWING = math.radians(38)
 """Angle by which the valve turns to either side over the lift for which the gear is designed (rad)."""
 _CLOSING_ANGLE = math.radians(47)
 """Angle of the plate to its pipe when the sleeve is in the middle of its travel (rad)."""
-_PIPE_HALF_LENGTH, _PIPE_HALF_HEIGHT, _WALL_THICKNESS = 0.17, 0.072, 0.022
-_LEVER_WIDTH, _ROD_WIDTH, _PIN_RADIUS, _FORK_END, _STRAP_HEIGHT = 0.046, 0.026, 0.017, 0.045, 0.055
+_PIPE_HALF_LENGTH = 0.17
+_PIPE_HALF_HEIGHT = 0.072
+_WALL_THICKNESS = 0.022
+_LEVER_WIDTH = 0.046
+_ROD_WIDTH = 0.026
+_PIN_RADIUS = 0.017
+_FORK_END = 0.045
+_STRAP_HEIGHT = 0.055
 _POST_WIDTH, _POST_HEIGHT = 0.05, 0.22
 
 
@@ -413,7 +430,8 @@ class ThrottleGear:
 
     def background_shapes(self) -> Iterator[DrawnShape]:
         """Yield the post that carries the lever, and the pipe in section."""
-        u, (x, y), (valve_x, valve_y) = self.unit, self.pivot, self.valve
+        u, (x, y) = self.unit, self.pivot
+        valve_x, valve_y = self.valve
         foot = y - _POST_HEIGHT * u
         yield make_bar("throttle post", (x, foot), (x, y), _POST_WIDTH * u)
         yield make_rectangle("throttle post", x - 0.06 * u, x + 0.06 * u, foot - 0.02 * u, foot + 0.01 * u)

@@ -148,12 +148,19 @@ class HartnellProportions(GovernorDrawing):
 
 
 # Widths and heights as fractions of the ball's arm.
-_ARM_WIDTH, _COLUMN_HALF_WIDTH, _CAP_HEIGHT, _PIVOT_RADIUS = 0.095, 0.05, 0.14, 0.035
+_ARM_WIDTH = 0.095
+_COLUMN_HALF_WIDTH = 0.05
+_CAP_HEIGHT = 0.14
+_PIVOT_RADIUS = 0.035
 _COLUMN_FOOT = 0.30
 """Depth of the feet of the columns below the pivots."""
-_LIP, _GROOVE_TOP, _GEAR_UNIT = 0.09, 0.24, 1.6
+_LIP = 0.09
+_GROOVE_TOP = 0.24
+_GEAR_UNIT = 1.6
 """Thickness of the two lips of the sleeve's groove, height of its upper one above the foot, and the length that sizes the gears."""
-_SHOE_WIDTH, _SHOE_HEIGHT, _STOP_HEIGHT = 0.13, 0.15, 0.11
+_SHOE_WIDTH = 0.13
+_SHOE_HEIGHT = 0.15
+_STOP_HEIGHT = 0.11
 
 
 class HartnellDrawing(HartnellProportions):
@@ -175,7 +182,9 @@ class HartnellDrawing(HartnellProportions):
 
     def _spindle_shapes(self, foot: float) -> Iterator[DrawnShape]:
         """Yield the spindle in its bearings."""
-        u, w, cap_top = self.arm, self.spindle_ratio * self.arm, self.cap_height + _CAP_HEIGHT * self.arm
+        u = self.arm
+        w = self.spindle_ratio * self.arm
+        cap_top = self.cap_height + _CAP_HEIGHT * self.arm
         yield from parts.spindle_shapes(w, (foot - 0.82 * u, cap_top + 0.62 * u), foot - 0.32 * u, cap_top + 0.52 * u)
         for heights in ((cap_top + 0.24 * u, cap_top + 0.42 * u), (foot - 0.22 * u, foot - 0.06 * u)):
             yield from parts.hatched_pair_shapes("bearing", (w, 0.34 * u), heights, 0.075 * u)
@@ -201,7 +210,8 @@ class HartnellDrawing(HartnellProportions):
 
     def _spring_shapes(self, moment: Moment) -> list[DrawnShape]:
         """Return the spring between the flange of the sleeve and the cap."""
-        u, top = self.arm, self.sleeve_axes(moment)[1] + (ROLLER_RADIUS + FLANGE_HEIGHT) * self.arm
+        u = self.arm
+        top = self.sleeve_axes(moment)[1] + (ROLLER_RADIUS + FLANGE_HEIGHT) * self.arm
         return [Lines("spring", helical_spring_lines((0.0, top), (0.0, self.cap_height), 0.22 * u, self.spindle_ratio * u))]
 
     @cached_property
@@ -249,7 +259,9 @@ def _crank_shapes(u: float, side: HartnellSide) -> Iterator[DrawnShape]:
 
 def _casing_shapes(governor: HartnellProportions) -> Iterator[DrawnShape]:
     """Yield the casing, keyed to the spindle: brackets with the pivots, columns and cap."""
-    u, x, cap = governor.arm, governor.column_radius, governor.cap_height
+    u = governor.arm
+    x = governor.column_radius
+    cap = governor.cap_height
     half, foot = _COLUMN_HALF_WIDTH * u, -_COLUMN_FOOT * u
     for sign in (-1.0, 1.0):
         yield make_bar("frame", (sign * x, foot + half), (sign * governor.pivot_radius, 0.0), 2 * half)
@@ -260,7 +272,8 @@ def _casing_shapes(governor: HartnellProportions) -> Iterator[DrawnShape]:
 
 def _nut(governor: HartnellProportions) -> Polygon:
     """Return the nut on the cap that tightens the spring."""
-    top, w = governor.cap_height + _CAP_HEIGHT * governor.arm, governor.spindle_ratio * governor.arm
+    top = governor.cap_height + _CAP_HEIGHT * governor.arm
+    w = governor.spindle_ratio * governor.arm
     return make_rectangle("seat", -2.2 * w, 2.2 * w, top, top + 0.08 * governor.arm)
 
 
@@ -268,7 +281,9 @@ def _sleeve_shapes(governor: HartnellProportions) -> Iterator[DrawnShape]:
     """Yield the sleeve in its axes, the rollers at the origin: flange on the rollers, tube, grooved end for the fork, and a pointer."""
     u, (end, depth) = governor.arm, governor.sleeve_size
     flange, tube = governor.flange_half_width, governor.tube_half_width
-    low, base, lip = ROLLER_RADIUS * u, -depth, _LIP * u
+    low = ROLLER_RADIUS * u
+    base = -depth
+    lip = _LIP * u
     top, groove = low + FLANGE_HEIGHT * u, base + (_GROOVE_TOP + _LIP) * u
     upper = (flange, top), (flange, low), (tube, low), (tube, groove), (end, groove), (end, groove - lip)
     lower = (tube, groove - lip), (tube, base + lip), (end, base + lip), (end, base)
@@ -301,7 +316,9 @@ def _spindle_foot(governor: HartnellProportions) -> float:
 
 def _stop_shapes(governor: HartnellProportions) -> Iterator[DrawnShape]:
     """Yield the stops as collars on the spindle: below the sleeve, and above its flange inside the spring."""
-    u, w, (low, high) = governor.arm, governor.spindle_ratio * governor.arm, governor.stop_heights
+    u = governor.arm
+    w = governor.spindle_ratio * governor.arm
+    low, high = governor.stop_heights
     shoe = _SHOE_HEIGHT * u if governor.find_lift_effect(DryFriction) else 0.0
     if math.isfinite(low):
         top = low - governor.sleeve_size[1] - shoe

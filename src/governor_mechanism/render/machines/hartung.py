@@ -124,7 +124,8 @@ class HartungProportions(GovernorDrawing):
     def traced_path(self, poses: FloatArray) -> FloatArray:
         """Return the path (n, 2) (m) of the centre of the right weight."""
         lever_angle = poses[..., self.part.mechanism.body_index(RIGHT_WEIGHT), 2]
-        x, y = self.fulcrum_radius - self.arm * np.sin(lever_angle), self.fulcrum_height + self.arm * np.cos(lever_angle)
+        x = self.fulcrum_radius - self.arm * np.sin(lever_angle)
+        y = self.fulcrum_height + self.arm * np.cos(lever_angle)
         return np.stack([x, y], axis=-1)
 
     @cached_property
@@ -150,7 +151,9 @@ class HartungProportions(GovernorDrawing):
 
     def sides(self, pose: FloatArray) -> list[HartungSide]:
         """Return the left and the right half at a pose (bodies, 3)."""
-        height, y, sides = float(self.sleeve_height(pose)), self.fulcrum_height, []
+        height = float(self.sleeve_height(pose))
+        y = self.fulcrum_height
+        sides = []
         for name, sign in ((LEFT_WEIGHT, -1.0), (RIGHT_WEIGHT, 1.0)):
             lever_angle = sign * float(pose[self.part.mechanism.body_index(name), 2])
             weight = self.weight_radius(lever_angle), y + self.arm * math.cos(lever_angle)
@@ -167,7 +170,10 @@ _STOP_HALF_HEIGHT = 0.16
 """Half height of the weight stops, as a fraction of the weight arm."""
 _SHOE_HEIGHT = 0.20
 # Widths and radii as fractions of the weight arm.
-_ARM_WIDTH, _HANGER_WIDTH, _PIVOT_RADIUS, _ROD_HALF_WIDTH = 0.17, 0.12, 0.055, 0.05
+_ARM_WIDTH = 0.17
+_HANGER_WIDTH = 0.12
+_PIVOT_RADIUS = 0.055
+_ROD_HALF_WIDTH = 0.05
 _GROOVE_BASE, _GROOVE_HEIGHT = 0.14, 0.22
 """Height of the groove for the fork above the foot of the sleeve, and of the groove itself, as fractions of the weight arm."""
 _GEAR_UNIT = 2.2
@@ -201,7 +207,9 @@ class HartungDrawing(HartungProportions):
 
     def _spindle_shapes(self, collar_height: float) -> Iterator[DrawnShape]:
         """Yield the spindle in its bearings."""
-        u, w, top = self.arm, self.spindle_ratio * self.arm, self.weight_size[1] + 0.34 * self.arm
+        u = self.arm
+        w = self.spindle_ratio * self.arm
+        top = self.weight_size[1] + 0.34 * self.arm
         yield from parts.spindle_shapes(w, (collar_height - 0.92 * u, top + 0.2 * u), collar_height - 0.34 * u, top + 0.08 * u)
         for heights in ((top - 0.16 * u, top), (collar_height - 0.26 * u, collar_height - 0.10 * u)):
             yield from parts.hatched_pair_shapes("bearing", (w, 0.42 * u), heights, 0.09 * u)
@@ -274,7 +282,9 @@ class HartungDrawing(HartungProportions):
 
     def plan_shapes(self, pose: FloatArray, angle: float) -> Iterator[DrawnShape]:
         """Yield weights, cross rod and sleeve from above; a mark identifies the right weight."""
-        (w, h), seat, axes = self.weight_size, self.spring_seat_radius, (0.0, 0.0, angle)
+        w, h = self.weight_size
+        seat = self.spring_seat_radius
+        axes = (0.0, 0.0, angle)
         left, right = (side.weight[0] for side in self.sides(pose))
         yield Lines("plan arm", ((axes_to_plane(axes, -seat, 0.0), axes_to_plane(axes, seat, 0.0)),))
         for x in (left, right):
@@ -292,7 +302,9 @@ def _bore_shape(governor: HartungProportions, side: HartungSide) -> Polygon:
 
 def _weight_shapes(governor: HartungProportions, side: HartungSide) -> tuple[Polygon, Lines]:
     """Return a weight in section in its axes: the walls around its bore, and their lining."""
-    (w, h), bore, sign = governor.weight_size, governor.bore_half_height, side.sign
+    w, h = governor.weight_size
+    bore = governor.bore_half_height
+    sign = side.sign
     corner, wall = 0.12 * h, -(1.0 - _WALL_RATIO) * w
     half = [(wall, bore), (w, bore), (w, h - corner), (w - corner, h), (-w + corner, h), (-w, h - corner)]
     outline = [*half, *((x, -y) for x, y in reversed(half))]
@@ -314,8 +326,12 @@ def _coil_strands(governor: HartungProportions, side: HartungSide) -> tuple[_Str
 
 def _frame_shapes(governor: HartungProportions) -> Iterator[DrawnShape]:
     """Yield the beam with the fulcrums, keyed to the spindle, and the hub and end plates of the cross rod."""
-    u, x, y = governor.arm, governor.fulcrum_radius, governor.fulcrum_height
-    plate, bore, seat = 0.06 * u, governor.bore_half_height, governor.spring_seat_radius
+    u = governor.arm
+    x = governor.fulcrum_radius
+    y = governor.fulcrum_height
+    plate = 0.06 * u
+    bore = governor.bore_half_height
+    seat = governor.spring_seat_radius
     yield make_rectangle("frame", -0.2 * u, 0.2 * u, y - 0.12 * u, 0.12 * u)
     yield make_bar("frame", (-x, y), (x, y), 0.19 * u)
     yield from (make_rectangle("seat", *side, -1.05 * bore, 1.05 * bore) for side in reversed(parts.both_sides(seat, seat + plate)))
@@ -373,7 +389,8 @@ def _moving_effect_parts(governor: HartungProportions) -> Iterator[DrawnPart]:
 
 def _spring_shapes(governor: HartungProportions, moment: Moment) -> list[DrawnShape]:
     """Return the spring between its seat and the foot of the sleeve."""
-    u, base = governor.arm, governor.sleeve_axes(moment)[1] - governor.sleeve_size[1]
+    u = governor.arm
+    base = governor.sleeve_axes(moment)[1] - governor.sleeve_size[1]
     ends = (0.0, _spindle_collar_height(governor)), (0.0, base)
     return [Lines("spring", helical_spring_lines(*ends, 0.36 * u, governor.spindle_ratio * u))]
 
@@ -403,10 +420,13 @@ def _stop_radii(governor: HartungProportions, stops: Stops) -> Vec2:
 
 def _weight_stop_shapes(governor: HartungProportions, stops: Stops) -> Iterator[DrawnShape]:
     """Yield the blocks that stop the weights: inside on a post of the hub, outside on brackets from the spring seats."""
-    u, y, (weight_half_width, weight_half_height) = governor.arm, _stop_height(governor), governor.weight_size
+    u = governor.arm
+    y = _stop_height(governor)
+    weight_half_width, weight_half_height = governor.weight_size
     inner_radius, outer_radius = _stop_radii(governor, stops)
     half_height = min(_STOP_HALF_HEIGHT * u, 0.8 * (weight_half_height - governor.bore_half_height) / 2)
-    inner, outer = inner_radius - weight_half_width, outer_radius + weight_half_width
+    inner = inner_radius - weight_half_width
+    outer = outer_radius + weight_half_width
     if math.isfinite(inner):
         hub_face = max(inner - 0.16 * u, -0.2 * u) if inner > 0.05 * u else inner - 0.1 * u
         post = max(hub_face, 1.5 * governor.spindle_ratio * u)

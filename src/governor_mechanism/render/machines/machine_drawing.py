@@ -95,7 +95,9 @@ class MachineDrawing(PartRun, ABC):
 
     def plan_shapes(self, pose: FloatArray, angle: float) -> Iterable[DrawnShape]:
         """Yield the rotating plane from above, at a spindle angle (rad): every body at its distance from the axis."""
-        u, c, s = self.part.mechanism.length_scale, math.cos(angle), math.sin(angle)
+        u = self.part.mechanism.length_scale
+        c = math.cos(angle)
+        s = math.sin(angle)
         positions = [(x * c, x * s) for x in pose[:, 0].tolist()]
         yield from (make_bar("arm", (0.0, 0.0), point, 0.05 * u) for point in positions)
         for body, point in zip(self.part.mechanism.bodies, positions, strict=True):

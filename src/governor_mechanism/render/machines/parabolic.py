@@ -39,7 +39,10 @@ _LINK_RATIO = 1.10
 """Half length of a bar of the lazy tongs, as a multiple of the half height of their cells where they are stretched most."""
 _HUB_CLEARANCE = 0.30
 """Distance of the sleeve's eye at its highest below the vertex of the parabola, as a fraction of the outer radius."""
-NECK_HALF_WIDTH, DRUM_TOP, FLANGE_HEIGHT, GROOVE_HEIGHT = 0.085, -0.085, 0.045, 0.07
+NECK_HALF_WIDTH = 0.085
+DRUM_TOP = -0.085
+FLANGE_HEIGHT = 0.045
+GROOVE_HEIGHT = 0.07
 """Half width of the sleeve's neck; top of its drum above the eye; heights of flange and groove, as fractions of the outer radius."""
 
 
@@ -134,9 +137,17 @@ class ParabolicProportions(GovernorDrawing, MechanismExtents):
 
 
 # Widths, heights and lengths as fractions of the outer radius of the guide.
-_STRIP_WIDTH, _SLOT_WIDTH, _GUIDE_END = 0.13, 0.066, 0.07
-_CROSSHEAD_WIDTH, _CROSSHEAD_SLOT_WIDTH, _LINK_WIDTH, _PIVOT_RADIUS = 0.075, 0.034, 0.040, 0.020
-_SHOE_WIDTH, _SHOE_HEIGHT, _STOP_WIDTH, _STOP_HEIGHT = 0.08, 0.10, 0.09, 0.08
+_STRIP_WIDTH = 0.13
+_SLOT_WIDTH = 0.066
+_GUIDE_END = 0.07
+_CROSSHEAD_WIDTH = 0.075
+_CROSSHEAD_SLOT_WIDTH = 0.034
+_LINK_WIDTH = 0.040
+_PIVOT_RADIUS = 0.020
+_SHOE_WIDTH = 0.08
+_SHOE_HEIGHT = 0.10
+_STOP_WIDTH = 0.09
+_STOP_HEIGHT = 0.08
 _EYE_RADIUS = 0.055
 
 
@@ -157,7 +168,9 @@ class ParabolicDrawing(ParabolicProportions):
 
     def _spindle_shapes(self, foot: float) -> Iterator[DrawnShape]:
         """Yield the spindle in its bearings."""
-        u, w, top = self.arm, self.spindle_ratio * self.arm, self.upper_pivot_height
+        u = self.arm
+        w = self.spindle_ratio * self.arm
+        top = self.upper_pivot_height
         yield from parts.spindle_shapes(w, (foot - 0.52 * u, top + 0.46 * u), foot - 0.25 * u, top + 0.36 * u)
         for heights in ((top + 0.14 * u, top + 0.27 * u), (foot - 0.18 * u, foot - 0.05 * u)):
             yield from parts.hatched_pair_shapes("bearing", (w, 0.19 * u), heights, 0.045 * u)
@@ -194,7 +207,9 @@ class ParabolicDrawing(ParabolicProportions):
 
     def plan_shapes(self, pose: FloatArray, angle: float) -> Iterator[DrawnShape]:
         """Yield guides, sleeve and balls from above; a mark identifies the right ball."""
-        c, s, end = math.cos(angle), math.sin(angle), (1.0 + _GUIDE_END) * self.arm
+        c = math.cos(angle)
+        s = math.sin(angle)
+        end = (1.0 + _GUIDE_END) * self.arm
         left, right = ((side.ball[0] * c, side.ball[0] * s) for side in self.sides(pose))
         yield make_bar("frame plate", (-end * c, -end * s), (end * c, end * s), _STRIP_WIDTH * self.arm)
         yield Circle("sleeve", 0.0, 0.0, self.sleeve_size[0])
@@ -234,7 +249,9 @@ def _crosshead_shapes(governor: ParabolicProportions) -> Iterator[DrawnShape]:
 
 def _tongs_parts(governor: ParabolicProportions) -> Iterator[Attached]:
     """Yield the bars of the lazy tongs, and their pins."""
-    u, first_joints, frames = governor.arm, governor.tongs_at(governor.first_moment), {}
+    u = governor.arm
+    first_joints = governor.tongs_at(governor.first_moment)
+    frames = {}
     for start, end in _tongs_bars(len(first_joints) - 1):
         frames[start] = axes_along(partial(_bar_ends, governor, start, end))
         (x, y), (end_x, end_y) = _bar_ends(governor, start, end, governor.first_moment)
@@ -249,7 +266,9 @@ def _tongs_parts(governor: ParabolicProportions) -> Iterator[Attached]:
             yield governor.attach(frames[bar], [Circle("pivot", x, y, _PIVOT_RADIUS * u)], turns=bool(row % 2))
 
 
-_LEFT, _MIDDLE, _RIGHT = 0, 1, 2
+_LEFT = 0
+_MIDDLE = 1
+_RIGHT = 2
 """Places of the joints of a height."""
 
 
@@ -273,8 +292,11 @@ def _bar_ends(governor: ParabolicProportions, start: tuple[int, int], end: tuple
 def _sleeve_shapes(governor: ParabolicProportions) -> Iterator[DrawnShape]:
     """Yield the sleeve, whose eye is at the origin of its axes: neck, drum with shading, groove for the fork, and a pointer."""
     u, (width, depth) = governor.arm, governor.sleeve_size
-    neck, base, top = NECK_HALF_WIDTH * u, -depth, DRUM_TOP * u
-    flange, groove = base + FLANGE_HEIGHT * u, base + (FLANGE_HEIGHT + GROOVE_HEIGHT) * u
+    neck = NECK_HALF_WIDTH * u
+    base = -depth
+    top = DRUM_TOP * u
+    flange = base + FLANGE_HEIGHT * u
+    groove = base + (FLANGE_HEIGHT + GROOVE_HEIGHT) * u
     corner = 0.3 * (width - neck)
     drum = (neck, top), (width - corner, top), (width, top - corner), (width, groove)
     foot = (0.62 * width, groove), (0.62 * width, flange), (0.86 * width, flange), (0.86 * width, base)
@@ -309,7 +331,8 @@ def _spindle_foot(governor: ParabolicProportions) -> float:
     stops = governor.find_lift_effect(Stops)
     low = governor.lug_height_range[0]
     if stops and math.isfinite(stops.low):
-        low, gap = min(low, governor.zero_lift_height + stops.low), gap + _STOP_HEIGHT * u
+        low = min(low, governor.zero_lift_height + stops.low)
+        gap = gap + _STOP_HEIGHT * u
     return low - governor.sleeve_size[1] - gap
 
 
@@ -325,7 +348,9 @@ def _stop_heights(governor: ParabolicProportions) -> Vec2:
 
 def _fixed_effect_parts(governor: ParabolicProportions) -> Iterator[Attached]:
     """Yield the effects on the sleeve that are fixed to the frame: stops, spring seat and dashpot cylinder."""
-    u, w, (low, high) = governor.arm, governor.spindle_ratio * governor.arm, _stop_heights(governor)
+    u = governor.arm
+    w = governor.spindle_ratio * governor.arm
+    low, high = _stop_heights(governor)
     for face, bottom in ((low, low - _STOP_HEIGHT * u), (high, high)):
         if math.isfinite(face):
             stop = parts.hatched_pair_shapes("stop", (w, _STOP_WIDTH * u), (bottom, bottom + _STOP_HEIGHT * u), 0.03 * u)
@@ -347,7 +372,9 @@ def _moving_effect_parts(governor: ParabolicProportions) -> Iterator[DrawnPart]:
 
 def _spring_shapes(governor: ParabolicProportions, moment: Moment) -> list[DrawnShape]:
     """Return the spring between its seat and the foot of the sleeve."""
-    u, seat, base = governor.arm, _spindle_foot(governor), governor.sleeve_axes(moment)[1] - governor.sleeve_size[1]
+    u = governor.arm
+    seat = _spindle_foot(governor)
+    base = governor.sleeve_axes(moment)[1] - governor.sleeve_size[1]
     return [Lines("spring", helical_spring_lines((0.0, seat), (0.0, base), 0.14 * u, governor.spindle_ratio * u))]
 
 
@@ -355,7 +382,8 @@ def _impact_shapes(governor: ParabolicProportions, height: float, time: float) -
     """Yield rays where the sleeve, with its eye at a height (m), has just struck a stop."""
     if not governor.find_lift_effect(Stops):
         return
-    side, (low, high) = governor.struck_side(parts.LIFT_READING, time), _stop_heights(governor)
+    side = governor.struck_side(parts.LIFT_READING, time)
+    low, high = _stop_heights(governor)
     y = low if side < 0 else high if side > 0 else height
     points = [(sign * _STOP_WIDTH * governor.arm, y) for sign in (-1.0, 1.0)] if side else []
     yield make_burst(points, 0.09 * governor.arm)

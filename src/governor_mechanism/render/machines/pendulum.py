@@ -23,15 +23,31 @@ from governor_mechanism.types import FloatArray
 # Lengths as fractions of the arm.
 _COLLAR_GROOVE_DEPTH, _DRUM_FORK_RATIO = 0.148, 0.60
 """Depth of the groove of a light collar below the lugs, and that of the strap on a drum, relative to the depth of its foot."""
-_PIVOT_DISTANCE, _PIVOT_GAP, _VALVE_DEPTH = 0.40, 0.14, 0.10
+_PIVOT_DISTANCE = 0.40
+_PIVOT_GAP = 0.14
+_VALVE_DEPTH = 0.10
 
 
 # Lengths as fractions of the arm.
-_WIDTH, _HEIGHT, _TOP, _MIN_RIGHT = 0.90, 0.64, 0.40, 0.34
+_WIDTH = 0.90
+_HEIGHT = 0.64
+_TOP = 0.40
+_MIN_RIGHT = 0.34
 _CAPTION_DISTANCE, _CAPTION_WIDTH = 0.075, 0.85
-_MAX_DRAWN_CLEARANCE, _SLOT_CENTRE_HEIGHT, _EYE_RADIUS, _LUG_HALF_WIDTH, _LINK_HALF_WIDTH = 0.24, 0.25, 0.062, 0.15, 0.036
-_LUG_X, _RULER_X, _TICK, _TEXT_DISTANCE, _TEXT_WIDTH = 0.19, 0.39, 0.03, 0.05, 0.44
-_MAX_DRAWN_LIFT, _LIFT_RULER_X, _POINTER_GAP, _POINTER_LENGTH = 0.38, 0.24, 0.015, 0.16
+_MAX_DRAWN_CLEARANCE = 0.24
+_SLOT_CENTRE_HEIGHT = 0.25
+_EYE_RADIUS = 0.062
+_LUG_HALF_WIDTH = 0.15
+_LINK_HALF_WIDTH = 0.036
+_LUG_X = 0.19
+_RULER_X = 0.39
+_TICK = 0.03
+_TEXT_DISTANCE = 0.05
+_TEXT_WIDTH = 0.44
+_MAX_DRAWN_LIFT = 0.38
+_LIFT_RULER_X = 0.24
+_POINTER_GAP = 0.015
+_POINTER_LENGTH = 0.16
 _SMALL_LIFT, _LEAST_LIFT = 0.025, 1e-6
 """Range of the lift (as a fraction of the arm) below which a detail shows it, and below which it counts as rest."""
 
@@ -84,7 +100,8 @@ def lens_parts(governor: PendulumProportions) -> Iterator[DrawnPart]:
     if governor.clearance:
         yield from _clearance_parts(governor)
     elif lift_magnification(governor):
-        u, tip = governor.arm, _corner(governor)[0] + (_LIFT_RULER_X - _POINTER_GAP) * governor.arm
+        u = governor.arm
+        tip = _corner(governor)[0] + (_LIFT_RULER_X - _POINTER_GAP) * governor.arm
         back, half = -_POINTER_LENGTH * u, 0.05 * u
         frame = axes_shifted(lambda moment: (tip, _lift_height(governor, governor.sleeve_axes(moment)[1] - governor.zero_lift_height)))
         yield Attached(frame=frame, shapes=(Polygon("pointer", ((0.0, 0.0), (back, half), (back, -half))),), section_only=True)
@@ -117,7 +134,9 @@ def _ruler(governor: PendulumProportions, x: float, ticks: list[tuple[float, str
 def _clearance_parts(governor: PendulumProportions) -> Iterator[DrawnPart]:
     """Yield a lug with its slot, and in it the eye of a link from above; the eye flashes at an impact."""
     u, (left, bottom) = governor.arm, _corner(governor)
-    x, y, radius = left + _LUG_X * u, bottom + _SLOT_CENTRE_HEIGHT * u, _EYE_RADIUS * u
+    x = left + _LUG_X * u
+    y = bottom + _SLOT_CENTRE_HEIGHT * u
+    radius = _EYE_RADIUS * u
     half_clearance = clearance_magnification(governor) * governor.clearance / 2
     lug_top = bottom + (2 * _SLOT_CENTRE_HEIGHT - 0.04) * u
     lug = make_rectangle("sleeve", x - _LUG_HALF_WIDTH * u, x + _LUG_HALF_WIDTH * u, bottom, lug_top)
@@ -168,7 +187,9 @@ def _sleeve_shapes(governor: PendulumProportions) -> Iterator[DrawnShape]:
     """Yield collar and load with shading; the load is below the lugs, clear of arms and links."""
     u, (width, drop) = governor.arm, governor.sleeve_size
     is_loaded = SLEEVE in governor.body_names
-    neck, top, base = abs(governor.lug_offset) + 0.06 * u, -0.045 * u, -drop
+    neck = abs(governor.lug_offset) + 0.06 * u
+    top = -0.045 * u
+    base = -drop
     outline = (_drum_outline if is_loaded else _collar_outline)(neck, width, top, base, u)
     yield Polygon("sleeve", mirror_outline(outline))
     yield Lines("engraving", _shading_strokes(outline, width if is_loaded else GROOVE_RATIO * width, base, u))

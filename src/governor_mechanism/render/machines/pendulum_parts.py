@@ -118,7 +118,9 @@ class PendulumProportions(GovernorDrawing):
         """Return the centre of a ball (..., 2) (m) at poses (..., bodies, 3); the mass centre of its body may be elsewhere."""
         body, centre = self.part.mechanism.body_index(name), self._arm_end
         x, y, angle = (poses[..., body, column] for column in range(3))
-        c, s, centres = np.cos(angle), np.sin(angle), np.empty((*poses.shape[:-2], 2))
+        c = np.cos(angle)
+        s = np.sin(angle)
+        centres = np.empty((*poses.shape[:-2], 2))
         centres[..., 0], centres[..., 1] = x + c * centre.x - s * centre.y, y + s * centre.x + c * centre.y
         return centres
 
@@ -181,7 +183,9 @@ class PendulumProportions(GovernorDrawing):
 _ARM_READINGS = ("arm_angle", "ball_radius")
 """Readings that determine the position of the arms."""
 
-_COLLAR_HEIGHT, _SHOE_WIDTH, _SHOE_HEIGHT = 0.07, 0.060, 0.080
+_COLLAR_HEIGHT = 0.07
+_SHOE_WIDTH = 0.060
+_SHOE_HEIGHT = 0.080
 """Height of a stop on the spindle, and sizes of the friction shoes under the sleeve, as fractions of the arm."""
 _QUADRANT_RATIO, _CROSSED_QUADRANT_RATIO = 0.36, 0.62
 """Radius of the arc with the arm stops, as a fraction of the joint distance; for crossed arms beyond their intersection."""
@@ -191,7 +195,9 @@ _INNER_STOP_HALF_WIDTH = 0.058
 
 def spindle_foot_height(governor: PendulumProportions) -> float:
     """Return the height (m) of the spindle foot, below the lowest position of the sleeve and of what acts there."""
-    u, (low, high), depth = governor.arm, governor.lug_height_range, governor.sleeve_size[1]
+    u = governor.arm
+    low, high = governor.lug_height_range
+    depth = governor.sleeve_size[1]
     shoe_height = _sleeve_depth(governor) - depth
     distance = 0.10 * u + shoe_height
     collar = (_COLLAR_HEIGHT + 0.05) * u

@@ -74,14 +74,22 @@ class ValveGearProportions(MachineDrawing, ABC):
 
 
 # In crank radii of the view.
-_RIGHT_MARGIN, _LEFT_MARGIN, _LOW_EDGE = 1.16, 0.06, 1.16
+_RIGHT_MARGIN = 1.16
+_LEFT_MARGIN = 0.06
+_LOW_EDGE = 1.16
 _PISTON_ROD_LENGTH = 2.72
 """Length of the piston rod: the crosshead does not meet the cylinder."""
-_BORE_HALF_LENGTH, _BORE_HALF_HEIGHT, _WALL = 1.14, 0.46, 0.12
+_BORE_HALF_LENGTH = 1.14
+_BORE_HALF_HEIGHT = 0.46
+_WALL = 0.12
 _PISTON_HALF_THICKNESS = 0.10
-_VALVE_LINE_HEIGHT, _CHEST_HALF_LENGTH, _CHEST_HALF_HEIGHT = 0.88, 0.78, 0.26
+_VALVE_LINE_HEIGHT = 0.88
+_CHEST_HALF_LENGTH = 0.78
+_CHEST_HALF_HEIGHT = 0.26
 """Height of the valve line above the axis of the cylinder, only so that both are visible; half length and half height of the chest."""
-_ROD_WIDTH, _ECCENTRIC_ROD_WIDTH, _THIN_ROD_WIDTH = 0.15, 0.10, 0.08
+_ROD_WIDTH = 0.15
+_ECCENTRIC_ROD_WIDTH = 0.10
+_THIN_ROD_WIDTH = 0.08
 _STRAP_RATIO = 1.9
 """Radius of the eccentric's strap, relative to the eccentricity."""
 
@@ -103,12 +111,15 @@ class EngineView:
 
     def _box(self, role: str, x: float, y: float, half_width: float, half_height: float) -> Polygon:
         """Return a box with its middle at (x, y)."""
-        (left, bottom), (right, top) = self._to_picture(x + half_width, y - half_height), self._to_picture(x - half_width, y + half_height)
+        left, bottom = self._to_picture(x + half_width, y - half_height)
+        right, top = self._to_picture(x - half_width, y + half_height)
         return make_rectangle(role, left, right, bottom, top)
 
     def background_shapes(self) -> Iterator[DrawnShape]:
         """Yield the casting of cylinder and chest, guides, crank circle and centre lines."""
-        u, rod, middle = self._gear.crank, self._gear.drawn_rod, self._cylinder_middle
+        u = self._gear.crank
+        rod = self._gear.drawn_rod
+        middle = self._cylinder_middle
         far_end = middle + (_BORE_HALF_LENGTH + _WALL) * u
         yield Lines("axis", ((self._to_picture(-1.1 * u, 0.0), self._to_picture(far_end, 0.0)),))
         yield Lines("crank circle", (tuple(self._to_picture(*point) for point in arc_points((0.0, 0.0), 0.0, math.tau, u, 48)),))
@@ -118,13 +129,16 @@ class EngineView:
         yield self._box("bore", middle, 0.0, _BORE_HALF_LENGTH * u, _BORE_HALF_HEIGHT * u)
         for side in (1.0, -1.0):
             edge, back = side * 0.30 * u, side * 0.42 * u
-            (left, low), (right, high) = self._to_picture(rod + 1.3 * u, min(edge, back)), self._to_picture(rod - 1.3 * u, max(edge, back))
+            left, low = self._to_picture(rod + 1.3 * u, min(edge, back))
+            right, high = self._to_picture(rod - 1.3 * u, max(edge, back))
             yield Lines("wall", (tuple(self._to_picture(x, edge) for x in (rod + 1.3 * u, rod - 1.3 * u)),))
             yield make_hatching("hatching", (left, right, low, high), 0.16 * u * self.scale)
 
     def moving_parts(self, position_at: PositionAt) -> Iterator[DrawnPart]:
         """Yield steam, piston, crosshead, both rods, crank and eccentric."""
-        gear, shaft, s = self._gear, self._to_picture(0.0, 0.0), self._gear.crank * self.scale
+        gear = self._gear
+        shaft = self._to_picture(0.0, 0.0)
+        s = self._gear.crank * self.scale
         chest = self._to_picture(self._cylinder_middle - _CHEST_HALF_LENGTH * gear.crank, _VALVE_LINE_HEIGHT * gear.crank)
         eccentricity, ahead = gear.eccentric * self.scale, gear.advance + math.pi / 2
         # At 0 the crank points away from the cylinder, which is to the right in the picture.
@@ -163,7 +177,9 @@ class EngineView:
 
     def _cylinder_parts(self, position_at: PositionAt, crosshead_axes: Frame) -> Iterator[DrawnPart]:
         """Yield the steam at both ends, the piston and its rod."""
-        u, s, middle = self._gear.crank, self._gear.crank * self.scale, self._cylinder_middle
+        u = self._gear.crank
+        s = self._gear.crank * self.scale
+        middle = self._cylinder_middle
         for side in (1.0, -1.0):
             phase_at = partial(self._phase_at, position_at, side)
             yield from changing_space_parts(phase_at, partial(self._space_at, position_at, side))

@@ -20,7 +20,9 @@ from governor_mechanism.types import FloatArray
 
 _LARGEST_LENGTH = 2.4
 """Length of the arrow of the largest force, as a multiple of the crank."""
-_HEAD_SIZE, _LETTER_WIDTH, _LINE_HEIGHT = 0.05, 0.0225, 0.07
+_HEAD_SIZE = 0.05
+_LETTER_WIDTH = 0.0225
+_LINE_HEIGHT = 0.07
 """Length of the head of an arrow, width of a letter and height of a line, as fractions of the length scale."""
 _KEY_DISTANCE = 0.11
 """Distance of the key from the crank circle, as a fraction of the length scale."""

@@ -24,10 +24,16 @@ from governor_mechanism.render.machines.steam_distribution import (
 )
 
 # In eccentricities.
-_EXHAUST_HALF_WIDTH, _BRIDGE_WIDTH, _PORT_WIDTH, _VALVE_BACK_THICKNESS, _VALVE_HEIGHT = 0.75, 0.30, 0.62, 0.22, 0.78
+_EXHAUST_HALF_WIDTH = 0.75
+_BRIDGE_WIDTH = 0.30
+_PORT_WIDTH = 0.62
+_VALVE_BACK_THICKNESS = 0.22
+_VALVE_HEIGHT = 0.78
 _LID_OVERHANG = 5 / 3
 """Length by which the lid is longer than the inside of the chest at either end, in thicknesses of the wall."""
-_STEM_HEIGHT, _STEM_HALF_THICKNESS, _END_CLEARANCE = 0.36, 0.08, 1.22
+_STEM_HEIGHT = 0.36
+_STEM_HALF_THICKNESS = 0.08
+_END_CLEARANCE = 1.22
 """Height of the middle of the slide valve's spindle above the face, half its thickness, and clearance of the valve at its ends."""
 
 
@@ -85,7 +91,8 @@ class SteamChest:
         yield make_hatching("casting hatching", lid, self.hatching_spacing)
         yield make_rectangle(inside, -chest, chest, self.face, roof)
         yield Lines("bore edge", tuple(((x, roof), (x, self.face)) for x in (-chest, chest)))
-        half, angles = _EXHAUST_HALF_WIDTH * self.eccentric, [math.pi * k / 16 for k in range(17)]
+        half = _EXHAUST_HALF_WIDTH * self.eccentric
+        angles = [math.pi * k / 16 for k in range(17)]
         yield Polygon(bowl, tuple((half * math.cos(a), self.face - self.bowl_depth * math.sin(a)) for a in angles))
 
     def valve_parts(self, displacement_at: Callable[[Any], float], rod_end: float, *, rod_moves: bool) -> Iterator[DrawnPart]:
@@ -112,13 +119,16 @@ class SteamChest:
     @property
     def _valve_edges(self) -> Vec2:
         """Distances of the inner and outer edge of either half of the valve from its middle."""
-        (inner, outer), laps = self.port_edges, (self.distribution.inside_lap * self.scale, self.distribution.outside_lap * self.scale)
+        inner, outer = self.port_edges
+        laps = (self.distribution.inside_lap * self.scale, self.distribution.outside_lap * self.scale)
         inner_lap, outer_lap = laps[::-1] if self._has_piston_valve else laps
         return inner - inner_lap, outer + outer_lap
 
     def _slide_valve_shapes(self) -> Iterator[DrawnShape]:
         """Yield the D-slide valve on its face, and its cavity over bridge and exhaust port, from its middle."""
-        r, face, (inner, outer) = self.eccentric, self.face, self._valve_edges
+        r = self.eccentric
+        face = self.face
+        inner, outer = self._valve_edges
         top = face + _VALVE_HEIGHT * r
         yield Polygon("valve", mirror_outline(((outer, face), (outer, face + 0.30 * r), (inner + 0.1 * r, top))))
         cavity = ((inner, face), (inner, face + 0.2 * r), (inner - 0.25 * r, top - _VALVE_BACK_THICKNESS * r))
@@ -142,16 +152,23 @@ def chest_half_length(distribution: SteamDistribution) -> float:
     return ports + max(lap, 0.0) / distribution.eccentric + _END_CLEARANCE
 
 
-WALL_THICKNESS, BORE_HALF_HEIGHT, END_THICKNESS, GLAND_LENGTH = 0.075, 0.23, 0.10, 0.16
+WALL_THICKNESS = 0.075
+BORE_HALF_HEIGHT = 0.23
+END_THICKNESS = 0.10
+GLAND_LENGTH = 0.16
 PISTON_THICKNESS, PISTON_CLEARANCE = 0.16, 0.035
 """Thickness of the piston, and clearance at its dead centres."""
 BORE_HALF_LENGTH = 1.0 + PISTON_THICKNESS / 2 + PISTON_CLEARANCE
-_ROD_HALF_THICKNESS, _GLAND_HALF_HEIGHT, _HATCHING_SPACING = 0.045, 0.175, 0.05
+_ROD_HALF_THICKNESS = 0.045
+_GLAND_HALF_HEIGHT = 0.175
+_HATCHING_SPACING = 0.05
 
 
 def bore_background_shapes(crank: float, axis: float, top: float) -> Iterator[DrawnShape]:
     """Yield the casting up to a height `top` and the empty bore, with its axis at a height (m); `crank` is the crank radius (m)."""
-    u, outer, inner = crank, (BORE_HALF_LENGTH + END_THICKNESS) * crank, BORE_HALF_LENGTH * crank
+    u = crank
+    outer = (BORE_HALF_LENGTH + END_THICKNESS) * crank
+    inner = BORE_HALF_LENGTH * crank
     floor, ceiling = axis - BORE_HALF_HEIGHT * u, axis + BORE_HALF_HEIGHT * u
     base = floor - WALL_THICKNESS * u
     gland = _GLAND_HALF_HEIGHT * u
@@ -186,7 +203,8 @@ def steam_space(crank: float, axis: float, piston: float, side: float) -> tuple[
     """Return the outline of the space between the piston and an end of the bore; `side` is 1 at the crank end, -1 at the head end."""
     u = crank
     floor, ceiling = axis - BORE_HALF_HEIGHT * u, axis + BORE_HALF_HEIGHT * u
-    face_x, end_x = piston + side * PISTON_THICKNESS / 2 * u, side * BORE_HALF_LENGTH * u
+    face_x = piston + side * PISTON_THICKNESS / 2 * u
+    end_x = side * BORE_HALF_LENGTH * u
     return (face_x, floor), (end_x, floor), (end_x, ceiling), (face_x, ceiling)
 
 
@@ -195,7 +213,11 @@ PositionAt = Callable[[Moment], ValveGearPosition]
 
 # In crank radii, from the middle of the stroke and the base of the view.
 CYLINDER_BASE = 1.26
-_BLOCK_HEIGHT, _CHEST_HEIGHT, _LID_THICKNESS, _SIDE_WALL, _PICTURE_RIGHT = 0.30, 0.34, 0.065, 0.06, 1.52
+_BLOCK_HEIGHT = 0.30
+_CHEST_HEIGHT = 0.34
+_LID_THICKNESS = 0.065
+_SIDE_WALL = 0.06
+_PICTURE_RIGHT = 1.52
 """Sizes of the block of the ports and of the chest, and right end of the rods."""
 _AXIS = CYLINDER_BASE + WALL_THICKNESS + BORE_HALF_HEIGHT
 _BORE_CEILING = _AXIS + BORE_HALF_HEIGHT

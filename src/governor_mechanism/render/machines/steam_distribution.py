@@ -107,7 +107,10 @@ PHASE_NAMES = dict(zip(STEAM_PHASES, ("live steam", "expansion", "exhaust", "com
 """Name of each phase: what the steam at one end of the cylinder does."""
 
 # In crank radii.
-_ROW_PITCH, _WORD_PLACE, _WORD_WIDTH, _NOTE_WIDTH = 0.16, 0.26, 0.80, 1.35
+_ROW_PITCH = 0.16
+_WORD_PLACE = 0.26
+_WORD_WIDTH = 0.80
+_NOTE_WIDTH = 1.35
 _SQUARE_WIDTH, _SQUARE_HEIGHT = 0.18, 0.10
 
 
@@ -151,7 +154,10 @@ class ZeunerDial:
     """
 
     def __init__(self, valve_gear: SteamDistribution, centre: Vec2, radius: float, start: float = 0.0) -> None:
-        self._gear, self._centre, self._radius, self._start = valve_gear, centre, radius, start
+        self._gear = valve_gear
+        self._centre = centre
+        self._radius = radius
+        self._start = start
         self.scale = _ECCENTRIC_RATIO * radius / valve_gear.eccentric
         """Metres of the picture per metre of displacement."""
 

@@ -65,7 +65,8 @@ def quadrant_shapes(pivot: Vec2, length: float) -> Iterator[DrawnShape]:
 def lever_parts(pivot: Vec2, length: float, reverser_at: Callable[[Moment], float]) -> Iterator[Attached]:
     """Yield the lever at a position from 1, full forward, to -1, full back."""
     lever_axes = axes_turned(pivot, lambda moment: math.pi / 2 + HALF_SWING * reverser_at(moment))
-    bar, handle = make_bar("arm", (0.0, 0.0), (length, 0.0), 0.07 * length), Circle("ball", length, 0.0, 0.055 * length)
+    bar = make_bar("arm", (0.0, 0.0), (length, 0.0), 0.07 * length)
+    handle = Circle("ball", length, 0.0, 0.055 * length)
     yield Attached(frame=lever_axes, shapes=(bar, handle, Circle("pivot", 0.0, 0.0, 0.05 * length)))
 
 
@@ -131,9 +132,18 @@ class LinkGearProportions(ValveGearProportions, ABC):
 
 
 # In half links.
-_LINK_WIDTH, _SLOT_WIDTH, _BLOCK_HALF_LENGTH, _BLOCK_HALF_WIDTH = 0.40, 0.20, 0.22, 0.14
-_ROD_WIDTH, _HANGER_WIDTH, _PIN_RADIUS, _SHAFT_RADIUS, _LUG_WIDTH = 0.15, 0.13, 0.085, 0.18, 0.24
-_SPINDLE_HALF_WIDTH, _GUIDE_LENGTH, _GUIDE_HALF_HEIGHT = 0.05, 0.5, 0.16
+_LINK_WIDTH = 0.40
+_SLOT_WIDTH = 0.20
+_BLOCK_HALF_LENGTH = 0.22
+_BLOCK_HALF_WIDTH = 0.14
+_ROD_WIDTH = 0.15
+_HANGER_WIDTH = 0.13
+_PIN_RADIUS = 0.085
+_SHAFT_RADIUS = 0.18
+_LUG_WIDTH = 0.24
+_SPINDLE_HALF_WIDTH = 0.05
+_GUIDE_LENGTH = 0.5
+_GUIDE_HALF_HEIGHT = 0.16
 _SPINDLE_LENGTH = 1.5
 """Length of the drawn valve spindle beyond the die's outermost position."""
 _WHEEL_RATIO = 1.25
@@ -174,7 +184,9 @@ class GearView:
 
     def background_shapes(self) -> Iterator[DrawnShape]:
         """Yield the valve line, the crank circle, the guides of valve spindle and lifting arm."""
-        gear, unit, (left, right, _, top) = self._gear, self._gear.half_link, self._box
+        gear = self._gear
+        unit = self._gear.half_link
+        left, right, _, top = self._box
         yield Lines("axis", ((self((left, 0.0)), self((right, 0.0))),))
         yield Lines("guide", (tuple(self(point) for point in arc_points((0.0, 0.0), 0.0, math.tau, gear.crank, 48)),))
         arm_x, _ = gear.locate(gear.hanger_ends[0], gear.poses[0])
@@ -182,15 +194,21 @@ class GearView:
         sides = (arm_x - 0.12 * unit, arm_x + 0.12 * unit)
         yield Lines("guide", tuple((self((x, low - 0.2 * unit)), self((x, top))) for x in sides))
         for side in (1.0, -1.0):
-            edge, far = side * 1.2 * _SPINDLE_HALF_WIDTH * unit, side * _GUIDE_HALF_HEIGHT * unit
-            (x0, y0), (x1, y1) = self((left + 0.1 * unit, edge)), self((left + (0.1 + _GUIDE_LENGTH) * unit, far))
+            edge = side * 1.2 * _SPINDLE_HALF_WIDTH * unit
+            far = side * _GUIDE_HALF_HEIGHT * unit
+            x0, y0 = self((left + 0.1 * unit, edge))
+            x1, y1 = self((left + (0.1 + _GUIDE_LENGTH) * unit, far))
             yield make_rectangle("frame", x0, x1, min(y0, y1), max(y0, y1))
 
     def moving_parts(self) -> Iterator[DrawnPart]:
         """Yield crank, eccentrics, valve spindle, link, rods, hanger and die block."""
-        gear, scale, unit, first = self._gear, self.scale, self._gear.half_link * self.scale, self._gear.first_moment
+        gear = self._gear
+        scale = self.scale
+        unit = self._gear.half_link * self.scale
+        first = self._gear.first_moment
         crank_axes = self._body_axes(CRANK)
-        shaft, pin = self((0.0, 0.0)), self._place_of(Point(body=CRANK, x=gear.crank), first)
+        shaft = self((0.0, 0.0))
+        pin = self._place_of(Point(body=CRANK, x=gear.crank), first)
         yield gear.attach(crank_axes, [make_bar("crank web", shaft, pin, 0.22 * gear.crank * scale)])
         for name in ROD_NAMES[::-1]:
             eccentric = self._place_of(gear.rod_ends[name][0], first)
@@ -200,7 +218,8 @@ class GearView:
         rods = {name: axes_along(partial(self._places_of, gear.rod_ends[name])) for name in ROD_NAMES}
         for name, role in zip(ROD_NAMES[::-1], ("link", "arm"), strict=True):
             yield gear.attach(rods[name], [make_bar(role, *self._places_of(gear.rod_ends[name], first), _ROD_WIDTH * unit)])
-        hanger, hanger_ends = axes_along(partial(self._places_of, gear.hanger_ends)), self._places_of(gear.hanger_ends, first)
+        hanger = axes_along(partial(self._places_of, gear.hanger_ends))
+        hanger_ends = self._places_of(gear.hanger_ends, first)
         yield gear.attach(hanger, [make_bar("rod", *hanger_ends, _HANGER_WIDTH * unit)])
         lift = axes_shifted(partial(self._place_of, gear.hanger_ends[0]))
         yield Attached(frame=lift, shapes=(make_rectangle("frame", -0.11 * unit, 0.11 * unit, -0.2 * unit, 0.2 * unit),))
@@ -234,7 +253,9 @@ class GearView:
 
     def _spindle_shapes(self, moment: Moment) -> list[DrawnShape]:
         """Return the valve spindle, from its guide to the die."""
-        die_x, left, half = self._die_x(moment), self._box[0], _SPINDLE_HALF_WIDTH * self._gear.half_link
+        die_x = self._die_x(moment)
+        left = self._box[0]
+        half = _SPINDLE_HALF_WIDTH * self._gear.half_link
         (x0, y0), (x1, y1) = self((left, -half)), self((die_x, half))
         return [make_rectangle("piston rod", x0, x1, y0, y1)]
 

@@ -31,7 +31,10 @@ from governor_mechanism.types import FloatArray
 
 BLOCK_DEPTH = 0.95
 """Depth of the block, in eccentricities."""
-_CHEST_HEIGHT, _SIDE_WALL, _LID, _HATCHING_SPACING = 1.06, 0.18, 0.20, 0.17
+_CHEST_HEIGHT = 1.06
+_SIDE_WALL = 0.18
+_LID = 0.20
+_HATCHING_SPACING = 0.17
 """Sizes of the chest, in eccentricities."""
 
 
@@ -65,7 +68,10 @@ def port_parts(chest: SteamChest, phase_at: Callable[[Moment], str], side: float
     yield from phase_parts(phase_at, port)
 
 
-_HALF_CROSSHEAD, _CROSSHEAD_HALF_HEIGHT, _BAR_THICKNESS, _PIPE_WALL = 0.26, 0.19, 0.07, 0.035
+_HALF_CROSSHEAD = 0.26
+_CROSSHEAD_HALF_HEIGHT = 0.19
+_BAR_THICKNESS = 0.07
+_PIPE_WALL = 0.035
 """Sizes of the crosshead and its slide bars, and the wall of a steam pipe, in crank radii."""
 _GAP = 0.06
 """Smallest distance from a drawn point to cylinder or chest, as a fraction of the length scale: half a bar, and some air."""
@@ -118,7 +124,10 @@ class EngineInPlace:
 
     def moving_parts(self) -> Iterator[DrawnPart]:
         """Yield the steam in pipes and cylinder, piston and crosshead, and the valve with its rod."""
-        gear, u, chest, (piston_rod, valve_rod) = self._gear, self._gear.crank, self.chest, self._rod_lengths
+        gear = self._gear
+        u = self._gear.crank
+        chest = self.chest
+        piston_rod, valve_rod = self._rod_lengths
         for side in (1.0, -1.0):
             phase_at = partial(gear.phase_at, side)
             pipe = _passage_outline(self._pipe(side), self._pipe_width)
@@ -175,7 +184,8 @@ class EngineInPlace:
 
     def _reach(self, line: StraightMotion, origin: Vec2, half_width: float) -> float:
         """Return how far (m) drawn points that come near a line reach along it beyond an origin on it."""
-        (dx, dy), paths = line.direction, drawn_point_paths(self._gear.part.mechanism, self._gear.poses) - np.array(origin)
+        dx, dy = line.direction
+        paths = drawn_point_paths(self._gear.part.mechanism, self._gear.poses) - np.array(origin)
         along, across = paths @ np.array([dx, dy]), paths @ np.array([-dy, dx])
         return float(np.max(along, where=np.abs(across) < half_width, initial=-math.inf))
 
@@ -186,7 +196,9 @@ class EngineInPlace:
 
     def _pipe(self, side: float) -> tuple[Vec2, ...]:
         """Return the centre line of the steam passage of an end, from the block of the ports to the bore (m)."""
-        u, width, depth = self._gear.crank, self._pipe_width, BLOCK_DEPTH * self.chest.eccentric
+        u = self._gear.crank
+        width = self._pipe_width
+        depth = BLOCK_DEPTH * self.chest.eccentric
         port = side * 0.5 * sum(self.chest.port_edges)
         start = [self.chest_axes((port, y)) for y in (-0.5 * depth, -depth - 0.5 * width)]
         end = side * (steam_cylinder.BORE_HALF_LENGTH * u - 0.5 * width)
@@ -206,7 +218,8 @@ class EngineInPlace:
     @cached_property
     def _block_corners(self) -> list[Vec2]:
         """Lower corners of the block of the ports in the axes of the bore, m: that at the crank end, and that at the head end."""
-        half, foot = self.chest.half_length + self.chest.side_wall, self.chest.face - BLOCK_DEPTH * self.chest.eccentric
+        half = self.chest.half_length + self.chest.side_wall
+        foot = self.chest.face - BLOCK_DEPTH * self.chest.eccentric
         return [self.bore_axes.coordinates(self.chest_axes((side * half, foot))) for side in (1.0, -1.0)]
 
     def _casting(self) -> Polygon:
@@ -223,10 +236,8 @@ class EngineInPlace:
     def _slide_bar_shapes(self) -> Iterator[DrawnShape]:
         """Yield the bars on both sides of the crosshead, from the cylinder to beyond its travel, in the axes of the bore."""
         u = self._gear.crank
-        near, far = (
-            (steam_cylinder.BORE_HALF_LENGTH + steam_cylinder.END_THICKNESS) * u,
-            self._rod_lengths[0] + (1.0 + 1.3 * _HALF_CROSSHEAD) * u,
-        )
+        near = (steam_cylinder.BORE_HALF_LENGTH + steam_cylinder.END_THICKNESS) * u
+        far = self._rod_lengths[0] + (1.0 + 1.3 * _HALF_CROSSHEAD) * u
         for side in (1.0, -1.0):
             low, high = sorted((side * _CROSSHEAD_HALF_HEIGHT * u, side * (_CROSSHEAD_HALF_HEIGHT + _BAR_THICKNESS) * u))
             yield make_rectangle("rod", near, far, low, high)
@@ -244,7 +255,11 @@ def _passage_outline(chain: Sequence[Vec2], width: float) -> tuple[Vec2, ...]:
 
 
 # As fractions of the width of the picture.
-_SECTION_WIDTH, _KEY_PLACE, _NOTE_PLACE, _NOTE_WIDTH, _KEY_SIZE = 0.45, 0.48, 0.71, 0.27, 0.20
+_SECTION_WIDTH = 0.45
+_KEY_PLACE = 0.48
+_NOTE_PLACE = 0.71
+_NOTE_WIDTH = 0.27
+_KEY_SIZE = 0.20
 _ROW_HEIGHT, _ROW_GAP = 0.17, 0.025
 """Height of the row below the engine with its gap, and the gap."""
 _ASPECT_RATIO = 1.74
@@ -268,7 +283,8 @@ class ValveGearDrawing(GenericDrawing, ValveGearExtents):
 
     def fixed_parts(self) -> Iterator[Attached]:
         """Yield the engine and the ground of the gear, the section of the valve, the key and the divided circle."""
-        note, scales = self._row_place(_NOTE_PLACE, _NOTE_WIDTH), {"engine": 1.0, "valve": self._section.scale}
+        note = self._row_place(_NOTE_PLACE, _NOTE_WIDTH)
+        scales = {"engine": 1.0, "valve": self._section.scale}
         yield fixed(self._engine.background_shapes())
         yield from super().fixed_parts()
         yield fixed(self._section_axes.place((*block_shapes(self._section), *self._section.background_shapes())))

@@ -321,7 +321,8 @@ def find_modes(points: FloatArray, track: int | None) -> Motion:
     modes: list[Mode] = []
     for k in range(count):
         largest = float(np.abs(directions[k]).max())
-        displacements, amplitudes = directions[k] / largest, left[:, k] * sizes[k] * largest
+        displacements = directions[k] / largest
+        amplitudes = left[:, k] * sizes[k] * largest
         rest -= np.outer(amplitudes, displacements)
         modes.append(Mode(displacements=displacements.reshape(n_points, 2), amplitudes=amplitudes))
         if np.abs(rest).max() <= TOLERANCE:

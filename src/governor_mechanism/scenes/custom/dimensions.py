@@ -213,7 +213,8 @@ def _functions_of_units(over: Unit) -> dict[str, Function]:
         mass, length, time = (one - other for one, other in zip(measured.unit, over, strict=True))
         return Measured(1.0, (mass, length, time))
 
-    kept, plain = Function(lambda measured: measured), Function(lambda measured: Measured(1.0))
+    kept = Function(lambda measured: measured)
+    plain = Function(lambda measured: Measured(1.0))
     return {**ARITHMETIC, "spread": kept, "lowest": kept, "highest": kept, "rate": Function(rate), "time_ratio": plain}
 
 

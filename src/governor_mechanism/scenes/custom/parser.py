@@ -243,7 +243,9 @@ class CustomMachineParser:
         collector: ProblemCollector,
         dimensions: DimensionTable | None = None,
     ) -> None:
-        self.document, self.top_level, self.collector = document, top_level, collector
+        self.document = document
+        self.top_level = top_level
+        self.collector = collector
         self.dimensions = dimensions or DimensionTable({})
         self.n_foreign_problems = len(collector.problems)
         plane = document.get("plane")
@@ -327,7 +329,8 @@ class CustomMachineParser:
 
     def _parse_ground(self) -> list[Joint]:
         """Parse the points of the ground and return the drivers of those that move."""
-        given, n_problems = self.document.get("ground", {}), len(self.collector.problems)
+        given = self.document.get("ground", {})
+        n_problems = len(self.collector.problems)
         self.registry.invalid_bodies.add(GROUND)
         if not isinstance(given, Mapping):
             return []
@@ -400,7 +403,8 @@ class CustomMachineParser:
         return self.collector.attempt("valve", parse_valve, table, readings, joints)
 
     def _parse_start(self, readings: list[Reading]) -> Start:
-        given, readings_table = self.document.get("start", {}), self.document.get("readings")
+        given = self.document.get("start", {})
+        readings_table = self.document.get("readings")
         # A start may refer to a reading with a mistake.
         has_wrong_readings = isinstance(readings_table, Mapping) and len(readings) < len(readings_table)
         if not isinstance(given, Mapping) or not readings or has_wrong_readings:

@@ -66,7 +66,8 @@ class FitQuestion:
     profiled: tuple[str, ...]
 
     def __post_init__(self) -> None:
-        n_values, n_unknowns = sum(len(one.values) for one in self.measurements), len(self.unknowns)
+        n_values = sum(len(one.values) for one in self.measurements)
+        n_unknowns = len(self.unknowns)
         problems = [f"data: {one.reading} has no value that counts" for one in self.measurements if not len(one.values)]
         if n_values <= n_unknowns:
             problems.append(f"{n_values} values do not determine {n_unknowns} unknowns; give more data, or fewer unknowns")
@@ -183,7 +184,9 @@ def fit_measurements(question: FitQuestion, compute: RowComputer[Any]) -> Fit:
     except KeyboardInterrupt:
         if misfit.best is None:
             raise
-        place, converged, outcome = misfit.best[1], False, "interrupted; these are the best values so far"
+        place = misfit.best[1]
+        converged = False
+        outcome = "interrupted; these are the best values so far"
     if is_noise_unknown:
         misfit.estimate_noise(place)
     return _describe(misfit, place, converged, outcome)

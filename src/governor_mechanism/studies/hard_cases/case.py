@@ -180,8 +180,11 @@ def bouncing_fall(times: FloatArray, height: float, rate: float, restitution: fl
         fall = (rate + math.sqrt(rate**2 + 2 * GRAVITY * height)) / GRAVITY
         inside = (times >= begin) & (times <= begin + fall)
         since = times[inside] - begin
-        values[inside], rates[inside] = height + rate * since - 0.5 * GRAVITY * since**2, rate - GRAVITY * since
-        begin, height, rate = begin + fall, 0.0, restitution * (GRAVITY * fall - rate)
+        values[inside] = height + rate * since - 0.5 * GRAVITY * since**2
+        rates[inside] = rate - GRAVITY * since
+        begin = begin + fall
+        height = 0.0
+        rate = restitution * (GRAVITY * fall - rate)
         if begin >= times[-1] or not rate > 1e-12:  # rests: what is left of the bounces is below rounding
             return values, rates
 
@@ -194,5 +197,7 @@ def rebounds_between_stops(times: FloatArray, gap: float, rate: float, restituti
         travel = ((gap - position) if rate > 0 else -position) / rate
         inside = (times >= begin) & (times <= begin + travel)
         values[inside], rates[inside] = position + rate * (times[inside] - begin), rate
-        begin, position, rate = begin + travel, gap if rate > 0 else 0.0, -restitution * rate
+        begin = begin + travel
+        position = gap if rate > 0 else 0.0
+        rate = -restitution * rate
     return values, rates

@@ -66,7 +66,8 @@ def _corner(offset: float) -> Document:
 
 
 def _solve_corner(offset: float, times: FloatArray) -> Solution:
-    lift, fall = math.sqrt(RADIUS**2 - offset**2), math.sqrt(2 * CORNER_HEIGHT / GRAVITY)
+    lift = math.sqrt(RADIUS**2 - offset**2)
+    fall = math.sqrt(2 * CORNER_HEIGHT / GRAVITY)
     normal = np.array([offset, lift]) / RADIUS
     velocity = np.array([0.0, -GRAVITY * fall])
     velocity -= 2 * (normal @ velocity) * normal
@@ -100,8 +101,11 @@ def _table(share: float) -> Document:
 def _solve_table(share: float, times: FloatArray) -> Solution:
     """Return the parabolas between strikes, which accumulate at the rest on the table; above it the ball always falls toward it."""
     swing = share * GRAVITY / TABLE_SPEED**2
-    begin, height, rate = 0.0, FALL, 0.0
-    heights, rates = swing * np.sin(TABLE_SPEED * times), swing * TABLE_SPEED * np.cos(TABLE_SPEED * times)
+    begin = 0.0
+    height = FALL
+    rate = 0.0
+    heights = swing * np.sin(TABLE_SPEED * times)
+    rates = swing * TABLE_SPEED * np.cos(TABLE_SPEED * times)
     while begin < times[-1]:
         approach = rate - swing * TABLE_SPEED * math.cos(TABLE_SPEED * begin)
         gap = height - swing * math.sin(TABLE_SPEED * begin)
@@ -117,9 +121,11 @@ def _solve_table(share: float, times: FloatArray) -> Solution:
         flight = brentq(distance, 0.999 * first, 1.001 * last, xtol=1e-16)
         inside = (times >= begin) & (times <= begin + flight)
         since = times[inside] - begin
-        heights[inside], rates[inside] = height + rate * since - GRAVITY * since**2 / 2, rate - GRAVITY * since
+        heights[inside] = height + rate * since - GRAVITY * since**2 / 2
+        rates[inside] = rate - GRAVITY * since
         begin += flight
-        height, table_rate = swing * math.sin(TABLE_SPEED * begin), swing * TABLE_SPEED * math.cos(TABLE_SPEED * begin)
+        height = swing * math.sin(TABLE_SPEED * begin)
+        table_rate = swing * TABLE_SPEED * math.cos(TABLE_SPEED * begin)
         rate = table_rate - 0.5 * (rate - GRAVITY * flight - table_rate)
     return {"y": (RADIUS + heights, rates)}
 
@@ -154,7 +160,8 @@ def _fillet(radius: float) -> Document:
 def _solve_fillet(radius: float, times: FloatArray) -> Solution:
     """Return a steady acceleration on the slope, the swing of a pendulum in the arc, and a steady speed on the floor."""
     path, pull = radius - RADIUS, GRAVITY * math.sin(SLOPE)
-    leaves, speed = math.sqrt(2 * SLOPE_LENGTH / pull), math.sqrt(2 * SLOPE_LENGTH * pull)
+    leaves = math.sqrt(2 * SLOPE_LENGTH / pull)
+    speed = math.sqrt(2 * SLOPE_LENGTH * pull)
     last_speed = math.sqrt(speed**2 + 2 * GRAVITY * path * (1 - math.cos(SLOPE)))
     passage = quad(
         lambda angle: path / math.sqrt(speed**2 + 2 * GRAVITY * path * (math.cos(angle) - math.cos(SLOPE))), 0.0, SLOPE, epsabs=1e-14
@@ -170,7 +177,8 @@ def _solve_fillet(radius: float, times: FloatArray) -> Solution:
     ways[in_arc], rates[in_arc] = integrate(slope, [0.0, speed], np.append(times[in_arc] - leaves, passage[0]))[:, :-1]
     angles = np.clip(SLOPE - ways / path, 0.0, SLOPE)
     beyond = np.where(ways < 0.0, ways, np.maximum(ways - path * SLOPE, 0.0))
-    x, y = -path * np.sin(angles) + beyond * np.cos(angles), radius - path * np.cos(angles) - beyond * np.sin(angles)
+    x = -path * np.sin(angles) + beyond * np.cos(angles)
+    y = radius - path * np.cos(angles) - beyond * np.sin(angles)
     return {"x": (x, rates * np.cos(angles)), "y": (y, -rates * np.sin(angles))}
 
 
@@ -208,7 +216,10 @@ def _solve_ledge(depth: float, times: FloatArray) -> Solution:
     return {"x": (SPEED * times - LEDGE_PLACE, np.full_like(times, SPEED)), "y": (height, np.where(falls, -GRAVITY * since, 0.0))}
 
 
-STRUT, STRUT_ANGLE, STRUT_TIP, PLATE_SPEED = 0.4, math.radians(30), 0.01, 0.5
+STRUT = 0.4
+STRUT_ANGLE = math.radians(30)
+STRUT_TIP = 0.01
+PLATE_SPEED = 0.5
 """Length of the strut and radius of its tip, m, its angle against the vertical, and the speed of the plate, m/s."""
 
 LOCKING_FRICTION = STRUT * math.sin(STRUT_ANGLE) / (STRUT * math.cos(STRUT_ANGLE) + STRUT_TIP)

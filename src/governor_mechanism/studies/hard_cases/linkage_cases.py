@@ -152,7 +152,8 @@ def _swinging_cranks(n_cranks: float, size: float) -> Document:
 
 
 def _solve_swinging_cranks(n_cranks: float, times: FloatArray, size: float) -> Solution:
-    inertia, moment = (n_cranks / 3 + 1) * (0.5 * size) ** 2, (n_cranks / 2 + 1) * 0.5 * size
+    inertia = (n_cranks / 3 + 1) * (0.5 * size) ** 2
+    moment = (n_cranks / 2 + 1) * 0.5 * size
     angle, rate = pendulum_swing(times, 1.0, math.sqrt(GRAVITY * moment / inertia))
     return {name: (angle - 0.5 * math.pi, rate) for name in ("angle0", "angle1")}
 

@@ -179,7 +179,8 @@ def find_trade_off(question: Question, n_points: int, method: str, n_starts: int
     last = solve(replace(question, objective=other, sign=other_sign, reported=(question.objective,)))
     if not first.quantities[-1].after:
         raise MechanismError(f"{other.name} has no value where {question.objective.name} is best; choose other bounds")
-    worst, best = _worst(first.quantities[-1].after, other_sign), _worst(last.objective.after, other_sign)
+    worst = _worst(first.quantities[-1].after, other_sign)
+    best = _worst(last.objective.after, other_sign)
     points = [(first, first.quantities[-1])]
     # At the best of an objective its own size may be nothing; what it loses up to the best of the other is a measure that holds throughout.
     range_of_first = abs(_worst(last.quantities[-1].after, question.sign) - _worst(first.objective.after, question.sign))

@@ -170,7 +170,9 @@ class QuestionReader:
         named: Mapping[str, Objective] | None,
         is_kept: bool = False,  # whether a file keeps what was computed, which needs the identity of functions
     ) -> None:
-        self._scene, self._named, self._engine = scene, named or {}, engine
+        self._scene = scene
+        self._named = named or {}
+        self._engine = engine
         self._accuracy = SEARCH_ACCURACY if accuracy is None else accuracy
         self._needs_names = workers != 1 or cluster is not None or is_kept
         self._problems = find_computer_problems(workers, cluster)

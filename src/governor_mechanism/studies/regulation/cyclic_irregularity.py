@@ -117,7 +117,8 @@ class ClearanceStudy(Result):
 
     def _describe_effect(self) -> str:
         clearance, amplitude = self.worst
-        base_amplitude, clearance_text = self.amplitude_without_clearance, f"a clearance of {clearance * 1e3:.3g} mm"
+        base_amplitude = self.amplitude_without_clearance
+        clearance_text = f"a clearance of {clearance * 1e3:.3g} mm"
         if base_amplitude == 0:
             return f"{clearance_text} causes cyclic motion" if amplitude > 0 else "the sleeve is at rest with and without clearance"
         if np.all(np.abs(self.amplitudes - base_amplitude) < 1e-3 * base_amplitude):

@@ -181,11 +181,13 @@ class GovernedEngine:
     @property
     def _travel(self) -> tuple[float, float]:
         """Lowest and highest coordinate that stops and limits leave."""
-        travel, name = self._reduction.range_of_motion, self._reduction.mechanism.coordinate
+        travel = self._reduction.range_of_motion
+        name = self._reduction.mechanism.coordinate
         low, high = travel.low, travel.high
         for effect in self._reduction.scene.output_effects:
             if effect.contact and effect.reading == name:
-                low, high = max(low, effect.contact.get("low", low)), min(high, effect.contact.get("high", high))
+                low = max(low, effect.contact.get("low", low))
+                high = min(high, effect.contact.get("high", high))
         return low, high
 
     def _evaluate(self, coordinates: FloatArray) -> tuple[dict[str, FloatArray], FloatArray]:
@@ -283,7 +285,9 @@ class GovernedEngine:
         shaft_speeds: FloatArray,  # speed of the shaft, rad/s; shape (n,)
     ) -> FloatArray:
         """Return the force along the sleeve that weights, springs and centrifugal forces leave unbalanced; shape (n,)."""
-        reduction, low, high = self._reduction, float(coordinates.min()), float(coordinates.max())
+        reduction = self._reduction
+        low = float(coordinates.min())
+        high = float(coordinates.max())
         grid = np.linspace(low, high, N_FORCE_POINTS) if high > low else np.array([low])
         coefficients = reduction.evaluate(grid)
         lift_slope = evaluate_output(reduction.mechanism, SLEEVE_READING, coefficients.poses).rate(coefficients.tangents)

@@ -375,19 +375,23 @@ def _measure(
     messages: tuple[str, ...],
 ) -> LoadChangeStudy:
     """Return the response that a run shows."""
-    angles, speeds = run.readings[governed.shaft_angle], run.rates[governed.shaft_angle]
+    angles = run.readings[governed.shaft_angle]
+    speeds = run.rates[governed.shaft_angle]
     moving = np.flatnonzero(speeds > 0.0)
     rows = slice(0, int(moving[-1]) + 1 if len(moving) else 0)
     average = average_over_turns(run.times[rows], angles[rows], speeds[rows])
     begin = change_times[0]
-    is_before, is_after = average.times + 0.5 * average.periods <= begin, average.times >= begin
+    is_before = average.times + 0.5 * average.periods <= begin
+    is_after = average.times >= begin
     turns = [float(speeds[0]) * begin / math.tau, float(angles[-1] - np.interp(begin, run.times, angles)) / math.tau]
     if min(turns) < MIN_TURNS and reached_end(run):
         raise MechanismError(
             f"the shaft makes {turns[0]:.3g} turns before the change of the load and {turns[1]:.3g} after it, and a judgement needs "
             f"{MIN_TURNS} of both; increase run.duration, or change the time of the change"
         )
-    speeds_before, later_times, later = average.speeds[is_before], average.times[is_after], average.speeds[is_after]
+    speeds_before = average.speeds[is_before]
+    later_times = average.times[is_after]
+    later = average.speeds[is_after]
     first = float(speeds_before[-1]) if len(speeds_before) else before.shaft_speed
     response = judge_speed(run, begin, first, later_times, later)
     sleeve_force = _sleeve_force(governed, run, begin)
@@ -419,7 +423,8 @@ def _sleeve_force(governed: GovernedEngine, run: Trajectory, begin: float) -> fl
     rows = run.times >= begin
     if not rows.any():
         return math.nan
-    coordinates, speeds = run.readings[governed.coordinate][rows], run.rates[governed.shaft_angle][rows]
+    coordinates = run.readings[governed.coordinate][rows]
+    speeds = run.rates[governed.shaft_angle][rows]
     forces = governed.sleeve_forces(coordinates, speeds)
     return float(np.abs(forces).max())
 

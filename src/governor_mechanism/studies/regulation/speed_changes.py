@@ -101,7 +101,8 @@ def _compute_settling_time(run: Trajectory) -> float:
 def _find_equilibrium_of_momentum(run: Trajectory) -> float:
     """Return the equilibrium on the free spindle at the angular momentum of the end of the run."""
     mechanism = run.scene.part.mechanism
-    reduction, last_value = SingleDofReduction(run.scene), float(run.readings[mechanism.coordinate][-1])
+    reduction = SingleDofReduction(run.scene)
+    last_value = float(run.readings[mechanism.coordinate][-1])
     last_poses = run.poses[-1, : len(mechanism.bodies)]
     angular_momentum = 2 * run.energy.rotation[-1] / run.readings["spindle_speed"][-1]
 
@@ -236,7 +237,8 @@ def _compute_generalised_damping(scene: Scene, value: float) -> float:
 def _compute_divergence_rate(scene: Scene, value: float, speed: float) -> float:
     """Return the divergence rate, 1/s, of a disturbance at an unstable equilibrium: I x'' + c x' + K x = 0."""
     coefficients = SingleDofReduction(scene).evaluate([value])
-    inertia, stiffness = float(coefficients.inertia[0]), float(coefficients.stiffness_terms(speed**2).sum())
+    inertia = float(coefficients.inertia[0])
+    stiffness = float(coefficients.stiffness_terms(speed**2).sum())
     decay = 0.5 * _compute_generalised_damping(scene, value) / inertia
     return math.sqrt(decay**2 - stiffness / inertia) - decay
 

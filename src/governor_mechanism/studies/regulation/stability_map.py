@@ -108,7 +108,9 @@ class _TurnMap:
         # A Jacobian costs eight runs, so that one is kept while the distance between the states
         # shrinks well.
         state, period = (near.state, near.period) if near else (self._state, self._period)
-        jacobian, matrix, previous = near.turn_jacobian if near else None, None, math.inf
+        jacobian = near.turn_jacobian if near else None
+        matrix = None
+        previous = math.inf
         shift = np.array([math.tau, 0.0, 0.0, 0.0])
         for _ in range(MAX_ITERATIONS):
             end = self._advance(state, period)
@@ -303,7 +305,8 @@ class StabilityMap(Result):
         if np.isfinite(self.parameters).any():
             n_known = int(np.isfinite(self.parameters[0]).sum())
             lines.append(f"eigenvalues and Vyshnegradskii's limit x y = 1 agree in {n_known - self.disagreements} of {n_known} points")
-        (x_factor, x_unit), (y_factor, y_unit) = self.x.display_unit, self.y.display_unit
+        x_factor, x_unit = self.x.display_unit
+        y_factor, y_unit = self.y.display_unit
         for point in self.border:
             cyclic = "" if point.cyclic is None else f", {point.cyclic * y_factor:.6g} {y_unit} under the cyclic torque"
             where = f"border at {point.x * x_factor:.5g} {x_unit}: {point.mean * y_factor:.6g} {y_unit} with mean torque"

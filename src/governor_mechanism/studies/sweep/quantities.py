@@ -274,7 +274,8 @@ class _QuantityParser:
         statistic_name, is_rate, reading = split_rule(rule)
         if reading not in (self._positions if is_rate else self._reading_units):
             raise MechanismError(self._unknown_rule_message(rule))
-        statistic, reading_unit = STATISTICS[statistic_name], self._reading_units[reading]
+        statistic = STATISTICS[statistic_name]
+        reading_unit = self._reading_units[reading]
         is_position = reading in self._positions and not is_rate
         if (statistic.needs and not is_position) or (statistic.needs == "angle" and reading_unit != "rad"):
             names = [one for one in self._positions if statistic.needs == "position" or self._reading_units[one] == "rad"]

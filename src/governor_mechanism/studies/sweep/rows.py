@@ -20,7 +20,9 @@ ROW_REFUSED, ROW_FAILED = "refused", "failed"
 ROW_OK = "ok"
 """Outcome of a complete run without a certificate."""
 
-ROW_NOT_SETTLED, ROW_NO_OSCILLATION, ROW_NO_VALUE = "not_settled", "no_oscillation", "no_value"
+ROW_NOT_SETTLED = "not_settled"
+ROW_NO_OSCILLATION = "no_oscillation"
+ROW_NO_VALUE = "no_value"
 """Outcomes of a complete run that lacks a requested number: a settled value, an amplitude or frequency, or another one."""
 
 OK_ROW_OUTCOMES = ("done", ROW_OK)

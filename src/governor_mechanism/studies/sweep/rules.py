@@ -56,19 +56,23 @@ class TurningPoints:
     def amplitude(self, start: float) -> float | None:
         """Return half the difference of the highest and the lowest turning point from a time (s) on, SI; None if one is missing."""
         is_late = self.times >= start
-        upper, lower = self.values[is_late & self.is_upper], self.values[is_late & ~self.is_upper]
+        upper = self.values[is_late & self.is_upper]
+        lower = self.values[is_late & ~self.is_upper]
         return float(upper.max() - lower.min()) / 2 if upper.size and lower.size else None
 
 
 def find_turning_points(samples: ReadingSamples) -> TurningPoints:
     """Return the turning points of a position between which it moves by more than `min_swing`; none of what is no position."""
     # Where it comes to rest before it turns back, the turning point is where it comes to rest.
-    times, values, rates = samples.times, samples.values, samples.rates
+    times = samples.times
+    values = samples.values
+    rates = samples.rates
     moving = np.flatnonzero(rates)
     before, after = moving[:-1], moving[1:]
     turns = np.signbit(rates[before]) != np.signbit(rates[after])
     before, after = before[turns], after[turns]
-    turning_times, turning_values = times[np.minimum(before + 1, after)].copy(), values[np.minimum(before + 1, after)].copy()
+    turning_times = times[np.minimum(before + 1, after)].copy()
+    turning_values = values[np.minimum(before + 1, after)].copy()
     is_between = after == before + 1
     located = _locate_between(samples, before[is_between])
     turning_times[is_between], turning_values[is_between] = located
@@ -91,7 +95,9 @@ def _without_small_swings(values: FloatArray, is_upper: BoolArray, min_swing: fl
 
 def _locate_between(samples: ReadingSamples, first: IntArray) -> tuple[FloatArray, FloatArray]:
     """Return times (s) and values of the turning points between samples `first` and the ones after them; shape (n,) each."""
-    times, values, rates = samples.times, samples.values, samples.rates
+    times = samples.times
+    values = samples.values
+    rates = samples.rates
     n_nodes = NODES_AROUND if samples.is_smooth and len(times) >= NODES_AROUND else 2
     window = np.clip(first - (n_nodes // 2 - 1), 0, len(times) - n_nodes)[:, None] + np.arange(n_nodes)
     low, high = times[first], times[first + 1]
@@ -138,7 +144,9 @@ def _newton_form(nodes: FloatArray, values: FloatArray, rates: FloatArray) -> tu
 
 def _evaluate(nodes: FloatArray, coefficients: list[FloatArray], arguments: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Return value and first two derivatives of each polynomial at an argument of its own; shape (functions,) each."""
-    value, rate, acceleration = coefficients[-1], np.zeros_like(arguments), np.zeros_like(arguments)
+    value = coefficients[-1]
+    rate = np.zeros_like(arguments)
+    acceleration = np.zeros_like(arguments)
     for order in range(len(coefficients) - 2, -1, -1):
         distance = arguments - nodes[:, order]
         acceleration = acceleration * distance + 2.0 * rate
@@ -149,7 +157,9 @@ def _evaluate(nodes: FloatArray, coefficients: list[FloatArray], arguments: Floa
 
 def mean_value(samples: ReadingSamples, turning_points: TurningPoints) -> float:
     """Return the mean of a reading over time: over its whole oscillations if it oscillates, and over the run otherwise."""
-    times, values, rates = samples.times, samples.values, samples.rates
+    times = samples.times
+    values = samples.values
+    rates = samples.rates
     span = turning_points.whole_oscillations()
     if span is not None:
         # The turning points at both ends join the samples between them.
@@ -238,7 +248,8 @@ class Taken(NamedTuple):
 
 def _take_mean(taken: Taken) -> float:
     if taken.is_rate:
-        times, values = taken.numbers.run.times, taken.numbers.run.readings[taken.reading]
+        times = taken.numbers.run.times
+        values = taken.numbers.run.readings[taken.reading]
         return float((values[-1] - values[0]) / (times[-1] - times[0])) if len(times) > 1 else float(taken.values[-1])
     return mean_value(taken.numbers.samples(taken.reading), taken.turning_points)
 

@@ -249,7 +249,8 @@ class SweepTask(AxisGrid):
     @property
     def settings(self) -> dict[str, Any]:
         """What distinguishes the sweep from others, in types that JSON knows."""
-        axes, quantities = {axis.key: axis.document_values for axis in self.axes}, {one.name: one.identity for one in self.quantities}
+        axes = {axis.key: axis.document_values for axis in self.axes}
+        quantities = {one.name: one.identity for one in self.quantities}
         options = {name: getattr(self, name) for name in ("engine", "accuracy", "certify")}
         return {"scene": self.document, "axes": axes, "quantities": quantities, **options}
 
@@ -285,7 +286,8 @@ def make_task(
         problems.append(f"accuracy must lie between 0 and 1; got {format_value(accuracy)}")
     problems += find_computer_problems(workers, cluster)
     given_for_all = {"run.engine": engine != "auto", "run.accuracy": accuracy is not None}
-    keys, reason = [axis.key for axis in axes], "has no effect if it is also given for all rows; leave one of the two out"
+    keys = [axis.key for axis in axes]
+    reason = "has no effect if it is also given for all rows; leave one of the two out"
     problems += [f"vary: {key} {reason}" for key in keys if given_for_all.get(key)]
     clashes = [one.name for one in parsed_quantities if one.name in keys]
     problems += [f"quantity {name!r} has the name of a varied key; choose another name" for name in clashes]
@@ -358,7 +360,8 @@ def compute_row(task: SweepTask, index: int) -> SweepRow:
     try:
         numbers, outcome, message = _compute_numbers(task, task.run(index))
     except GovernorMechanismError as error:
-        outcome, message = ROW_REFUSED, "; ".join(getattr(error, "problems", (str(error),)))
+        outcome = ROW_REFUSED
+        message = "; ".join(getattr(error, "problems", (str(error),)))
     except Exception as error:  # an error of one row is stored in that row; the others continue
         outcome, message = ROW_FAILED, f"{type(error).__name__}: {error}"
     return SweepRow(index=index, numbers=numbers, outcome=outcome, message=" ".join(message.split()))
@@ -368,7 +371,9 @@ def _compute_numbers(task: SweepTask, run: Trajectory) -> tuple[tuple[float, ...
     """Return numbers, outcome and message of a run; one that ended early has only its duration: its last value is not the final one."""
     has_final_values = run.outcome.ok or run.outcome is Outcome.ACCURACY_MISSED
     outcome = ROW_OK if run.outcome is Outcome.NOT_CERTIFIED else run.outcome.name.lower()
-    numbers, missing, shared = list[float](), list[MissingNumberError](), RunNumbers(run)
+    numbers = list[float]()
+    missing = list[MissingNumberError]()
+    shared = RunNumbers(run)
     for quantity in task.quantities:
         number = math.nan
         if has_final_values or (quantity.rule == DURATION_RULE and len(run.times)):

@@ -118,7 +118,9 @@ def _share_with_processes(function: RowFunction[Row], chunks: Iterator[Sequence[
     from joblib.externals.loky.process_executor import TerminatedWorkerError
 
     executor = get_reusable_executor(max_workers=n_others, timeout=IDLE_TIME, env=ONE_THREAD)
-    left, own, running = deque(chunks), deque[int](), set[Any]()
+    left = deque(chunks)
+    own = deque[int]()
+    running = set[Any]()
     with record_interrupts(only_first=True) as was_interrupted:
         try:
             while left or own or running:

@@ -263,7 +263,9 @@ def find_nearest(curve: FloatArray, points: FloatArray) -> FloatArray:
     starts = (indices % (len(nodes) - 1) if is_closed else indices).astype(float)
     places = starts.copy()
     for _ in range(NEWTON_STEPS):
-        gaps, slopes, bends = spline(places) - points, spline(places, 1), spline(places, 2)
+        gaps = spline(places) - points
+        slopes = spline(places, 1)
+        bends = spline(places, 2)
         squares, curvature = np.sum(slopes**2, axis=1), np.sum(gaps * bends, axis=1)
         # Where the curve bends away too strongly for Newton's method, the step of Gauss and Newton leads down, too.
         steps = np.sum(gaps * slopes, axis=1) / np.where(squares + curvature > 0.1 * squares, squares + curvature, squares)

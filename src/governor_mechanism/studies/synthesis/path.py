@@ -246,7 +246,8 @@ def _order(rows: tuple[SynthesisedLinkage, ...], task: PathTask) -> tuple[Synthe
         check = row.check
         defects = list(check.defects)
         if task.is_curve and "order" in defects:
-            fixed, moving = np.array([row.linkage.fixed]), row.positions[None, task.ordered, :2]
+            fixed = np.array([row.linkage.fixed])
+            moving = row.positions[None, task.ordered, :2]
             defects = [one for one in defects if one != "order" or DEFECTS[judge(fixed, moving).defect[0]] == "order"]
         if task.closed and not check.turns_fully:
             defects.append("no full turn")

@@ -96,7 +96,8 @@ def minimise(
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Return unknowns, angles and sums of squared residuals at the ends of searches by Levenberg and Marquardt."""
     unknowns, angles = unknowns.copy(), angles.copy()
-    cost, damping = np.full(len(unknowns), np.inf), np.full(len(unknowns), FIRST_DAMPING)
+    cost = np.full(len(unknowns), np.inf)
+    damping = np.full(len(unknowns), FIRST_DAMPING)
     running = np.arange(len(unknowns))
     for _ in range(0, n_steps, N_STEPS_BETWEEN):
         with np.errstate(divide="ignore", invalid="ignore", over="ignore"):  # links in a line
@@ -141,7 +142,9 @@ def _cost(state: Linearised) -> FloatArray:
 
 def _find_step(state: Linearised, damping: FloatArray, free: IntArray) -> tuple[FloatArray, FloatArray]:
     """Return the steps of free unknowns and of angles: each angle occurs at its own point alone, and is eliminated first."""
-    residual, by_unknowns, by_angles = state.residual, state.by_unknowns[..., free], state.by_angles
+    residual = state.residual
+    by_unknowns = state.by_unknowns[..., free]
+    by_angles = state.by_angles
     angle_weight = (by_angles**2).sum(axis=1) + damping[:, None]
     mixed = np.einsum("srp,srpu->spu", by_angles, by_unknowns)
     angle_slope = (by_angles * residual).sum(axis=1)
@@ -223,7 +226,9 @@ def curve_starts(
     last = -1 if is_closed else None  # the end of a closed path is its start
     paths = _path(unknowns, inputs)[:, :last]
     can_move = np.isfinite(paths).all(axis=1)
-    unknowns, inputs, paths = unknowns[can_move], inputs[can_move], paths[can_move]
+    unknowns = unknowns[can_move]
+    inputs = inputs[can_move]
+    paths = paths[can_move]
     ends = np.append(points, points[0]) if is_closed else points
     along = np.append(0.0, np.cumsum(np.abs(np.diff(ends))))
     along /= along[-1]

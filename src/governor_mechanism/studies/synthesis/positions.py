@@ -182,9 +182,13 @@ def other_pivots(body: Displacements, pivots: ComplexArray, name: str) -> Comple
     chosen = (pivots - body.point)[..., None]
     first, second = chosen.real, chosen.imag
     if name == "moving_pivots":  # in X and Y: p = uX + vY, q = vX - uY
-        by_x, by_y, constant = x + first * p + second * q, y + second * p - first * q, rest + first * u + second * v
+        by_x = x + first * p + second * q
+        by_y = y + second * p - first * q
+        constant = rest + first * u + second * v
     else:  # in u and v: p = Xu + Yv, q = -Yu + Xv
-        by_x, by_y, constant = u + first * p - second * q, v + second * p + first * q, rest + first * x + second * y
+        by_x = u + first * p - second * q
+        by_y = v + second * p + first * q
+        constant = rest + first * x + second * y
     determinant = _cross(by_x, by_y)
     is_slider = np.abs(determinant) < 1e-12 * np.maximum(np.abs(by_x), np.abs(by_y)).max(axis=-1) ** 2
     with np.errstate(divide="ignore", invalid="ignore"):

@@ -71,7 +71,9 @@ def relax_to_equilibrium(
     mechanism, scale = scene.part.mechanism, time_scale(scene)
     mass = sum(body.mass for body in mechanism.bodies)
     max_rest_energy = 0.5 * mass * (settings.max_rest_speed_ratio * mechanism.length_scale / scale) ** 2
-    model, time_inputs, h = PymunkModel(scene, iterations=settings.iterations), TimeInputs(scene), settings.step_ratio * scale
+    model = PymunkModel(scene, iterations=settings.iterations)
+    time_inputs = TimeInputs(scene)
+    h = settings.step_ratio * scale
     one_sided, mode = one_sided_forces_of(scene), initial_mode(scene)
 
     def present_poses() -> FloatArray:
@@ -91,7 +93,9 @@ def relax_to_equilibrium(
     poses = PositionSolver(mechanism).solve_at_coordinate(start)
     follow_springs(poses)
     model.start(poses, np.zeros_like(poses), time_inputs.start_inputs(h))
-    inputs, max_energy, steps_since_stop = time_inputs.constant_inputs(h), 0.0, 0
+    inputs = time_inputs.constant_inputs(h)
+    max_energy = 0.0
+    steps_since_stop = 0
     for _ in range(settings.max_steps):
         energy = model.kinetic_energy()
         if steps_since_stop > N_JOINT_RECOVERY_STEPS and energy < max_energy:  # just past the maximum, which is at the equilibrium

@@ -74,7 +74,8 @@ def _simulated_work_per_stroke(scene: Scene) -> float:
 
 def _compare_motion(run: Trajectory, engine: closed.AirEngine) -> Iterator[ComparisonRow]:
     """Yield torque, pressures, stored work and speed at the crank angles of the run."""
-    angles, inertia = run.readings["crank_angle"], run.scene.part.dimensions["inertia"]
+    angles = run.readings["crank_angle"]
+    inertia = run.scene.part.dimensions["inertia"]
     yield comparisons.compare_reading(run, "gas_torque", closed.gas_torque(engine, crank_angle=angles))
     for name, pressure in (
         ("expansion_pressure", closed.expansion_pressure),

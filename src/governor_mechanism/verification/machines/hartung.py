@@ -72,7 +72,8 @@ def _check_statics_over_stroke(scene: Scene, governor: closed.HartungGovernor, s
     for lever_angle, sleeve_force in zip(lever_angles.tolist(), sleeve_forces.tolist(), strict=True):
         label = f"at {math.degrees(lever_angle):.4g} deg"
         state = {"lever_angle": lever_angle, "spring_force": _spring_force(scene, lever_angle)}
-        speed, exact_speed = equilibrium_speed_at(scene, np.array([lever_angle]))[0], closed.equilibrium_speed(governor, **state)
+        speed = equilibrium_speed_at(scene, np.array([lever_angle]))[0]
+        exact_speed = closed.equilibrium_speed(governor, **state)
         yield comparisons.compare_algebraic(f"equilibrium speed {label}", speed, exact_speed, "rad/s")
         exact_force = closed.static_sleeve_force(governor, **state)
         yield comparisons.compare_algebraic(f"static sleeve force {label}", sleeve_force, exact_force, "N")

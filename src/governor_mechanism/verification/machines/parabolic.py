@@ -23,7 +23,8 @@ def check_parabolic_governor(scene: Scene) -> Checks:
     """Yield every comparison that applies to the scene."""
     require_gravity_and_centrifugal(scene)
     dimensions = scene.part.dimensions
-    mass_ratio, double_parameter = dimensions["sleeve_mass"] / dimensions["ball_mass"], dimensions["double_parameter"]
+    mass_ratio = dimensions["sleeve_mass"] / dimensions["ball_mass"]
+    double_parameter = dimensions["double_parameter"]
     neutral_speed = math.sqrt(2 * scene.gravity * (1 + mass_ratio) / double_parameter)
     for fraction in GUIDE_FRACTIONS:
         radius = (1 - fraction) * dimensions["inner_radius"] + fraction * dimensions["outer_radius"]

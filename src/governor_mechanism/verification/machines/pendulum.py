@@ -61,7 +61,8 @@ def build_pendulum_closed_form(scene: Scene) -> PendulumGovernor:
 def _check_equilibria(scene: Scene, governor: PendulumGovernor) -> comparisons.Checks:
     """Yield the comparisons of all equilibria at the spindle's first speed."""
     program = SpindleSpeedFunction(scene.spindle)
-    speed, (low, high) = program.start_speed, comparisons.travel_limits(scene, "arm_angle")
+    speed = program.start_speed
+    low, high = comparisons.travel_limits(scene, "arm_angle")
     if not program.is_constant:
         yield f"the spindle speed varies: equilibria are checked at its first value, {comparisons.format_rpm(speed)}; torque is not checked"
     constant_speed_scene = scene.with_changes(spindle=Spindle(speeds=(speed,)))
@@ -79,7 +80,8 @@ def _check_equilibria(scene: Scene, governor: PendulumGovernor) -> comparisons.C
 def _check_equilibrium(scene: Scene, governor: PendulumGovernor, speed: float, angle: float) -> comparisons.Checks:
     """Yield the comparisons of one equilibrium: speed, relaxation, oscillation period."""
     label = f"{math.degrees(angle):.4g} deg"
-    simulated_speed, expected_speed = equilibrium_speed_at(scene, np.array([angle]))[0], closed.equilibrium_speed(governor, arm_angle=angle)
+    simulated_speed = equilibrium_speed_at(scene, np.array([angle]))[0]
+    expected_speed = closed.equilibrium_speed(governor, arm_angle=angle)
     yield comparisons.compare_algebraic(f"equilibrium speed at {label}", simulated_speed, expected_speed, "rad/s", scale=speed)
     low, high = comparisons.travel_limits(scene, "arm_angle")
     squared_frequency = float(closed.squared_oscillation_frequency(governor, arm_angle=angle, spindle_speed=speed))

@@ -61,8 +61,10 @@ def check_sleeve_governor(scene: Scene, formulas: GovernorFormulas, *supported: 
 
 def _check_statics(scene: Scene, formulas: GovernorFormulas, run: Trajectory) -> comparisons.Checks:
     """Yield the comparisons of ball radius and equilibrium speed over the range of the run."""
-    angles, (low, high) = run.readings[ANGLE_READING], comparisons.travel_limits(scene, ANGLE_READING)
-    half, middle = max(0.5 * np.ptp(angles), 0.5 * MIN_RANGE), 0.5 * (np.min(angles) + np.max(angles))
+    angles = run.readings[ANGLE_READING]
+    low, high = comparisons.travel_limits(scene, ANGLE_READING)
+    half = max(0.5 * np.ptp(angles), 0.5 * MIN_RANGE)
+    middle = 0.5 * (np.min(angles) + np.max(angles))
     margin = 1e-3 * (high - low)
     positions = np.linspace(max(middle - half, low + margin), min(middle + half, high - margin), N_POSITIONS)
     reduction = SingleDofReduction(scene)
@@ -70,7 +72,8 @@ def _check_statics(scene: Scene, formulas: GovernorFormulas, run: Trajectory) ->
     for angle, radius in zip(positions.tolist(), radii.tolist(), strict=True):
         label = f"at {math.degrees(angle):.4g} deg"
         yield comparisons.compare_algebraic(f"ball radius {label}", radius, formulas.ball_radius(arm_angle=angle), "m")
-        speed, expected = equilibrium_speed_at(scene, np.array([angle]))[0], formulas.equilibrium_speed(arm_angle=angle)
+        speed = equilibrium_speed_at(scene, np.array([angle]))[0]
+        expected = formulas.equilibrium_speed(arm_angle=angle)
         yield comparisons.compare_algebraic(f"equilibrium speed {label}", speed, expected, "rad/s")
 
 

@@ -28,7 +28,8 @@ EVENT_READINGS = {
 def check_slide_valve(scene: Scene) -> Checks:
     """Yield every comparison that applies to the scene."""
     dimensions = scene.part.dimensions
-    eccentric, train = closed.Eccentric.from_dimensions(dimensions), crank.CrankTrain.from_dimensions(dimensions)
+    eccentric = closed.Eccentric.from_dimensions(dimensions)
+    train = crank.CrankTrain.from_dimensions(dimensions)
     centre = prescribed_centre(scene)
     yield from _check_kinematics(scene, eccentric, train, centre)
     simulated_angles = timing.find_event_angles(scene)
@@ -65,13 +66,15 @@ def _check_setting(scene: Scene, simulated_angles: Mapping[str, float], eccentri
     for end, simulated_lead, expected_lead in zip(timing.CYLINDER_ENDS, valve_motion_of(scene).leads, exact_leads, strict=True):
         yield compare_algebraic(f"lead at the {end}", simulated_lead, expected_lead, "m", scale=eccentric.radius)
     if valve_setting(scene) == EQUAL_LEADS and not eccentric.has_infinite_rod:
-        centre, expected_centre = scene.part.dimensions["centre"], closed.equal_lead_centre(eccentric)
+        centre = scene.part.dimensions["centre"]
+        expected_centre = closed.equal_lead_centre(eccentric)
         yield compare_algebraic("centre of the swing for equal leads", centre, expected_centre, "m", scale=eccentric.radius)
     if valve_setting(scene) == EQUAL_CUT_OFFS:
         stroke = 2 * scene.part.dimensions["crank"]
         cut_off_angles = np.array([simulated_angles[f"{end} cut-off"] for end in timing.CYLINDER_ENDS])
         readings = valve_motion_of(scene).evaluate(cut_off_angles).readings
-        crank_end, head_end = readings["crank_end_travel"][0] / stroke, readings["head_end_travel"][1] / stroke
+        crank_end = readings["crank_end_travel"][0] / stroke
+        head_end = readings["head_end_travel"][1] / stroke
         yield compare_algebraic("cut-off at the crank end against the head end", crank_end, head_end, "1", scale=1.0)
     if eccentric.has_infinite_rod:
         yield "the eccentric rod is infinitely long: there is no error term"
@@ -79,7 +82,8 @@ def _check_setting(scene: Scene, simulated_angles: Mapping[str, float], eccentri
 
 def _check_events_in_motion(scene: Scene, exact_angles: Mapping[str, float]) -> Checks:
     """Yield the crank angles of the events in a run that reports at the exact event times."""
-    speed, start = scene.part.dimensions["crank_speed"], scene.part.dimensions["crank_start"]
+    speed = scene.part.dimensions["crank_speed"]
+    start = scene.part.dimensions["crank_start"]
     event_times = {name: (angle - start) % math.tau / speed for name, angle in exact_angles.items()}
     times_in_run = {name: time for name, time in event_times.items() if time <= scene.run.duration}
     if not times_in_run:

@@ -23,10 +23,13 @@ BEARING_LOAD_RELATIVE_TOLERANCE = 1e-9
 def check_slider_crank(scene: Scene) -> comparisons.Checks:
     """Yield every comparison that applies to the scene."""
     train, speed = build_crank_train(scene), scene.part.dimensions["crank_speed"]
-    angle, motion = {"crank_angle": CHECKED_CRANK_ANGLES}, {"crank_angle": CHECKED_CRANK_ANGLES, "crank_rate": speed}
-    velocity, acceleration = closed.crosshead_velocity(train, **motion), closed.crosshead_acceleration(train, **motion)
+    angle = {"crank_angle": CHECKED_CRANK_ANGLES}
+    motion = {"crank_angle": CHECKED_CRANK_ANGLES, "crank_rate": speed}
+    velocity = closed.crosshead_velocity(train, **motion)
+    acceleration = closed.crosshead_acceleration(train, **motion)
     crosshead = ("crosshead_distance", "crosshead", train.crank, (closed.crosshead_distance(train, **angle), velocity, acceleration))
-    velocity, acceleration = closed.rod_angular_velocity(train, **motion), closed.rod_angular_acceleration(train, **motion)
+    velocity = closed.rod_angular_velocity(train, **motion)
+    acceleration = closed.rod_angular_acceleration(train, **motion)
     rod = ("rod_angle", "rod", 1.0, [-value for value in (closed.rod_angle(train, **angle), velocity, acceleration)])
     yield from compare_kinematics(scene, crosshead, rod)
     run = comparisons.run_scene(scene)

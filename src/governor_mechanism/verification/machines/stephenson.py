@@ -70,7 +70,8 @@ def _check_gear(scene: Scene, link_gear: closed.LinkGear, gear: float) -> compar
         ("link_angle", -np.asarray(exact.link_angle), 1.0, "rad"),
         ("reverser", np.full(len(CHECKED_CRANK_ANGLES), gear), 1.0, "1"),
     ):
-        text, allowed = f"{label}{name.replace('_', ' ')}", comparisons.ALGEBRAIC_TOLERANCE * scale
+        text = f"{label}{name.replace('_', ' ')}"
+        allowed = comparisons.ALGEBRAIC_TOLERANCE * scale
         yield comparisons.compare_largest_deviation(text, readings[name], expected, places, allowed, unit, reason)
     yield from _check_events(scene, link_gear, gear)
     yield _describe_first_order_law(readings["valve_displacement"], exact, link_gear, label)
@@ -110,7 +111,8 @@ def _check_setting(scene: Scene, link_gear: closed.LinkGear) -> comparisons.Chec
 def _check_motion(scene: Scene, run: Trajectory, link_gear: closed.LinkGear) -> comparisons.Checks:
     """Yield the readings of a run at some of its times; the lever is where the run reports it."""
     rows = np.unique(np.linspace(0, len(run.times) - 1, N_CHECKED_TIMES).astype(int))
-    angles, places = crank_angles(scene, run)[rows], [f"t = {time:.4g} s" for time in run.times[rows]]
+    angles = crank_angles(scene, run)[rows]
+    places = [f"t = {time:.4g} s" for time in run.times[rows]]
     exact = closed.link_position(link_gear, crank_angle=angles, gear=run.readings["reverser"][rows])
     train = crank.CrankTrain.from_dimensions(scene.part.dimensions)
     for name, expected in (
@@ -118,6 +120,7 @@ def _check_motion(scene: Scene, run: Trajectory, link_gear: closed.LinkGear) -> 
         ("die_slip", exact.die_offset),
         ("head_end_travel", crank.travel_from_outer_dead_centre(train, crank_angle=angles + math.pi)),
     ):
-        allowed, reason = scene.run.accuracy * run.scales[name], "the requested accuracy times the scale of the reading"
+        allowed = scene.run.accuracy * run.scales[name]
+        reason = "the requested accuracy times the scale of the reading"
         text = f"{name.replace('_', ' ')} in motion"
         yield comparisons.compare_largest_deviation(text, run.readings[name][rows], expected, places, allowed, "m", reason)

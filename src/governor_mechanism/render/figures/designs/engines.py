@@ -79,7 +79,8 @@ def _draw_forces(plate: EnginePlate, design: FlywheelDesign) -> None:
     engine, extremes = design.engine, design.fluctuation
     crank = engine.stroke / 2 * N_PER_KN
     angles = _angles()
-    force, load = np.asarray(closed.gas_torque(engine, crank_angle=angles)) / crank, engine.load_torque / crank
+    force = np.asarray(closed.gas_torque(engine, crank_angle=angles)) / crank
+    load = engine.load_torque / crank
     inside = np.mod(angles - extremes.slowest_angle, math.pi) <= extremes.fastest_angle - extremes.slowest_angle
     panel, low, high = plate.add_force_panel(np.degrees(angles), force, np.full_like(force, load), inside, 180)
     panel.axhline(load, color=VERMILLION, linewidth=1.5, zorder=3)
@@ -117,7 +118,8 @@ def _draw_speeds(panel: Panel, design: FlywheelDesign, simulated: Sequence[Simul
     """Draw the simulated speed over two turns with each flywheel, and the speeds that mu allows."""
     panel.axhspan(design.lowest_speed, design.highest_speed, color=GREEN, alpha=0.13, linewidth=0, zorder=1)
     panel.axhline(design.inputs.speed, color=MUTED, linewidth=0.8, linestyle=CHAIN_DOTTED, zorder=2)
-    low, high = min(float(wheel.speeds.min()) for wheel in simulated), max(float(wheel.speeds.max()) for wheel in simulated)
+    low = min(float(wheel.speeds.min()) for wheel in simulated)
+    high = max(float(wheel.speeds.max()) for wheel in simulated)
     spread, line = high - low, 0.1 * (high - low)
     panel.set(xlim=(0, 720), ylim=(low - 0.12 * spread, high + 0.12 * spread + (len(simulated) + 1) * line), xticks=range(0, 721, 90))
     for index, (wheel, (colour, style)) in enumerate(zip(simulated, _WHEEL_STYLES, strict=False)):
@@ -130,7 +132,9 @@ def _draw_speeds(panel: Panel, design: FlywheelDesign, simulated: Sequence[Simul
 
 def _draw_stored_work(panel: Panel, design: FlywheelDesign) -> None:
     """Draw the stored work over a stroke, with its extremes."""
-    engine, extremes, angles = design.engine, design.fluctuation, _angles()
+    engine = design.engine
+    extremes = design.fluctuation
+    angles = _angles()
     unit = engine.full_pressure_work
     panel.plot(np.degrees(angles), np.asarray(closed.stored_work(engine, crank_angle=angles)) / unit, color=BLUE, linewidth=2.0)
     panel.axhline(0.0, color=MUTED, linewidth=0.8, linestyle=CHAIN_DOTTED)
@@ -167,7 +171,9 @@ _N_CURVE_POINTS = 201
 _PLANE_LIMIT_RATIO = 1.35
 """Sides of the plane of x and y over the largest values shown."""
 
-_SPEED_RECT, _PLANE_RECT, _STEP_RECT = (0.075, 0.535, 0.40, 0.325), (0.585, 0.535, 0.385, 0.325), (0.075, 0.105, 0.765, 0.325)
+_SPEED_RECT = (0.075, 0.535, 0.40, 0.325)
+_PLANE_RECT = (0.585, 0.535, 0.385, 0.325)
+_STEP_RECT = (0.075, 0.105, 0.765, 0.325)
 """Left and lower edge, width and height of the panels, in fractions of the figure."""
 
 _TITLE = "Governed engine of {inputs.power:.4g PS} at {inputs.speed:.4g rpm} with a droop of {inputs.droop:.3%}"

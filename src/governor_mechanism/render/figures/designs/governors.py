@@ -31,8 +31,10 @@ from governor_mechanism.types import FloatArray
 from governor_mechanism.units.constants import KILOGRAM_FORCE_1853, RPM
 from governor_mechanism.units.text_table import fill_places
 
-_PATH_RECT, _SPEED_RECT = (0.065, 0.10, 0.42, 0.735), (0.575, 0.535, 0.335, 0.30)
-_RUN_SPEED_RECT, _RUN_LIFT_RECT = (0.575, 0.295, 0.335, 0.13), (0.575, 0.10, 0.335, 0.155)
+_PATH_RECT = (0.065, 0.10, 0.42, 0.735)
+_SPEED_RECT = (0.575, 0.535, 0.335, 0.30)
+_RUN_SPEED_RECT = (0.575, 0.295, 0.335, 0.13)
+_RUN_LIFT_RECT = (0.575, 0.10, 0.335, 0.155)
 """Left and lower edge, width and height of the panels, in fractions of the figure."""
 
 _N_CURVE_POINTS = 201
@@ -103,12 +105,16 @@ def _show_all(panel: Panel, xs: tuple[float, ...], ys: tuple[float, ...]) -> Non
     """Set limits (mm) that contain the points, to one scale on both axes."""
     left, right, bottom, top = (MM_PER_M * value for value in (min(xs), max(xs), min(ys), max(ys)))
     margin = 0.07 * max(right - left, top - bottom)
-    left, right, bottom, top = left - margin, right + margin, bottom - margin, top + margin
+    left = left - margin
+    right = right + margin
+    bottom = bottom - margin
+    top = top + margin
     missing = panel.aspect_ratio * (top - bottom) - (right - left)
     if missing > 0:
         left, right = left - 0.5 * missing, right + 0.5 * missing
     else:
-        bottom, top = bottom + 0.5 * missing / panel.aspect_ratio, top - 0.5 * missing / panel.aspect_ratio
+        bottom = bottom + 0.5 * missing / panel.aspect_ratio
+        top = top - 0.5 * missing / panel.aspect_ratio
     panel.set(xlim=(left, right), ylim=(bottom, top), aspect="equal")
 
 
@@ -316,13 +322,15 @@ def sleeve_force_figure(design: HartungDesign) -> Page:
     layouts = [(angle, build_hartung_layout(design.inputs, math.radians(angle))) for angle in _shown_angles(design)]
     page = _new_page("Uniformity of the static sleeve force", "each angle with straight spring lines through both speeds")
     labels = "Lever angle (outward) [deg]", "Static sleeve force S [kgf]"
-    panel, enlarged = page.add_panel((0.09, 0.15, 0.375, 0.60), *labels), page.add_panel((0.555, 0.15, 0.345, 0.60), *labels)
+    panel = page.add_panel((0.09, 0.15, 0.375, 0.60), *labels)
+    enlarged = page.add_panel((0.555, 0.15, 0.345, 0.60), *labels)
     enlarged.write_heading("The most uniform ones, enlarged", y=1.03)
     lines = zip((*SERIES_COLOURS, INK, MUTED), (*SERIES_LINE_STYLES, "-", DASHED), strict=True)
     for (angle, layout), (colour, style) in zip(layouts, lines, strict=False):
         best = abs(math.radians(angle) - design.best_angle) < math.radians(0.01)
         text = f"{angle:.6g} deg: {100 * layout.spread:.3g} %" + (", the best" if best else "")
-        lever_angles, forces = np.degrees(layout.levers), layout.static_forces / KILOGRAM_FORCE_1853
+        lever_angles = np.degrees(layout.levers)
+        forces = layout.static_forces / KILOGRAM_FORCE_1853
         panel.plot(lever_angles, forces, color=colour, linewidth=1.6, linestyle=style, label=text)
         if layout.spread < _MAX_ENLARGED_SPREAD:
             enlarged.plot(lever_angles, forces, color=colour, linewidth=1.6, linestyle=style)

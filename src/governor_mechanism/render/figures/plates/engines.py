@@ -39,8 +39,10 @@ from governor_mechanism.verification.machines.slider_crank import build_crank_tr
 _CAPTION_PLACES = ((0.03, 0.862), (0.545, 0.862), (0.03, 0.462), (0.545, 0.462))
 """Left and lower ends of the captions, in fractions of the plate."""
 
-SPEED_RECT, FOURTH_RECT = (0.085, 0.125, 0.41, 0.305), (0.61, 0.125, 0.355, 0.305)
-_FORCE_RECT, _INDICATOR_RECTS = (0.085, 0.555, 0.41, 0.275), ((0.61, 0.555, 0.155, 0.275), (0.815, 0.555, 0.15, 0.275))
+SPEED_RECT = (0.085, 0.125, 0.41, 0.305)
+FOURTH_RECT = (0.61, 0.125, 0.355, 0.305)
+_FORCE_RECT = (0.085, 0.555, 0.41, 0.275)
+_INDICATOR_RECTS = ((0.61, 0.555, 0.155, 0.275), (0.815, 0.555, 0.15, 0.275))
 """Left and lower edge, width and height of the panels, in fractions of the plate."""
 
 PA_PER_BAR, N_PER_KN = 1e5, 1e3
@@ -71,7 +73,9 @@ class EnginePlate(Plate):
         """Draw a loop of pressures (Pa) over travels (fractions of the stroke), of a cylinder between supply and atmosphere (Pa)."""
         label = "Pressure [bar]" if index == 0 else " "
         panel = self.add_plate_panel(_INDICATOR_RECTS[index], "Piston travel [% of stroke]", label)
-        travel, upper, lower = 100 * travel, upper / PA_PER_BAR, lower / PA_PER_BAR
+        travel = 100 * travel
+        upper = upper / PA_PER_BAR
+        lower = lower / PA_PER_BAR
         highest, atmosphere = (pressure / PA_PER_BAR for pressure in pressures)
         panel.fill_between(travel, lower, upper, color=colour, alpha=0.13, linewidth=0, zorder=2)
         loop = np.concatenate([travel, travel[::-1], travel[:1]]), np.concatenate([upper, lower[::-1], upper[:1]])
@@ -152,7 +156,8 @@ def _draw_forces(plate: EnginePlate, run: Trajectory) -> None:
     for extremes in run.speed_fluctuations.values():
         for angle, letter, offset in ((extremes.lowest_angle, "\\alpha", (8, -15)), (extremes.highest_angle, "\\beta", (9, 6))):
             at = math.degrees(angle) % 360
-            point, surplus = (at, float(np.interp(at, degrees, load))), float(np.interp(at, degrees, force - load))
+            point = (at, float(np.interp(at, degrees, load)))
+            surplus = float(np.interp(at, degrees, force - load))
             if abs(surplus) > MAX_SURPLUS_RATIO * (high - low):
                 continue  # the turn ends there, and the speed has no extreme
             mark_extreme(panel, point, f"${letter}$ = {at:.4g}°", offset, zorder=6)
@@ -200,7 +205,8 @@ _ENGINE_CAPTION = f"Fig. 2.  The same at {_SHOWN_ANGLE_DEG} degrees, as arrows a
 _FORCES_RECT, _ENGINE_RECT = (0.072, 0.37, 0.49, 0.43), (0.03, 0.085, 0.54, 0.2)
 _MIN_FORCES_HEIGHT = 0.2
 """Place of the loci and of the engine, in fractions of the figure: flat loci leave height to the engine, down to a minimum."""
-_TORQUE_RECT, _GUIDE_RECT = (0.655, 0.545, 0.30, 0.285), (0.655, 0.135, 0.30, 0.285)
+_TORQUE_RECT = (0.655, 0.545, 0.30, 0.285)
+_GUIDE_RECT = (0.655, 0.135, 0.30, 0.285)
 """Left and lower edge, width and height of the panels, in fractions of the figure."""
 
 _DIGIT_WIDTH, _N_DIGITS_WITHOUT_SHIFT = 0.008, 2
@@ -222,7 +228,8 @@ def bearing_loads_figure(run: Trajectory) -> Plate:
     """Return the plate of the bearing loads of a slider crank; raise MechanismError for a run without masses or a whole turn."""
     if refusal := bearing_loads_refusal(run):
         raise MechanismError(refusal)
-    crank_train, speed = build_crank_train(run.scene), run.scene.part.dimensions["crank_speed"]
+    crank_train = build_crank_train(run.scene)
+    speed = run.scene.part.dimensions["crank_speed"]
     crank_angles = np.linspace(0.0, math.tau, 721)
     exact = bearing_loads(crank_train, crank_angle=crank_angles, crank_rate=speed, gravity=run.scene.gravity)
     first_turn = run.readings["crank_angle"] <= run.scene.part.dimensions["crank_start"] + math.tau
@@ -231,12 +238,15 @@ def bearing_loads_figure(run: Trajectory) -> Plate:
     plate = Plate("Bearing loads of a slider crank", run.scene.title, "from inertia and weight, at constant crank speed", captions)
     force_labels = "Force along the line of the crosshead [kN]", "Force across it [kN]"
     left, bottom, width, height = _FORCES_RECT
-    forces_rect, engine_rect = (left, bottom + gain, width, height - gain), (*_ENGINE_RECT[:3], _ENGINE_RECT[3] + gain)
+    forces_rect = (left, bottom + gain, width, height - gain)
+    engine_rect = (*_ENGINE_RECT[:3], _ENGINE_RECT[3] + gain)
     _draw_force_loci(plate.add_plate_panel(forces_rect, *force_labels), run, exact, first_turn)
     _draw_engine(plate.add_plate_panel(engine_rect), crank_train, exact)
     angles = np.degrees(run.readings["crank_angle"][first_turn] % math.tau)
-    drive, guide = run.reactions["drive"].moment[first_turn], run.reactions["crosshead guide"].force[first_turn, 1]
-    degrees, angle_label = np.degrees(crank_angles), "Crank angle from the outer dead centre [deg]"
+    drive = run.reactions["drive"].moment[first_turn]
+    guide = run.reactions["crosshead guide"].force[first_turn, 1]
+    degrees = np.degrees(crank_angles)
+    angle_label = "Crank angle from the outer dead centre [deg]"
     unit, factor = choose_multiple("N m", exact.torque)
     torque_panel = plate.add_plate_panel(_TORQUE_RECT, angle_label, f"Torque [{unit}]")
     _draw_load_curve(torque_panel, (angles, drive * factor), (degrees, exact.torque * factor))
@@ -315,7 +325,9 @@ def _show_forces(panel: Panel, forces: FloatArray) -> None:
 
 def _draw_engine(panel: Panel, crank_train: CrankTrain, exact: BearingLoads) -> None:
     """Draw the slider crank at one angle, with each force as an arrow at its bearing."""
-    angle_index, angle, r = 2 * _SHOWN_ANGLE_DEG, math.radians(_SHOWN_ANGLE_DEG), crank_train.crank
+    angle_index = 2 * _SHOWN_ANGLE_DEG
+    angle = math.radians(_SHOWN_ANGLE_DEG)
+    r = crank_train.crank
     shaft, pin = (0.0, 0.0), polar_points(angle, r)
     crosshead = float(np.asarray(crosshead_distance(crank_train, crank_angle=angle))), 0.0
     panel.show_region((crosshead[0] / 2, 0.0), max((crosshead[0] + 3.2 * r) / 2, panel.aspect_ratio * 1.25 * r))

@@ -134,7 +134,8 @@ def _speed_family(start_speed: float) -> tuple[float, ...]:
     return tuple((nearest_multiple + k) * step * RPM if k else start_speed for k in range(-3, 4))
 
 
-_FAMILY_RECT, _DEVIATION_RECT = (0.078, 0.155, 0.476, 0.69), (0.672, 0.475, 0.243, 0.37)
+_FAMILY_RECT = (0.078, 0.155, 0.476, 0.69)
+_DEVIATION_RECT = (0.672, 0.475, 0.243, 0.37)
 """Left and lower edge, width and height of the panels, in fractions of the figure."""
 
 _DOWN = -math.pi / 2
@@ -187,12 +188,17 @@ def isochronous_figure(
 
 def _show_family(panel: Panel, data: IsochronousPlateData) -> None:
     """Set limits (mm), to one scale, that contain both centres, the horizontal arm and the 45-degree point."""
-    (x45, y45), centre, suspension = data.point_at_45_degrees(data.start_speed), data.centre_of_curvature, data.suspension
+    x45, y45 = data.point_at_45_degrees(data.start_speed)
+    centre = data.centre_of_curvature
+    suspension = data.suspension
     xs = (0.0, centre[0], suspension[0], suspension[0] + data.governor.arm, 1.5 * x45)
     ys = (0.0, centre[1], suspension[1], 1.5 * y45)
     left, right, bottom, top = (MM_PER_M * value for value in (min(xs), max(xs), min(ys), max(ys)))
     margin = 0.06 * max(right - left, top - bottom)
-    left, right, bottom, top = left - 3.6 * margin, right + margin / 2, bottom - margin, top + margin
+    left = left - 3.6 * margin
+    right = right + margin / 2
+    bottom = bottom - margin
+    top = top + margin
     missing_width = panel.aspect_ratio * (top - bottom) - (right - left)
     if missing_width > 0:
         left, right = left - 0.35 * missing_width, right + 0.65 * missing_width
@@ -250,7 +256,9 @@ def _draw_45_degree_line(panel: Panel, data: IsochronousPlateData) -> None:
 
 def _draw_circle_of_curvature(panel: Panel, data: IsochronousPlateData) -> None:
     """Draw the osculating circle of the parabola at the start point, its centre and radius."""
-    centre, start, radius = _to_mm(data.centre_of_curvature), _to_mm(data.start_point), data.radius_of_curvature * MM_PER_M
+    centre = _to_mm(data.centre_of_curvature)
+    start = _to_mm(data.start_point)
+    radius = data.radius_of_curvature * MM_PER_M
     circle = polar_points(_DOWN + np.linspace(-math.pi / 6, math.pi / 2 + 0.1, 400), radius, centre)
     panel.plot(*circle, color=BLUE, linewidth=1.3, linestyle=DASHED, zorder=5)
     panel.plot(*centre, "+", color=BLUE, markersize=12, markeredgewidth=1.5, zorder=8)
@@ -265,7 +273,9 @@ def _draw_circle_of_curvature(panel: Panel, data: IsochronousPlateData) -> None:
 
 def _draw_governor(panel: Panel, data: IsochronousPlateData) -> None:
     """Draw suspension, arm, arm angle and ball at the start point, and the path of the ball, wide over the travel."""
-    suspension, start, arm = _to_mm(data.suspension), _to_mm(data.start_point), data.governor.arm * MM_PER_M
+    suspension = _to_mm(data.suspension)
+    start = _to_mm(data.start_point)
+    arm = data.governor.arm * MM_PER_M
     low, high = data.travel
     panel.plot(*polar_points(_DOWN + np.linspace(low, high, 300), arm, suspension), color=SKY, linewidth=6, alpha=0.75, zorder=3)
     panel.plot(*polar_points(_DOWN + np.linspace(low - 0.3, low, 60), arm, suspension), color=SKY, linewidth=1.2, zorder=3)
@@ -302,7 +312,8 @@ def _start_point_name(data: IsochronousPlateData) -> str:
 def _label_along_arm(panel: Panel, data: IsochronousPlateData, first: Vec2, second: Vec2, text: str, colour: str) -> None:
     """Write a label along the arm, above it, between two points."""
     middle = (first[0] + second[0]) / 2, (first[1] + second[1]) / 2
-    offset, rotation = polar_points(data.start_angle, 10), math.degrees(data.start_angle) - 90
+    offset = polar_points(data.start_angle, 10)
+    rotation = math.degrees(data.start_angle) - 90
     panel.annotate_point(middle, text, offset, color=colour, ha="center", va="center", rotation=rotation)
 
 
@@ -320,7 +331,8 @@ def _draw_speed_deviations(panel: Panel, data: IsochronousPlateData) -> None:
     panel.axvline(0, color=MUTED, linewidth=0.8, zorder=1)
     for arm_ratio, (name, colour, marker) in ARM_STYLES.items():
         curve = data.speed_deviations(arm_ratio)
-        degrees, percent = np.degrees(curve.angle_changes), 100 * curve.equilibrium_speed_changes
+        degrees = np.degrees(curve.angle_changes)
+        percent = 100 * curve.equilibrium_speed_changes
         parabola_percent = 100 * curve.parabola_speed_changes
         is_rising = np.gradient(percent, degrees) > 0
         for is_stable, style in ((True, "-"), (False, DASHED)):
@@ -362,7 +374,9 @@ def _write_dimensions(plate: Plate, data: IsochronousPlateData) -> None:
 
 def _write_verdicts(plate: Plate) -> None:
     """Write what Zehnder says and what is correct side by side below the right panel."""
-    (left, text_left, right_left), top, row = _VERDICT_COLUMNS, 0.35, 0.062
+    left, text_left, right_left = _VERDICT_COLUMNS
+    top = 0.35
+    row = 0.062
     for x, heading in ((text_left, "as Zehnder has it"), (right_left, "correct")):
         plate.write_text(x, 0.373, heading, 10.5, fontstyle="italic", color=MUTED)
     for k, (arm_ratio, (name, colour, marker)) in enumerate(ARM_STYLES.items()):

@@ -58,8 +58,10 @@ _CAPTIONS = {
     (0.03, 0.462): "Fig. 3.  The valve’s ellipse: its displacement over the stroke of the piston",
     (0.545, 0.462): "Fig. 4.  Reuleaux’s circle: $\\xi_0$, the distance from a diameter",
 }
-_CONSTRUCTION_RECT, _ERRORS_RECT = (0.03, 0.505, 0.47, 0.335), (0.60, 0.545, 0.355, 0.285)
-_ELLIPSE_RECT, _REULEAUX_RECT = (0.085, 0.125, 0.385, 0.305), (0.565, 0.085, 0.40, 0.355)
+_CONSTRUCTION_RECT = (0.03, 0.505, 0.47, 0.335)
+_ERRORS_RECT = (0.60, 0.545, 0.355, 0.285)
+_ELLIPSE_RECT = (0.085, 0.125, 0.385, 0.305)
+_REULEAUX_RECT = (0.565, 0.085, 0.40, 0.355)
 """Left and lower edge, width and height of the panels, in fractions of the figure."""
 
 _APPROXIMATIONS = (("parabola", closed.parabola_error, SERIES_COLOURS[3], DASHED), ("circle", closed.circle_error, GREEN, "-"))
@@ -135,7 +137,9 @@ def _draw_sample_ray(panel: Panel, data: EccentricDiagram) -> None:
 def _draw_lens(panel: Panel, data: EccentricDiagram, angle: float, distances: tuple[float, float]) -> None:
     """Draw the surroundings of P enlarged: the theoretical circle, the curve of the mechanism, and the patch of the ray between them."""
     r, (x, z) = data.eccentric.radius, distances
-    point, lens, lens_radius = np.array(polar_points(angle, x)), np.array((1.54 * r, -0.36 * r)), 0.27 * r
+    point = np.array(polar_points(angle, x))
+    lens = np.array((1.54 * r, -0.36 * r))
+    lens_radius = 0.27 * r
     factor = _round_down(0.8 * lens_radius / abs(z))
     edge = Circle(tuple(lens), lens_radius, facecolor=PAPER, edgecolor=MUTED, linewidth=0.9, zorder=9)
     panel.add_patch(edge)

@@ -68,7 +68,9 @@ def _draw_against_gear(panel: Panel, positions: FloatArray, values: FloatArray) 
 
 def _draw_polar_curves(panel: Panel, gear: ValveGear) -> None:
     """Draw the displacement that opens the crank end's ports, on every ray, in every second gear; crests and lap circles."""
-    angles, crests, largest = np.linspace(0.0, math.tau, _N_ANGLES), [], 0.0
+    angles = np.linspace(0.0, math.tau, _N_ANGLES)
+    crests = []
+    largest = 0.0
     valve = valve_of(gear.scenes[0])
     for k, (position, scene) in enumerate(zip(gear.positions, gear.scenes, strict=True)):
         motion = valve_motion_of(scene)
@@ -102,7 +104,11 @@ def _draw_polar_curves(panel: Panel, gear: ValveGear) -> None:
 
 SOURCE = "after Müller-Melchiors on W. D. Marks, Dinglers Polytechnisches Journal 241 (1881), p. 161"
 
-_PATHS_BOTTOM, _PATHS_HEIGHT, _LEFT, _RIGHT, _GAP = 0.135, 0.655, 0.085, 0.965, 0.012
+_PATHS_BOTTOM = 0.135
+_PATHS_HEIGHT = 0.655
+_LEFT = 0.085
+_RIGHT = 0.965
+_GAP = 0.012
 """Place of the row of panels, in fractions of the plate."""
 
 
@@ -155,7 +161,9 @@ def _draw_paths(panel: Panel, paths: DiePaths, colour: str) -> None:
 _PAGE_SIZE = 12.0, 5.4
 """Width and height of the figure, inches."""
 
-_BOTTOM, _HEIGHT, _WIDTH = 0.235, 0.56, 0.265
+_BOTTOM = 0.235
+_HEIGHT = 0.56
+_WIDTH = 0.265
 _LEFT_EDGES = (0.055, 0.385, 0.715)
 """Lower edge, height, width and left edges of the panels, in fractions of the figure."""
 

@@ -137,7 +137,8 @@ class ValveDiagram:
             panel.annotate_point(tuple(radius * outward), kind, tuple(offset + shift), **alignment, fontsize=style.size, color=colour)
 
 
-_HORIZONTAL_ALIGNMENTS, _VERTICAL_ALIGNMENTS = {0.0: "left", 0.5: "center", 1.0: "right"}, {0.0: "bottom", 0.5: "center", 1.0: "top"}
+_HORIZONTAL_ALIGNMENTS = {0.0: "left", 0.5: "center", 1.0: "right"}
+_VERTICAL_ALIGNMENTS = {0.0: "bottom", 0.5: "center", 1.0: "top"}
 """Alignment of a label by the part of it to the left of its position, or below it."""
 
 
@@ -168,7 +169,8 @@ _STROKES_RECT = (0.645, 0.115, 0.287, 0.205)
 
 _TABLE_LEFT, _TABLE_RIGHT = 0.605, 0.965
 """Left and right edge of the table, in fractions of the figure."""
-_ALL_COLUMN_POSITIONS, _OWN_COLUMN_POSITIONS = (0.742, 0.805, 0.866, 0.917, 0.965), (0.79, 0.89)
+_ALL_COLUMN_POSITIONS = (0.742, 0.805, 0.866, 0.917, 0.965)
+_OWN_COLUMN_POSITIONS = (0.79, 0.89)
 """Right edges of the columns of numbers with those of the theory, and without."""
 
 _MAX_STATEMENT_LETTERS = 62
@@ -177,7 +179,9 @@ _MAX_STATEMENT_LETTERS = 62
 _STEAM_COLOURS = {BLUE: "#cfe4f1", VERMILLION: "#f8dcc6"}
 """Fill colours by the colours of the two ends."""
 
-_RIM_RATIO, _RIM_CLEARANCE_RATIO, _HALF_HEIGHT_RATIO = 1.22, 1.08, 1.39
+_RIM_RATIO = 1.22
+_RIM_CLEARANCE_RATIO = 1.08
+_HALF_HEIGHT_RATIO = 1.39
 """Radius of the crank circle over the eccentricity, its least ratio to the displacement; half height of the panel over the crank circle."""
 
 _MIN_LABELLED_STROKE_PERCENT = 14.0
@@ -295,7 +299,8 @@ def _draw_event_ray(panel: Panel, event: ValveEvent, rim_radius: float, colour: 
 
 def _label_diagram(panel: Panel, data: ValveDiagram, rim_radius: float) -> None:
     """Label the curves, circles and dead centres."""
-    r, line_of_centres_angle = data.radius, math.pi / 2 - data.circle.advance if data.circle else _open_angle(data)
+    r = data.radius
+    line_of_centres_angle = math.pi / 2 - data.circle.advance if data.circle else _open_angle(data)
     text_style: dict[str, Any] = {"ha": "center", "va": "center", "fontstyle": "italic", "linespacing": 1.4}
     texts: list[Annotation] = []
     for end, side, _ in CYLINDER_ENDS:
@@ -364,7 +369,9 @@ def _draw_stroke_diagram(panel: Panel, data: ValveDiagram) -> None:
         for left_event, right_event, height, phase in _STEAM_PHASES:
             if not {left_event, right_event} <= stroke_percent.keys():
                 continue  # of a port that does not open once in a turn
-            left, right, floor = stroke_percent[left_event], stroke_percent[right_event], base + height
+            left = stroke_percent[left_event]
+            right = stroke_percent[right_event]
+            floor = base + height
             fill_colour = {"steam": _STEAM_COLOURS[colour], "compression": RULE}.get(phase, PAPER)
             panel.add_patch(Rectangle((left, floor), right - left, 0.7, facecolor=fill_colour, edgecolor=colour, linewidth=1.0, zorder=2))
             if right - left > _MIN_LABELLED_STROKE_PERCENT:
@@ -408,7 +415,8 @@ def _write_event_table(plate: Plate, data: ValveDiagram) -> None:
 
 def _write_event_numbers(plate: Plate, y: float, event: ValveEvent) -> None:
     """Write the crank angle and the stroke of an event, with those of the theory between and beside them if there is one."""
-    angle, stroke = f"{math.degrees(event.simulated):.2f}", f"{100 * event.simulated_stroke:.1f}" if event.has_stroke else ""
+    angle = f"{math.degrees(event.simulated):.2f}"
+    stroke = f"{100 * event.simulated_stroke:.1f}" if event.has_stroke else ""
     if not event.has_theory:
         for x, number in zip(_OWN_COLUMN_POSITIONS, (angle, stroke), strict=True):
             plate.write_text(x, y, number, 11.5, ha="right")

@@ -133,7 +133,8 @@ def settled_time(run: Trajectory, governed: EngineRoomParts) -> float:
     """Return a round time (s) soon after the governor has settled for the rest of the run, or the end of the run if it does not."""
     values, times = run.readings[governed.governor_reading], run.times
     tail = values[-max(round(_TAIL_FRACTION * len(values)), 1) :]
-    band, is_hunting = _BAND_FRACTION * float(np.ptp(values)), bool(np.ptp(tail) > _HUNTING_FRACTION * np.ptp(values))
+    band = _BAND_FRACTION * float(np.ptp(values))
+    is_hunting = bool(np.ptp(tail) > _HUNTING_FRACTION * np.ptp(values))
     outside = np.flatnonzero((values < tail.min() - band) | (values > tail.max() + band))
     first, last = float(times[0]), float(times[-1])
     if is_hunting or not len(outside) or last - first < 2 * _MIN_MARGIN:

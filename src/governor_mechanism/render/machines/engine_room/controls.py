@@ -41,7 +41,8 @@ class BeltDrive:
     def strands(self) -> tuple[tuple[Vec2, Vec2], tuple[Vec2, Vec2]]:
         """Both strands: common tangents of the pulleys, inner ones for a crossed belt."""
         (x0, y0), (x1, y1) = self.first, self.second
-        distance, heading = math.dist(self.first, self.second), math.atan2(y1 - y0, x1 - x0)
+        distance = math.dist(self.first, self.second)
+        heading = math.atan2(y1 - y0, x1 - x0)
         far_radius = -self.second_radius if self.is_crossed else self.second_radius
         spread = math.acos((self.first_radius - far_radius) / distance)
         ends = []
@@ -76,13 +77,16 @@ def make_governor_belt(shaft: Vec2, ratio: float) -> BeltDrive:
 def pulley_part(centre: Vec2, radius: float, angle_at: Callable[[Any], float]) -> Attached:
     """Return a pulley with a spoke that marks its angle at a moment."""
     mark = Lines("marked spoke", (((0.0, 0.0), (0.8 * radius, 0.0)),))
-    wheel, hub = Circle("wheel", 0.0, 0.0, radius), Circle("hub", 0.0, 0.0, min(3.0, 0.35 * radius))
+    wheel = Circle("wheel", 0.0, 0.0, radius)
+    hub = Circle("hub", 0.0, 0.0, min(3.0, 0.35 * radius))
     return Attached(frame=axes_turned(centre, angle_at), shapes=(wheel, mark, hub))
 
 
 def bevel_wheel_parts(bottom: float, angle_at: Callable[[Any], float]) -> Iterator[DrawnPart]:
     """Yield the bevel wheel at the foot of the spindle, seen from its edge; a tooth marks the angle of the spindle."""
-    x, half, height = room.GOVERNOR_AXIS, 13.0, 7.0
+    x = room.GOVERNOR_AXIS
+    half = 13.0
+    height = 7.0
     top = bottom + height
 
     def tooth(moment: Any) -> list[DrawnShape]:
@@ -95,7 +99,9 @@ def bevel_wheel_parts(bottom: float, angle_at: Callable[[Any], float]) -> Iterat
     yield fixed([make_rectangle("spindle", x - 2.5, x + 2.5, top, room.GOVERNOR_BASE)])
 
 
-_DRUM, _BLOCK_HALF_WIDTH, _BLOCK_HEIGHT = 13.0, 10.0, 6.0
+_DRUM = 13.0
+_BLOCK_HALF_WIDTH = 10.0
+_BLOCK_HEIGHT = 6.0
 _HANGER = 12.0
 """Length of the rod on which the weight hangs."""
 
@@ -128,7 +134,9 @@ class Brake:
 
     def _frame_shapes(self) -> Iterator[DrawnShape]:
         """Yield the blocks with their bolts, the lever, and the rod on which the weight hangs."""
-        (x, y), top, end = room.LINE_SHAFT, room.LINE_SHAFT[1] + _DRUM, room.LINE_SHAFT[0] + room.BRAKE_ARM
+        x, y = room.LINE_SHAFT
+        top = room.LINE_SHAFT[1] + _DRUM
+        end = room.LINE_SHAFT[0] + room.BRAKE_ARM
         yield make_rectangle("shoe", x - _BLOCK_HALF_WIDTH, x + _BLOCK_HALF_WIDTH, y - _DRUM - _BLOCK_HEIGHT, y - _DRUM)
         yield Lines("small rod", tuple(((x + side, y - _DRUM - _BLOCK_HEIGHT), (x + side, top + 8.0)) for side in (-17.0, 17.0)))
         yield make_rectangle("shoe", x - _BLOCK_HALF_WIDTH, x + _BLOCK_HALF_WIDTH, top, top + _BLOCK_HEIGHT)
@@ -137,7 +145,8 @@ class Brake:
 
     def _weight(self, fraction: float) -> Polygon:
         """Return the weight for a fraction of the largest load of the run."""
-        end, weight_top = room.LINE_SHAFT[0] + room.BRAKE_ARM, room.LINE_SHAFT[1] + _DRUM + 8.0 - _HANGER
+        end = room.LINE_SHAFT[0] + room.BRAKE_ARM
+        weight_top = room.LINE_SHAFT[1] + _DRUM + 8.0 - _HANGER
         height = max(fraction, 0.0) * room.MAX_WEIGHT_HEIGHT
         return make_rectangle("weight", end - 0.5 * room.WEIGHT_WIDTH, end + 0.5 * room.WEIGHT_WIDTH, weight_top - height, weight_top)
 
@@ -267,7 +276,8 @@ class Throttle(Control):
 
     def controlled_parts(self, value_at: Callable[[Any], float]) -> Iterator[Attached]:
         """Yield the butterfly with its lever."""
-        radius, angle = room.PIPE_HALF_WIDTH, _LEVER_ANGLE - self._sense * self._mean_angle
+        radius = room.PIPE_HALF_WIDTH
+        angle = _LEVER_ANGLE - self._sense * self._mean_angle
         disc = Lines("butterfly", (((-radius, 0.0), (radius, 0.0)),))
         lever = make_bar("eccentric", (0.0, 0.0), (_VALVE_LEVER * math.cos(angle), _VALVE_LEVER * math.sin(angle)), 4.0)
         axes = axes_turned(self.centre, lambda moment: self._sense * disc_angle(value_at(moment)))
@@ -312,7 +322,9 @@ class Slide(Control):
         top = _SCALE_TOP
         ticks = [(left + k * (right - left) / 10, 6.0 if k % 5 == 0 else 3.5) for k in range(11)]
         yield Lines("scale", (((left, top), (right, top)), *(((x, top), (x, top - length)) for x, length in ticks)))
-        (first, last), name, middle = self._scale.labels, self._scale.name, 0.5 * (left + right)
+        first, last = self._scale.labels
+        name = self._scale.name
+        middle = 0.5 * (left + right)
         # A long name stands below the numbers at both ends.
         is_long = _CHARACTER_WIDTH * (0.5 * len(first + last) + len(name) + 2) > right - left
         for x, text, drop in ((left, first, 12.0), (right, last, 12.0), (middle, name, 24.0 if is_long else 12.0)):
@@ -340,8 +352,14 @@ def rises_with(values: FloatArray, heights: FloatArray) -> bool:
 
 def pipe_shapes(bottom: float) -> Iterator[DrawnShape]:
     """Yield the supply pipe from the ceiling to a height, where it bends to the left into the cylinder or its chest."""
-    x, half, wall, top = room.PIPE_AXIS, room.PIPE_HALF_WIDTH, room.PIPE_WALL, room.HEIGHT - 2.0
+    x = room.PIPE_AXIS
+    half = room.PIPE_HALF_WIDTH
+    wall = room.PIPE_WALL
+    top = room.HEIGHT - 2.0
     # The port in the wall of the cylinder belongs to the inside of the pipe.
     for role, left, t in (("casting", room.CYLINDER_END, 0.0), ("live steam", room.CYLINDER_END - _PORT_LENGTH, wall)):
-        outer, inner, low, elbow = x + half + wall - t, x - half - wall + t, bottom + t, bottom + _ELBOW_HEIGHT - t
+        outer = x + half + wall - t
+        inner = x - half - wall + t
+        low = bottom + t
+        elbow = bottom + _ELBOW_HEIGHT - t
         yield Polygon(role, ((left, low), (outer, low), (outer, top), (inner, top), (inner, elbow), (left, elbow)))

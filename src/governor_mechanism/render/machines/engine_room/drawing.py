@@ -43,7 +43,10 @@ from governor_mechanism.render.machines.machine_drawing import MachineDrawing
 from governor_mechanism.types import FloatArray
 
 # In drawn crank radii.
-_WALL, _PISTON_HALF_LENGTH, _FIRST_PISTON_POSITION, _PISTON_ROD = 0.08, 0.15, 0.25, 0.035
+_WALL = 0.08
+_PISTON_HALF_LENGTH = 0.15
+_FIRST_PISTON_POSITION = 0.25
+_PISTON_ROD = 0.035
 _GUIDE_DISTANCE = 0.33
 _POSTS = room.GOVERNOR_AXIS - 60.0, room.GOVERNOR_AXIS + 48.0
 """Left edges of the posts under the guides of the crosshead, or under the rod of a yoke, in pixels."""
@@ -325,7 +328,9 @@ class EngineRoomDrawing:
     @cached_property
     def control(self) -> Control:
         """What the governor moves, with its bell crank."""
-        values, heights, fork_x = self.control_values, self.fork_heights, self.governor.fork_x
+        values = self.control_values
+        heights = self.fork_heights
+        fork_x = self.governor.fork_x
         if self.governed.controlled == THROTTLE:
             return Throttle(fork_x, heights, values)
         if self.governed.controlled == CUT_OFF:
@@ -350,7 +355,9 @@ class EngineRoomDrawing:
 
     def moving_parts(self) -> Iterator[DrawnPart]:
         """Yield all that moves, back to front."""
-        shaft, belt, break_time = self.engine.view.shaft, self._belt, self.governed.break_time
+        shaft = self.engine.view.shaft
+        belt = self._belt
+        break_time = self.governed.break_time
         yield from self.engine.wheel_parts(_crank_angle)
         if self.has_load:
             yield pulley_part(shaft, room.LOAD_PULLEY, _crank_angle)
@@ -386,7 +393,9 @@ class EngineRoomDrawing:
 
     def states(self, times: FloatArray, governor_poses: FloatArray) -> Callable[[int], RoomState]:
         """Return the state of the room at frame k for frame times (f,) s and poses (f, bodies, 3) of the governor."""
-        run, governed, slowing = self.run, self.governed, self.rotation_slowing(times)
+        run = self.run
+        governed = self.governed
+        slowing = self.rotation_slowing(times)
         spindle = run.readings[f"{governed.governor.name}.spindle_angle"]
         controls = np.interp(times, run.times, self.control_values)
         forks = np.interp(times, run.times, self.fork_heights)

@@ -42,7 +42,8 @@ def body_outline_shapes(points: Sequence[Vec2], width: float) -> Iterator[DrawnS
     if len(corners) < 3 or not shrink_convex(corners, (0.5 + _MIN_OPENING) * width):
         yield make_plate_outline("plate", points, width)
         return
-    outer, inner = make_plate_outline(WEB_ROLE, corners, width).points, tuple(shrink_convex(corners, width / 2))
+    outer = make_plate_outline(WEB_ROLE, corners, width).points
+    inner = tuple(shrink_convex(corners, width / 2))
     yield Polygon(WEB_ROLE, outer)
     yield from (make_bar("plate", *ends, width) for ends in _ribs(points, corners, width))
     # One outline around the rim: out along the outer edge and back along the inner one. Its seam has no stroke of its own.
@@ -62,7 +63,9 @@ def _ribs(points: Sequence[Vec2], corners: Sequence[Vec2], width: float) -> Iter
 
 def _distance_to_segment(point: Vec2, start: Vec2, end: Vec2) -> float:
     """Return the distance of a point from a segment (m)."""
-    (x, y), (x0, y0), (x1, y1) = point, start, end
+    x, y = point
+    x0, y0 = start
+    x1, y1 = end
     share = ((x - x0) * (x1 - x0) + (y - y0) * (y1 - y0)) / math.dist(start, end) ** 2
     share = min(max(share, 0.0), 1.0)
     return math.dist(point, (x0 + share * (x1 - x0), y0 + share * (y1 - y0)))
@@ -87,7 +90,9 @@ class _Crank(NamedTuple):
 @once_per_object
 def _find_cranks(extents: MechanismExtents) -> Sequence[_Crank]:
     """Return the bodies that go round a pin on the ground during the run."""
-    mechanism, u, cranks = extents.part.mechanism, extents.length_scale, []
+    mechanism = extents.part.mechanism
+    u = extents.length_scale
+    cranks = []
     for pin in mechanism.joints:
         if not isinstance(pin, Pin) or GROUND not in (pin.first.body, pin.second.body):
             continue
@@ -145,7 +150,9 @@ class _BodyOutline(NamedTuple):
 @once_per_object
 def _find_outlines(extents: MechanismExtents) -> Sequence[_BodyOutline]:
     """Return the outlines of all bodies."""
-    toothed, rolling, outlines = toothed_bodies(extents), _rolling_bodies(extents), []
+    toothed = toothed_bodies(extents)
+    rolling = _rolling_bodies(extents)
+    outlines = []
     for body in extents.part.mechanism.bodies:
         points = _outline_points(extents, body)
         is_slotted = bool(_guides_on(extents, body))
@@ -279,7 +286,8 @@ def tracer_parts(placed: PlacedMechanism) -> Iterator[Attached]:
 
 def _tracer_points(extents: MechanismExtents, body: Body) -> list[Vec2]:
     """Return the points of a body that have a name or that readings follow, and that no joint holds, in body axes."""
-    tolerance, held = _COINCIDENCE_DISTANCE * extents.length_scale, _joint_and_force_points(extents, body)
+    tolerance = _COINCIDENCE_DISTANCE * extents.length_scale
+    held = _joint_and_force_points(extents, body)
     followed = distinct_points([*_reading_points(extents, body), *_named_points(extents, body, extents.part.mechanism.points)], tolerance)
     return [point for point in followed if all(math.dist(point, other) > tolerance for other in held)]
 
@@ -376,7 +384,9 @@ def _may_have_ball(extents: MechanismExtents, body: Body) -> bool:
 
 
 def _is_inside_hull(point: Vec2, points: Sequence[Vec2], tolerance: float) -> bool:
-    corners, start, end = convex_hull([*points, point]), points[0], points[-1]
+    corners = convex_hull([*points, point])
+    start = points[0]
+    end = points[-1]
     is_between_ends = math.dist(start, point) + math.dist(point, end) < math.dist(start, end) + tolerance
     return point not in corners or (len(corners) < 3 and is_between_ends)
 

@@ -88,9 +88,14 @@ def make_letters(names: Sequence[str], middle: Vec2, height: float) -> Lines:
     return Lines("letter", tuple(tuple((x0 + height * (x - offset[0]), y0 + height * (y - offset[1])) for x, y in one) for one in strokes))
 
 
-_ARC_RADIUS, _RADIUS_STEP, _RAY_EXTENSION, _LETTER_DISTANCE, _LETTER_HEIGHT = 0.085, 0.075, 0.03, 0.042, 0.055
+_ARC_RADIUS = 0.085
+_RADIUS_STEP = 0.075
+_RAY_EXTENSION = 0.03
+_LETTER_DISTANCE = 0.042
+_LETTER_HEIGHT = 0.055
 """Radius of the first arc at a hinge and its increase to the next, lengths beyond it, and height of a letter, as fractions of the scale."""
-_LETTER_TURNS, _LETTER_RISES = tuple(math.radians(5.0 * k) for k in range(-18, 19)), (0.0, 0.02, 0.04)
+_LETTER_TURNS = tuple(math.radians(5.0 * k) for k in range(-18, 19))
+_LETTER_RISES = (0.0, 0.02, 0.04)
 """Places that a letter may take: directions against the middle of its arc, and further distances from it, as fractions of the scale."""
 _LETTER_CLEARANCE, _N_LETTER_MOMENTS = 0.048, 24
 """Distance of the middle of a letter from the middle of a bar, as a fraction of the scale, below which they overlap, and the number of
@@ -99,7 +104,9 @@ _ARC_CLEARANCE = 0.03
 """The same from an arc."""
 _OVERLAP_COST = 10.0
 """Cost of a letter whose middle always lies on a bar or an arc, where a letter turned by 1 rad costs 1."""
-_LETTERS_ASIDE, _LETTERS_ABOVE, _COORDINATE_HEIGHT = 0.12, 0.075, 0.04
+_LETTERS_ASIDE = 0.12
+_LETTERS_ABOVE = 0.075
+_COORDINATE_HEIGHT = 0.04
 """Distance of the middle of the letters of coordinates from their point, beside it and above it, as fractions of the length scale."""
 _NEAR = 0.12
 """Distance between hinges below which their arcs get different radii, as a fraction of the length scale."""
@@ -140,7 +147,8 @@ def _marked_arcs(placed: PlacedMechanism) -> Sequence[_Arc]:
         hinge = placed.hinge_position(reading.reference_body, reading.body)
         n_near = sum(math.dist(hinge, other) < _NEAR * u for other in earlier)
         earlier.append(hinge)
-        start, end = placed.pose(reading.reference_body)[2], placed.pose(reading.body)[2]
+        start = placed.pose(reading.reference_body)[2]
+        end = placed.pose(reading.body)[2]
         arcs.append(_Arc(hinge, (_ARC_RADIUS + n_near * _RADIUS_STEP) * u, start, end))
     return arcs
 
@@ -173,7 +181,8 @@ def _letter_choices(extents: MechanismExtents) -> Sequence[tuple[float, float]]:
     # By moments and bars, or letters.
     starts, ends = np.moveaxis(np.array([_bar_lines(placed) for placed in moments]), 2, 0)
     arcs = np.array([[(*arc.hinge, arc.radius) for arc in _marked_arcs(placed)] for placed in moments])
-    candidates, choices = list(product(_LETTER_TURNS, _LETTER_RISES)), list[tuple[float, float]]()
+    candidates = list(product(_LETTER_TURNS, _LETTER_RISES))
+    choices = list[tuple[float, float]]()
     for number in range(arcs.shape[1]):
         places = np.array([[_letter_place(placed, number, *choice) for placed in moments] for choice in candidates])[:, :, None]
         from_bars = _distances(places, starts, ends).min(axis=2) / _LETTER_CLEARANCE
@@ -194,7 +203,8 @@ def _bar_lines(placed: PlacedMechanism) -> list[tuple[Vec2, Vec2]]:
 
 def _distances(points: FloatArray, starts: FloatArray, ends: FloatArray) -> FloatArray:
     """Return the distances of points (..., 2) from the lines between starts and ends (..., 2), m."""
-    steps, lengths = ends - starts, np.maximum(np.sum((ends - starts) ** 2, axis=-1), 1e-300)
+    steps = ends - starts
+    lengths = np.maximum(np.sum((ends - starts) ** 2, axis=-1), 1e-300)
     shares = np.clip(np.sum((points - starts) * steps, axis=-1) / lengths, 0.0, 1.0)
     distances: FloatArray = np.linalg.norm(points - starts - shares[..., None] * steps, axis=-1)
     return distances
@@ -273,7 +283,9 @@ class GenericDrawing(MechanismExtents):
             ground_points = [point for joint in self.part.mechanism.joints for point in (joint.first, joint.second) if point.body == GROUND]
             on_axis = [self.part.mechanism.body_index(point.body) for point in joints.points_on_axis(self)]
             heights = [*self.poses[:, on_axis, 1].ravel().tolist(), *(point.y for point in ground_points)]
-            u, bottom, top = self.length_scale, min(heights), max(heights)
+            u = self.length_scale
+            bottom = min(heights)
+            top = max(heights)
             margins = (_BEARING_GAP * u, (_BEARING_GAP + _BEARING_HEIGHT) * u, (_BEARING_GAP + 2 * _BEARING_HEIGHT) * u)
             half = 0.5 * joints.SPINDLE_WIDTH * u
             yield Lines("axis", (((0.0, bottom - 1.2 * margins[-1]), (0.0, top + 1.2 * margins[-1])),))

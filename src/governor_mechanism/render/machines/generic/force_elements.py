@@ -41,7 +41,10 @@ _ELEMENT_WIDTH = 0.075
 """Width of a zigzag or a cylinder, as a fraction of the length scale."""
 _LATERAL_SPACING = 0.065
 """Offset of elements between the same two points from the line, as a fraction of the length scale."""
-_ARROW_LENGTH, _ARROW_HEAD_SIZE, _TORQUE_ARROW_RADIUS, _LETTER_WIDTH = 0.30, 0.06, 0.13, 0.0235
+_ARROW_LENGTH = 0.30
+_ARROW_HEAD_SIZE = 0.06
+_TORQUE_ARROW_RADIUS = 0.13
+_LETTER_WIDTH = 0.0235
 """Length of the largest force and of its head, radius of a torque, and width of a letter, as fractions of the length scale."""
 _DRIVE_RADIUS = 0.029
 """Radius of the ring around a driven pin, as a fraction of the length scale."""
@@ -66,7 +69,8 @@ def translational_element_parts(placed: PlacedMechanism) -> Iterator[DrawnPart]:
             lateral_offset = -lateral_offset
         if placed.extents.part.turns and placed.position(load.second)[0] < placed.position(load.first)[0]:
             lateral_offset = -lateral_offset  # as in a mirror, on the other side of the spindle
-        shapes_at, axes_at = partial(_element_shapes, load, lateral_offset), partial(_element_axes, load)
+        shapes_at = partial(_element_shapes, load, lateral_offset)
+        axes_at = partial(_element_axes, load)
         yield placed.extents.flex(shapes_at, axes_at=axes_at, turns=True)
         yield from (eye_part(placed.extents, "eye", point, 0.011 * placed.unit) for point in (load.first, load.second))
 
@@ -78,13 +82,15 @@ def eye_part(extents: MechanismExtents, role: str, point: Point, radius: float, 
 
 def _element_axes(load: Spring | Damper, placed: PlacedMechanism) -> PoseTuple:
     """Return the axes of a spring or a damper: the origin is its first point, and x leads to the second."""
-    (x, y), (end_x, end_y) = placed.position(load.first), placed.position(load.second)
+    x, y = placed.position(load.first)
+    end_x, end_y = placed.position(load.second)
     return x, y, math.atan2(end_y - y, end_x - x)
 
 
 def _element_shapes(load: Spring | Damper, lateral_offset: float, placed: PlacedMechanism) -> list[DrawnShape]:
     """Return a spring or a damper in its axes, at a distance from the line between its points (m)."""
-    u, length = placed.unit, math.dist(placed.position(load.first), placed.position(load.second))
+    u = placed.unit
+    length = math.dist(placed.position(load.first), placed.position(load.second))
     is_spring = isinstance(load, Spring)
     element_lines = spring_lines(length, u) if is_spring else damper_lines(length, placed.extents.element_length_range(load), u)
     lines = [tuple((x, y + lateral_offset) for x, y in line) for line in element_lines]
@@ -111,13 +117,19 @@ def spring_lines(length: float, u: float) -> list[tuple[Vec2, ...]]:
 def damper_lines(length: float, length_range: Vec2, u: float) -> list[tuple[Vec2, ...]]:
     """Return a cylinder along x from the origin with a piston in its open end; piston and rod have fixed lengths if the stroke allows."""
     min_length, max_length = length_range
-    gap, stroke, half_width = 0.03 * u, max_length - min_length, 0.5 * _ELEMENT_WIDTH * u
+    gap = 0.03 * u
+    stroke = max_length - min_length
+    half_width = 0.5 * _ELEMENT_WIDTH * u
     if stroke < min_length - 3 * gap:
         # The piston moves from `gap` above the bottom to `gap` below the rim, which never reaches the second point.
         rod_length = (stroke + min_length) / 2
-        bottom, piston, rim = min_length - rod_length - gap, length - rod_length, max_length - rod_length + gap
+        bottom = min_length - rod_length - gap
+        piston = length - rod_length
+        rim = max_length - rod_length + gap
     else:
-        bottom, piston, rim = 0.2 * length, 0.5 * length, 0.75 * length
+        bottom = 0.2 * length
+        piston = 0.5 * length
+        rim = 0.75 * length
     return [
         ((0.0, 0.0), (bottom, 0.0)),
         ((rim, half_width), (bottom, half_width), (bottom, -half_width), (rim, -half_width)),
@@ -158,7 +170,8 @@ def torsional_element_parts(placed: PlacedMechanism) -> Iterator[DrawnPart]:
 
 def _spiral_shapes(load: TorsionSpring, placed: PlacedMechanism) -> list[DrawnShape]:
     """Return a torsion spring; beyond one and a half turns a spiral would unwind or close up."""
-    outer_angle, inner_angle = placed.pose(load.first)[2], placed.pose(load.second)[2]
+    outer_angle = placed.pose(load.first)[2]
+    inner_angle = placed.pose(load.second)[2]
     wound_angle = max(min(inner_angle - outer_angle, 3 * math.pi), -3 * math.pi)
     centre = placed.hinge_position(load.first, load.second)
     return [Lines("spring", (spiral_points(centre, outer_angle + 2.2, wound_angle, placed.unit),))]
@@ -282,11 +295,17 @@ def _offset_element(effect: Dashpot | OutputSpring, reading: PointCoordinate, pl
     min_length, offset = _MIN_LENGTH * u, _LATERAL_OFFSET * u
     if isinstance(effect, Dashpot):
         length = min_length + value - low
-        role, heading, beam_offset, wall = "damper", axes[2], offset, axes_to_plane(axes, -length, -offset)
+        role = "damper"
+        heading = axes[2]
+        beam_offset = offset
+        wall = axes_to_plane(axes, -length, -offset)
         lines = damper_lines(length, (min_length, min_length + high - low), u)
     else:
         length = min_length + high - value
-        role, heading, beam_offset, wall = "spring", axes[2] + math.pi, -offset, axes_to_plane(axes, length, -offset)
+        role = "spring"
+        heading = axes[2] + math.pi
+        beam_offset = -offset
+        wall = axes_to_plane(axes, length, -offset)
         lines = spring_lines(length, u)
     beam = ((length, 0.0), (length, beam_offset))
     placed_lines = tuple(place_points((*wall, heading), line) for line in (*lines, beam))

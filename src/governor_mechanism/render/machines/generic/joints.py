@@ -98,7 +98,9 @@ SPINDLE_WIDTH, _HUB_WIDTH = 0.024, 0.05
 """Widths of a spindle and of the hub on it that carries pins, as fractions of the length scale."""
 _N_SLOT_SEGMENTS = 48
 """Number of straight segments of a drawn slot."""
-_RACK_THICKNESS, _RACK_MARGIN, _BED_MARGIN = 0.09, 0.18, 0.06
+_RACK_THICKNESS = 0.09
+_RACK_MARGIN = 0.18
+_BED_MARGIN = 0.06
 """Thickness of a rack, its length beyond its travel, and that of a bed beyond this at each end, as fractions of the length scale."""
 _CONCENTRIC_WHEEL_RADIUS = 0.16
 """Radius of the larger of two wheels with a common centre, as a fraction of the length scale."""
@@ -119,7 +121,8 @@ def guide_centreline(joint: joints.Joint, extents: MechanismExtents) -> Sequence
             if isinstance(curve, SplineCurve):
                 # A table curve ends at its first and last point; it is drawn whole unless the run uses a small part of it.
                 max_extension = 0.5 * (high - low) + extension
-                first, last = (max(low - max_extension, min(curve.x[0], low)), min(high + max_extension, max(curve.x[-1], high)))
+                first = max(low - max_extension, min(curve.x[0], low))
+                last = min(high + max_extension, max(curve.x[-1], high))
             xs = np.linspace(first, last, _N_SLOT_SEGMENTS + 1)
             return list(zip(xs.tolist(), _curve_ordinates(curve, xs).tolist(), strict=True))
         case _:
@@ -186,7 +189,8 @@ def _ends_of(load: ForceElement) -> tuple[Point, ...]:
 def _straight_guide_shapes(placed: PlacedMechanism, joint: joints.Joint, axes: PoseTuple, *, fixed: bool) -> list[DrawnShape]:
     u = placed.unit
     (low, _), (high, _) = guide_centreline(joint, placed.extents)
-    width, offset = _block_sides(placed, joint)[1], ram_offsets(placed.extents).get(joint.name, 0.0)
+    width = _block_sides(placed, joint)[1]
+    offset = ram_offsets(placed.extents).get(joint.name, 0.0)
     if not fixed:
         return [make_box("slot", axes, (low, high, -width / 2, width / 2))]
     if offset:
@@ -330,7 +334,9 @@ def points_on_axis(extents: MechanismExtents) -> list[Point]:
 
 def _foot_shape(position: Vec2, u: float, *, above: bool) -> tuple[DrawnShape, ...]:
     x, y = position
-    half_width, height, ground_thickness = 0.06 * u, 0.09 * u, 0.04 * u
+    half_width = 0.06 * u
+    height = 0.09 * u
+    ground_thickness = 0.04 * u
     base = y + height if above else y - height
     bottom = base if above else base - ground_thickness
     box = (x - 1.5 * half_width, x + 1.5 * half_width, bottom, bottom + ground_thickness)
@@ -416,7 +422,8 @@ def rack_parts(placed: PlacedMechanism) -> Iterator[Attached]:
 
 def _rack_ends(placed: PlacedMechanism, joint: joints.RackAndPinion) -> tuple[float, float]:
     """Return the start and end of a rack (m) along it, from where it touches its pinion now."""
-    (x, y), (rack_x, rack_y) = placed.position(joint.first), placed.position(joint.second)
+    x, y = placed.position(joint.first)
+    rack_x, rack_y = placed.position(joint.second)
     low, high = placed.extents.joint_travels[joint.name]
     place = (rack_x - x) * math.cos(joint.angle) + (rack_y - y) * math.sin(joint.angle)
     return place - high - _RACK_MARGIN * placed.unit, place - low + _RACK_MARGIN * placed.unit

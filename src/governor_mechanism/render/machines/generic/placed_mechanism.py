@@ -52,7 +52,8 @@ class MechanismExtents(MachineDrawing, ABC):
     def length_scale(self) -> float:
         """Length (m) that sizes what the scene leaves open, such as the width of a bar."""
         sides = np.ptp(drawn_point_paths(self.part.mechanism, self.poses).reshape(-1, 2), axis=0)
-        length_scale, own_scale = float(max(sides[0], ELEVATION_ASPECT_RATIO * sides[1])), self.part.mechanism.length_scale
+        length_scale = float(max(sides[0], ELEVATION_ASPECT_RATIO * sides[1]))
+        own_scale = self.part.mechanism.length_scale
         # A mechanism that hardly moves and has no extent is measured by its flywheel, or by its own length scale.
         return length_scale if length_scale > 1e-3 * own_scale else 2 * self.flywheel_radius or own_scale
 
@@ -123,7 +124,8 @@ class MechanismExtents(MachineDrawing, ABC):
 
     def _joint_travel(self, joint: Joint) -> Vec2 | None:
         """Return the smallest and the largest displacement of a joint over the run, or None for a joint without one."""
-        separation, body = self._separation(joint.first, joint.second), self.part.mechanism.body_index(joint.first.body)
+        separation = self._separation(joint.first, joint.second)
+        body = self.part.mechanism.body_index(joint.first.body)
         angles = self.poses[:, body, 2] if body >= 0 else np.zeros(len(self.poses))
         match joint:
             case ArcSlot():
