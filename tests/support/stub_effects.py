@@ -26,6 +26,9 @@ class ListedEvents:
     def reactions(self):
         return {}
 
+    def states_near_events(self, times):
+        return {}
+
 
 def fake_run_with_effects(dimensions: dict[str, float], effects: Sequence[Effect], events: Sequence[Event] = (), **options) -> Trajectory:
     """Return a swinging governor with these effects; its sleeve oscillates in its clearance eleven times a second."""

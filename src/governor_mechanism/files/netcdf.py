@@ -295,6 +295,10 @@ class _SavedResults:
             raise MechanismError("a saved run holds no states of lags; run its scene again to go on from it")
         return ()
 
+    def states_near_events(self, times: FloatArray) -> Mapping[int, tuple[FloatArray, FloatArray]]:
+        """Return nothing: a file holds the states at the reported times."""
+        return {}
+
 
 def open_saved_run(
     # the folder of a saved run, its .nc file, or a file of the same name beside that

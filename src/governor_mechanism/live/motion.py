@@ -197,6 +197,10 @@ class JoinedResults:
         """Return none: a motion goes on from its pieces."""
         return ()
 
+    def states_near_events(self, times: FloatArray) -> Mapping[int, tuple[FloatArray, FloatArray]]:
+        """Return nothing: a motion that goes on is drawn at its reported times."""
+        return {}
+
 
 def _join(pieces: Sequence[Piece], scene: Scene) -> Trajectory:
     """Return the pieces of a motion as one run on the clock of the motion; where two meet, the later one counts."""

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property, partial
@@ -36,11 +35,17 @@ from governor_mechanism.model.results.records import Energy, Outcome, Reaction, 
 from governor_mechanism.model.scene import Scene
 from governor_mechanism.numerics.least_squares import RANK_TOLERANCE
 from governor_mechanism.numerics.once_per_object import once_per_object
-from governor_mechanism.numerics.roots import find_root
 from governor_mechanism.observables.branch_choice import find_singular_configurations
 from governor_mechanism.observables.crossings import find_crossings
 from governor_mechanism.observables.error_scales import MotionScales
-from governor_mechanism.observables.sampled_motion import BodyState, BoundedDenseOutput, DenseOutput, SampledMotion
+from governor_mechanism.observables.sampled_motion import (
+    BodyState,
+    BoundedDenseOutput,
+    DenseOutput,
+    SampledMotion,
+    find_speed_fluctuation,
+    find_times_near,
+)
 from governor_mechanism.types import GROUND_INDEX, FloatArray, IntArray
 
 
@@ -168,72 +173,6 @@ def _work_of_loads(scene: Scene, poses: FloatArray) -> float | None:
             start, end = OutputDerivatives(rows_of_readings(mechanism, [displacement], {}), poses).value.tolist()
             work += load.values[0] * (end - start)
     return work
-
-
-N_QUADRATURE_POINTS = 65
-"""Points of a quadrature of the acceleration by Simpson's rule: a kink costs the square of their distance."""
-
-
-def find_speed_fluctuation(
-    scene: Scene,
-    angle: str,
-    motion: SampledMotion,  # its motion at times close enough to each other that no extreme is missed
-) -> SpeedFluctuation | None:
-    """Return the extreme speeds of a shaft in its last complete turn, at zeros of its acceleration; None without such a turn."""
-    output = evaluate_output(scene.mechanism, angle, motion.poses, motion.velocities)
-    angles, accelerations = output.value, output.acceleration(motion.accelerations)
-    if not len(angles) or angles[-1] - angles[0] < math.tau:
-        return None
-    first = int(np.searchsorted(angles, angles[-1] - math.tau, side="right")) - 1
-    speeds = output.rate(motion.velocities)
-    extremes = [(float(speeds[k]), float(angles[k])) for k in (first, len(angles) - 1)]
-    shaft = _ShaftMotion(scene, angle, motion)
-    signs = np.sign(accelerations)
-    extremes += [shaft.find_extreme(k) for k in range(first, len(angles) - 1) if signs[k] * signs[k + 1] < 0.0]
-    (lowest, lowest_angle), (highest, highest_angle) = min(extremes), max(extremes)
-    return SpeedFluctuation(lowest=lowest, highest=highest, lowest_angle=lowest_angle, highest_angle=highest_angle)
-
-
-class _ShaftMotion:
-    """Speed and acceleration of a shaft between the samples of a motion."""
-
-    def __init__(self, scene: Scene, angle: str, motion: SampledMotion) -> None:
-        self._scene = scene
-        self._angle = angle
-        self._motion = motion
-
-    def find_extreme(self, k: int) -> tuple[float, float]:
-        """Return the speed (rad/s) and the angle (rad) of the shaft between samples k and k + 1 where its acceleration vanishes."""
-        start, end = self._motion.times[k : k + 2].tolist()
-        time = find_root(lambda time: float(self._accelerations(k, np.array([time]))[0]), start, end)
-        poses, velocities = self._states(k, np.array([time]))
-        output = evaluate_output(self._scene.mechanism, self._angle, poses)
-        speed = float(output.rate(velocities)[0])
-        if self._motion.dense_output(k, time) is None:
-            speed = self._integrate_speed(k, time)
-        return speed, float(output.value[0])
-
-    def _integrate_speed(self, k: int, time: float) -> float:
-        """Return the speed at a time after sample k, rad/s: a kink of the torque between both is beyond an interpolant."""
-        from scipy.integrate import simpson  # slow to import
-
-        times = np.linspace(self._motion.times[k], time, N_QUADRATURE_POINTS)
-        start = evaluate_output(self._scene.mechanism, self._angle, self._motion.poses[k]).rate(self._motion.velocities[k])
-        return float(start + simpson(self._accelerations(k, times), x=times))
-
-    def _states(self, k: int, times: FloatArray) -> BodyState:
-        """Return poses and velocities (n, bodies, 3) at times (n,) s between samples k and k + 1."""
-        states = [self._motion.dense_output(k, time) for time in times.tolist()]
-        known = [state for state in states if state is not None]
-        if len(known) < len(times):
-            return self._motion.interpolate(np.full(len(times), k), times)
-        return np.array([poses for poses, _ in known]), np.array([velocities for _, velocities in known])
-
-    def _accelerations(self, k: int, times: FloatArray) -> FloatArray:
-        """Return the accelerations (n,) of the shaft at times (n,) s between samples k and k + 1."""
-        poses, velocities = self._states(k, times)
-        accelerations = compute_inverse_dynamics(self._scene, times, poses, velocities, np.zeros((len(times), 0))).accelerations
-        return evaluate_output(self._scene.mechanism, self._angle, poses, velocities).acceleration(accelerations)
 
 
 NEAR_DEPENDENT_PIVOT_RATIO = 1e-9
@@ -432,6 +371,26 @@ class DeferredMotionAnalysis:
     def lags_at(self, k: int) -> tuple[float, ...]:
         """Return the states of the lags at reported time k."""
         return tuple(self.result.reported_states.lags[k].tolist())
+
+    def states_near_events(self, times: FloatArray) -> dict[int, BodyState]:
+        """Return the states at those of times (n,) s that lie between the same two reported times as a contact event, by their indices."""
+        reported, found = self.result.reported_states.times, dict[int, BodyState]()
+        event_times = np.array([event.time for event in self.result.contact_events])
+        for k in find_times_near(event_times, reported, times).tolist():
+            monitored, dense_output = self._monitored_motion
+            last = int(np.searchsorted(monitored, times[k], side="right")) - 1
+            state = dense_output(last, float(times[k])) if last + 1 < len(monitored) else None
+            if state is not None:
+                found[k] = state
+        return found
+
+    @cached_property
+    def _monitored_motion(self) -> tuple[FloatArray, BoundedDenseOutput]:
+        """The monitor times, s, and the dense output between them."""
+        states, dense_output = self.result.monitor_states, self.result.dense_output
+        if not isinstance(states, StateHistory):
+            states, _, dense_output = states(MAX_EVENT_SAMPLES)
+        return states.times, BoundedDenseOutput(dense_output)
 
     def sample_motion(self) -> SampledMotion:
         """Return the motion at the monitor times."""

@@ -1,6 +1,6 @@
 """A run interpolated to the frame times of a film, what the frames of several runs share, and forces on bodies over time."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Final
@@ -41,7 +41,8 @@ class FrameData:
     """One part of a run at the frame times (f,) s, all within `time_span` (s), the time that the film shows.
 
     Outside of the reported times of the run it rests in its first or its last position: `times` (f,) stay there, and `has_ended` (f,) is
-    true after the last. `poses` (f, bodies, 3) are those of the part, by cubic Hermite polynomials; `readings` are by plain name, with
+    true after the last. `poses` (f, bodies, 3) are those of the part, by cubic Hermite polynomials, and where a contact event lies
+    between two reported times, those of the run itself, unless it is read from a file or magnified; `readings` are by plain name, with
     values (f,) interpolated linearly; `spindle_angle` (f,) rad counts from the start and is zero without a spindle speed. `drawing` is that
     of the whole run. A second of the run takes `slow_down` seconds of film. `chosen` are names of readings of the run, or "rate of ...",
     that are shown besides. The motion of the drawing is magnified by `magnification`; the readings are not.
@@ -81,13 +82,27 @@ class FrameData:
 
     def poses_at(self, times: FloatArray) -> FloatArray:
         """Return the poses (n, bodies, 3) at times (n,) s within those of the run."""
-        reported, poses = self.drawing.run.times, self.drawing.poses
-        return poses.repeat(len(times), axis=0) if len(reported) < 2 else interpolate_samples(reported, poses, self._velocities, times)
+        reported, samples = self.drawing.run.times, self.drawing.poses
+        if len(reported) < 2:
+            return samples.repeat(len(times), axis=0)
+        poses = interpolate_samples(reported, samples, self._velocities, times)
+        for k, (near_event, _) in self._states_near_events(times).items():
+            poses[k] = self.drawing.select_bodies(near_event[np.newaxis])[0]
+        return poses
 
     def velocities_at(self, times: FloatArray) -> FloatArray:
         """Return the velocities (n, bodies, 3) at times (n,) s within those of the run, linear between its reported times."""
         columns = self._velocities.reshape(len(self._velocities), -1).T
-        return np.stack([np.interp(times, self.drawing.run.times, column) for column in columns], axis=1).reshape(-1, *self.poses.shape[1:])
+        interpolated = [np.interp(times, self.drawing.run.times, column) for column in columns]
+        velocities = np.stack(interpolated, axis=1).reshape(-1, *self.poses.shape[1:])
+        for k, (_, near_event) in self._states_near_events(times).items():
+            velocities[k] = self.drawing.select_bodies(near_event[np.newaxis])[0]
+        return velocities
+
+    def _states_near_events(self, times: FloatArray) -> Mapping[int, tuple[FloatArray, FloatArray]]:
+        """Return the states of all bodies at those of times (n,) s near contact events, across which nothing can be interpolated."""
+        results = self.drawing.run.deferred_results
+        return {} if results is None or self.drawing.is_magnified else results.states_near_events(times)
 
     @cached_property
     def moments(self) -> Sequence[Moment]:

@@ -46,6 +46,9 @@ class DeferredResults(Protocol):
     def lags_at(self, k: int) -> tuple[float, ...]:
         """Return the states of the lags at reported time k."""
 
+    def states_near_events(self, times: FloatArray) -> Mapping[int, tuple[FloatArray, FloatArray]]:
+        """Return poses and velocities (bodies, 3) at those of times (n,) s that a contact event shares an interval of reports with."""
+
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Trajectory(Result):
