@@ -22,6 +22,7 @@ from governor_mechanism.mechanics.kinematics.time_functions import stack_local_c
 from governor_mechanism.mechanics.reduction.equation_of_motion import evaluate_state_rates
 from governor_mechanism.mechanics.reduction.motion_table import MotionTable
 from governor_mechanism.model.joints import CurveSlot
+from governor_mechanism.numerics.hermite_curve import HermiteCurve
 from governor_mechanism.scenes.parser import parse_scene_document
 from governor_mechanism.statics.scene_dynamics import SceneDynamics
 
@@ -145,6 +146,14 @@ def look_behind_outline() -> None:
     least_depth(np.array([[0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 1.0, 0.0]]), np.array([[0.5, 0.5]]))
 
 
+def find_roots_between_samples() -> None:
+    """Find a root of a curve through samples, as the search for events does."""
+    places = np.array([0.0, 1.0, 2.0])
+    curve = HermiteCurve(places, places - 0.5, np.ones(3), np.zeros(3))
+    root = curve.find_crossings(0.0, np.array([0]), 2, places[:1], places[1:2], 1e-9)
+    curve.evaluate(np.array([0]), 2, root)
+
+
 USES: Mapping[str, Callable[[], object]] = {
     "reduced": partial(run, "reduced", "porter"),
     "reduced, contacts": partial(strike_stop, "reduced", 1e-3),
@@ -162,5 +171,6 @@ USES: Mapping[str, Callable[[], object]] = {
     "equilibria with several coordinates": accelerate_coordinates,
     "equation of motion of one coordinate": accelerate_coordinate,
     "equations of motion of all bodies": accelerate_bodies,
+    "events between samples": find_roots_between_samples,
     "kinematics": partial(gm.kinematics, "porter", "arm_angle", [0.5, 0.6]),
 }

@@ -29,7 +29,7 @@ def test_driven_lever_turns_where_the_crank_is_perpendicular_to_it():
     # The crank pin moves along the lever where sin(turn) = 80 mm / 200 mm: half a turn + asin(0.4).
     turn = math.asin(0.4) + math.pi
     expected = sorted([turn / math.tau + k for k in range(3)] + [1.5 - turn / math.tau + k for k in range(3)])
-    np.testing.assert_allclose(times, expected, atol=1e-7)
+    np.testing.assert_allclose(times, expected, atol=1e-12)
 
 
 def test_reversal_of_the_motion_is_not_an_event():

@@ -1,4 +1,4 @@
-"""Interpolation: Chebyshev pieces, cubic and quintic Hermite polynomials, polynomials through nodes, integrals of straight lines."""
+"""Interpolation: Chebyshev pieces, cubic and quintic Hermite polynomials, integrals of straight lines."""
 
 from collections.abc import Callable
 from typing import Any
@@ -169,35 +169,3 @@ def quintic_hermite(
 
 
 quintic_hermite_jit = jit_in_place(quintic_hermite)
-
-
-N_CONDITIONS = 3
-"""Conditions at each node: value, first and second derivative."""
-
-
-class MultipointHermite:
-    """Polynomials of degree 3 k - 1 through values and two derivatives at their k nodes, (functions, k) each, in Newton's form."""
-
-    def __init__(self, nodes: FloatArray, values: FloatArray, rates: FloatArray, accelerations: FloatArray) -> None:
-        self._nodes = np.repeat(nodes, N_CONDITIONS, axis=1)
-        derivatives = [np.repeat(one, N_CONDITIONS, axis=1) for one in (values, rates, 0.5 * accelerations)]
-        differences, coefficients = derivatives[0], [derivatives[0][:, 0]]
-        for order in range(1, self._nodes.shape[1]):
-            intervals = self._nodes[:, order:] - self._nodes[:, :-order]
-            quotients = np.diff(differences, axis=1) / np.where(intervals == 0.0, 1.0, intervals)
-            # Differences over one node alone are derivatives there.
-            differences = np.where(intervals == 0.0, derivatives[min(order, 2)][:, order:], quotients)
-            coefficients.append(differences[:, 0])
-        self._coefficients = coefficients
-
-    def evaluate(self, arguments: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Return value and first two derivatives of each function at an argument of its own; shape (functions,) each."""
-        value = self._coefficients[-1]
-        rate = np.zeros_like(arguments)
-        acceleration = np.zeros_like(arguments)
-        for order in range(len(self._coefficients) - 2, -1, -1):
-            distance = arguments - self._nodes[:, order]
-            acceleration = acceleration * distance + 2.0 * rate
-            rate = rate * distance + value
-            value = value * distance + self._coefficients[order]
-        return value, rate, acceleration

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 from functools import partial
-from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -29,12 +27,13 @@ def find_crossing_intervals(
     tolerance: float,
 ) -> IntArray:
     """Return the last points (crossings,) before a value passes from beyond a tolerance on one side to beyond it on the other."""
+    beyond = np.flatnonzero(np.abs(deviations) > tolerance)
+    signs = np.sign(deviations[beyond])
     low_indices = list[int]()
-    for before, after in pairwise(np.flatnonzero(np.abs(deviations) > tolerance).tolist()):
-        sign = math.copysign(1.0, deviations[after])
-        if sign in _SIGNS[direction] and deviations[before] * sign < 0:
-            # Between two neighbouring points the value is monotonic. After a rest at it the last pair counts.
-            low_indices.append(before + int(np.flatnonzero(deviations[before:after] * sign <= 0)[-1]))
+    for k in np.flatnonzero((signs[1:] != signs[:-1]) & np.isin(signs[1:], _SIGNS[direction])).tolist():
+        before, after = beyond[k : k + 2].tolist()
+        # Between two neighbouring points the value is monotonic. After a rest at it the last pair counts.
+        low_indices.append(before + int(np.flatnonzero(deviations[before:after] * signs[k + 1] <= 0)[-1]))
     return np.array(low_indices, dtype=np.int64)
 
 
@@ -121,7 +120,7 @@ class CrossedSpeed:
     def _interpolate(self, k: int, time: float) -> float:
         """Return the speed (rad/s) at a time (s) between samples k and k + 1, from these samples."""
         if self._is_smooth[k]:
-            return self._speed.ratio * float(self._angle.interpolant(np.array([k]), 2).evaluate(np.array([time]))[1][0])
+            return self._speed.ratio * float(self._angle.curve.evaluate(np.array([k]), 2, np.array([time]))[1, 0])
         # A polynomial through the slopes on both sides of a jump has extremes that the motion has not.
         start, end = self._motion.times[k : k + 2].tolist()
         first, last = self._speeds[k : k + 2].tolist()
@@ -243,10 +242,10 @@ class CrossedReading:
         parts = np.repeat(intervals, N_SUBDIVISIONS)
         edges = starts[:, np.newaxis] + lengths[:, np.newaxis] * np.linspace(0.0, 1.0, N_SUBDIVISIONS + 1)
         low, high = edges[:, :-1].ravel(), edges[:, 1:].ravel()
-        interpolants = self._sampled.interpolant(parts, 2)
-        turns = np.flatnonzero(interpolants.evaluate(low)[1] * interpolants.evaluate(high)[1] < 0)
+        curve = self._sampled.curve
+        turns = np.flatnonzero(curve.evaluate(parts, 2, low)[1] * curve.evaluate(parts, 2, high)[1] < 0)
         times, _ = self._sampled.find_extremes(parts[turns], low[turns], high[turns])
-        return times, self._sampled.interpolant(parts[turns], 2).evaluate(times)[0]
+        return times, curve.evaluate(parts[turns], 2, times)[0]
 
     def _interpolant(self, k: int) -> PPoly:
         """Return the Hermite interpolant between samples k and k + 1, with a kink at each contact event between them."""

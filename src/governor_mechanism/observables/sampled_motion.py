@@ -3,6 +3,7 @@
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
@@ -12,8 +13,9 @@ from governor_mechanism.model.mechanism import Mechanism
 from governor_mechanism.model.output_variables import LineAngle
 from governor_mechanism.model.results.records import SpeedFluctuation
 from governor_mechanism.model.scene import Scene
-from governor_mechanism.numerics.interpolation import MultipointHermite, quintic_hermite
-from governor_mechanism.numerics.roots import find_root, find_roots
+from governor_mechanism.numerics.hermite_curve import HermiteCurve
+from governor_mechanism.numerics.interpolation import quintic_hermite
+from governor_mechanism.numerics.roots import find_root
 from governor_mechanism.types import BoolArray, FloatArray, IntArray
 
 ROOT_TOLERANCE = 1e-9
@@ -172,37 +174,34 @@ class SampledReading:
         if start is not None and isinstance(mechanism.reading(name), LineAngle):
             shift = start[1].get(name, 0.0) - float(np.interp(start[0], motion.times, self.values))
             self.values = self.values + math.tau * round(shift / math.tau)
-        self.rates, self.accelerations = output.rate(motion.velocities), output.acceleration(motion.accelerations)
-
-    def interpolant(self, first: IntArray, n_samples: int) -> MultipointHermite:
-        """Return the interpolants over a number of samples from the first ones (m,) on."""
-        samples = first[:, np.newaxis] + np.arange(n_samples)
-        return MultipointHermite(*(one[samples] for one in (self._motion.times, self.values, self.rates, self.accelerations)))
+        self.rates = output.rate(motion.velocities)
+        self.accelerations = output.acceleration(motion.accelerations)
+        self.curve = HermiteCurve(motion.times, self.values, self.rates, self.accelerations)
 
     def find_extremes(self, intervals: IntArray, low: FloatArray, high: FloatArray) -> tuple[FloatArray, BoolArray]:
         """Return the times (m,) at which the rate changes its sign between two times of each interval, as `find_crossings` does."""
-        return self._find_times(intervals, low, high, lambda value, rate, acceleration: (rate, acceleration))
+        return self._find_times(intervals, low, high, self.curve.find_extremes)
 
     def find_crossings(self, value: float, intervals: IntArray, low: FloatArray, high: FloatArray) -> tuple[FloatArray, BoolArray]:
         """Return the times (m,) at which the reading passes a value, and whether interpolants of two orders agree on them."""
-        return self._find_times(intervals, low, high, lambda one, rate, _: (one - value, rate))
+        return self._find_times(intervals, low, high, partial(self.curve.find_crossings, value))
 
     def _find_times(
         self,
         intervals: IntArray,
         low: FloatArray,
         high: FloatArray,
-        select: Callable[[FloatArray, FloatArray, FloatArray], tuple[FloatArray, FloatArray]],
+        # finds roots of pieces of the curve, from their first samples, number of samples, brackets and tolerance
+        find_roots: Callable[[IntArray, int, FloatArray, FloatArray, float], FloatArray],
     ) -> tuple[FloatArray, BoolArray]:
-        """Return the roots (m,) s of what a function selects from the reading and its derivatives, and whether they are certain."""
+        """Return the roots (m,) s that a function finds, and whether they are certain."""
         n_samples, motion = len(self._motion.times), self._motion
         tolerance = ROOT_TOLERANCE * float(np.min(high - low, initial=1.0))
 
-        def roots(first: IntArray, n_nodes: int, chosen: BoolArray | slice) -> FloatArray:
-            interpolant = self.interpolant(first[chosen], n_nodes)
-            return find_roots(lambda times: select(*interpolant.evaluate(times)), low[chosen], high[chosen], tolerance)
+        def roots(first: IntArray, n_nodes: int, chosen: BoolArray) -> FloatArray:
+            return find_roots(first[chosen], n_nodes, low[chosen], high[chosen], tolerance)
 
-        times = roots(intervals, 2, slice(None))
+        times = find_roots(intervals, 2, low, high, tolerance)
         is_certain = np.zeros(len(intervals), dtype=np.bool_)
         if n_samples < 4:
             return times, is_certain

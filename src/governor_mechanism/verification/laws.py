@@ -14,8 +14,7 @@ from governor_mechanism.mechanics.kinematics.kinematic_analysis import TIME_VARI
 from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output_value
 from governor_mechanism.model.part import Law, LawEquation
 from governor_mechanism.model.scene import Scene
-from governor_mechanism.numerics.interpolation import MultipointHermite
-from governor_mechanism.numerics.roots import find_roots
+from governor_mechanism.numerics.hermite_curve import HermiteCurve
 from governor_mechanism.scenes.changed_document import parse_scene_with
 from governor_mechanism.types import FloatArray
 from governor_mechanism.units.expressions import ARITHMETIC, PLAIN, Function, Measured, si_unit_of, unit_of_kind
@@ -99,15 +98,11 @@ class _Travel:
         """Return places and values of a reading at all positions, and at its extremes between them."""
         values, rates, accelerations = (one[reading.name] for one in (self._readings, self._rates, self._accelerations))
         starts = np.flatnonzero(rates[:-1] * rates[1:] < 0)
-        pairs = starts[:, np.newaxis] + np.arange(2)
-        nodes = self._positions[pairs]
-        interpolant = MultipointHermite(nodes, values[pairs], rates[pairs], accelerations[pairs])
-        low = nodes.min(axis=1, initial=np.inf)
-        high = nodes.max(axis=1, initial=-np.inf)
+        curve = HermiteCurve(self._positions, values, rates, accelerations)
+        ends = self._positions[starts], self._positions[starts + 1]
         tolerance = ROOT_TOLERANCE * abs(self._positions[1] - self._positions[0])
-        places = find_roots(lambda one: interpolant.evaluate(one)[1:], low, high, tolerance) if starts.size else np.empty(0)
-        extremes = interpolant.evaluate(places)[0] if starts.size else places
-        return np.append(self._positions, places), np.append(values, extremes)
+        places = curve.find_extremes(starts, 2, np.minimum(*ends), np.maximum(*ends), tolerance)
+        return np.append(self._positions, places), np.append(values, curve.evaluate(starts, 2, places)[0])
 
 
 def _way_from_start(scene: Scene, law: Law) -> FloatArray:

@@ -286,15 +286,15 @@ class ReducedRun:
         first_segments = first_mode[layout.tables : layout.kinks].tolist()
         mechanism, n_contacts = self.evaluator.mechanism, len(self.contacts)
         values = [evaluate_output_value(mechanism, contact.output_name, poses) for contact in self.contacts]
-        contact_modes, last_row = list[ContactMode](), list[int]()
-        for index, row in enumerate(solution.modes.tolist()):
-            if row == last_row and HELD not in row[1:]:
-                contact_modes.append(contact_modes[-1])
-                continue
-            last_row, (is_held, *states) = row, row
+        contact_modes = list[ContactMode]()
+        rows = solution.modes
+        is_new = np.any(rows[1:] != rows[:-1], axis=1) | np.any(rows[1:, 1:] == HELD, axis=1)  # a held value is that of its time
+        for index in [0, *(1 + np.flatnonzero(is_new)).tolist()] if len(rows) else []:
+            contact_modes += contact_modes[-1:] * (index - len(contact_modes))
+            is_held, *states = rows[index].tolist()
             held_values = tuple(float(value[index]) if state == HELD else None for value, state in zip(values, states, strict=False))
             sliding_signs = tuple(0 if state == HELD else state for state in states[:n_contacts])
             taut = tuple(map(bool, states[n_contacts : n_contacts + len(self.one_sided_springs)]))
             segments = tuple(one - first for one, first in zip(states[len(self._subjects) :], first_segments, strict=False))
             contact_modes.append(ContactMode(held_values, sliding_signs, taut, bool(is_held), segments))
-        return tuple(contact_modes)
+        return (*contact_modes, *contact_modes[-1:] * (len(rows) - len(contact_modes)))

@@ -26,7 +26,7 @@ from governor_mechanism.model.scene import Scene
 from governor_mechanism.numerics.array_copy import copy_array
 from governor_mechanism.numerics.jit import jit, jit_in_place, jit_inlined
 from governor_mechanism.numerics.linear_equations import solve_dense
-from governor_mechanism.types import GROUND_INDEX, NO_INDEX, FloatArray
+from governor_mechanism.types import GROUND_INDEX, NO_INDEX, FloatArray, IntArray
 
 JAMMED = -1.0
 """In place of a pivot ratio: friction of what slides raises the forces that press it more than any of them can bear (Painleve)."""
@@ -205,10 +205,23 @@ def compute_inverse_dynamics(
     """Return the accelerations, joint forces, pivot ratios and power of a known motion."""
     if not modes:
         return _compute_in_mode(scene, None, times, poses, velocities, lags)
-    indices = {mode: np.flatnonzero([other == mode for other in modes]) for mode in dict.fromkeys(modes)}
-    parts = [_compute_in_mode(scene, mode, times[i], poses[i], velocities[i], lags[i]) for mode, i in indices.items()]
-    time_order = np.argsort(np.concatenate(list(indices.values())))
+    numbers, number_at = _number_modes(modes)
+    indices = [np.flatnonzero(number_at == number) for number in numbers.values()]
+    parts = [_compute_in_mode(scene, mode, times[i], poses[i], velocities[i], lags[i]) for mode, i in zip(numbers, indices, strict=True)]
+    time_order = np.argsort(np.concatenate(indices))
     return InverseDynamics(*(np.concatenate(values)[time_order] for values in zip(*(vars(part).values() for part in parts), strict=True)))
+
+
+def _number_modes(modes: Sequence[ContactMode]) -> tuple[dict[ContactMode, int], IntArray]:
+    """Return the number of each mode, and the number at each time; neighbours are mostly the same object."""
+    numbers = dict[ContactMode, int]()
+    number_at = np.empty(len(modes), dtype=np.int64)
+    last, number = None, 0
+    for k, mode in enumerate(modes):
+        if mode is not last:
+            last, number = mode, numbers.setdefault(mode, len(numbers))
+        number_at[k] = number
+    return numbers, number_at
 
 
 def _compute_in_mode(
