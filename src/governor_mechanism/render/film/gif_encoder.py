@@ -75,11 +75,9 @@ class Palette:
         return table
 
     def _find_replaceable(self, n_exact: int, tolerance: int) -> NDArray[np.bool_]:
-        """Return where an index (axis 0) may stay on the screen in place of another (axis 1) that differs by less than a tolerance.
-
-        Moving edges change from one blend to the next all the time: small changes are omitted. A flat area is always shown exactly, so
-        nothing stays behind a shape that has moved away.
-        """
+        """Return where an index (axis 0) may stay on the screen in place of another (axis 1) that differs by less than a tolerance."""
+        # Moving edges change from one blend to the next all the time: small changes are omitted. A flat area is always shown exactly, so
+        # nothing stays behind a shape that has moved away.
         colours = self.colours.astype(np.int32)
         replaceable: NDArray[np.bool_] = np.abs(colours[:, None] - colours[None]).max(axis=2) < tolerance
         replaceable[:, :n_exact] = False

@@ -259,11 +259,10 @@ def thin_out_numbers(shapes: Sequence[DrawnShape], view: PixelView) -> list[Draw
 
 
 class _Places:
-    """Search for the heights of names in a view and the points (a, f, 2) m of each to which its line leads.
+    """Search for the heights of names in a view and the points (a, f, 2) m of each to which its line leads."""
 
-    Costs (pixels) are the distances of its point, along and across, and those of words and scales in boxes (f, n, 4) m and of other lines
-    that its line crosses.
-    """
+    # Costs (pixels) are the distances of its point, along and across, and those of words and scales in boxes (f, n, 4) m and of other lines
+    # that its line crosses.
 
     def __init__(self, view: PixelView, points: Sequence[FloatArray], boxes: FloatArray) -> None:
         top, bottom = view.rect[1] + LABEL_PITCH, view.rect[3] - LABEL_PITCH

@@ -93,10 +93,9 @@ Spheres = Sequence[tuple[FloatArray, float]]
 
 @dataclass(frozen=True, kw_only=True)
 class _Solid:
-    """A shape over the frames, positions in m from the axis: points (n or 1, m, 2), radii (n or 1,), where it is shown (n or 1,).
+    """A shape over the frames, positions in m from the axis: points (n or 1, m, 2), radii (n or 1,), where it is shown (n or 1,)."""
 
-    `half_thickness` is None for what does not turn or is round. `frames` are the polylines of a shape whose number of points changes.
-    """
+    # `half_thickness` is None for what does not turn or is round. `frames` are the polylines of a shape whose number of points changes.
 
     role: str
     kind: str

@@ -341,11 +341,9 @@ def select_slow_down(limits: Vec2, time_span: Vec2, requested: float | None, lon
 
 
 def _slow_cranks(motions: Sequence[Motion], time_span: Vec2, factor: float, frame_rate: float, *, may_shorten: bool) -> Vec2:
-    """Return the slow-down at which the fastest turn takes enough frames, and the end of the shown part (s).
-
-    A crank that gets faster needs less slowing if fewer of its turns are shown. A part that may not be shortened is slowed to a film of at
-    most MAX_FILM_DURATION.
-    """
+    """Return the slow-down at which the fastest turn takes enough frames, and the end of the shown part (s)."""
+    # A crank that gets faster needs less slowing if fewer of its turns are shown.
+    # A part that may not be shortened is slowed to a film of at most MAX_FILM_DURATION.
     begin, end = time_span
     limit = math.inf
     while True:

@@ -213,10 +213,8 @@ def _estimate_size(film: FilmFrames, changes: Sequence[float], rate: float) -> f
 
 
 def _measure_changes(film: FilmFrames) -> list[float]:
-    """Return the bytes of the first frame, and the mean bytes of a frame after the one before, and after the one before that.
-
-    One GIF has all probes, one after the other.
-    """
+    """Return the bytes of the first frame, and the mean bytes of a frame after the one before, and after the one before that."""
+    # One GIF has all probes, one after the other.
     file = io.BytesIO()
     writer = GifWriter(file, film.palette)
 

@@ -273,10 +273,8 @@ _RIGHT = 2
 
 
 def _tongs_bars(last: int) -> Iterator[tuple[tuple[int, int], tuple[int, int]]]:
-    """Yield rows and places of the ends of the bars: half bars at both ends, whole bars that cross on the axis between them.
-
-    The upper half bars are named after the side to which they lead.
-    """
+    """Yield rows and places of the ends of the bars: half bars at both ends, whole bars that cross on the axis between them."""
+    # The upper half bars are named after the side to which they lead.
     for left, right in ((_LEFT, _RIGHT), (_RIGHT, _LEFT)):
         yield (0, left), (1, left)
         yield from (((k - 1, left), (k + 1, right)) for k in range(2, last, 2))

@@ -325,10 +325,8 @@ class PendulumDrawing(PendulumProportions):
 
 
 def _lift_scale_shapes(governor: PendulumDrawing) -> Iterator[DrawnShape]:
-    """Yield a scale (mm) that covers the lifts of the run, at the height of the pointer.
-
-    It is next to the sleeve, or further out with leader lines if a part of the linkage passes there.
-    """
+    """Yield a scale (mm) that covers the lifts of the run, at the height of the pointer."""
+    # It is next to the sleeve, or further out with leader lines if a part of the linkage passes there.
     u, (width, drop) = governor.arm, governor.sleeve_size
     ticks_mm = parts.lift_ticks(governor.reading_range(parts.LIFT_READING), governor.zero_lift_height - drop, 0.04 * u, 0.14 * u)
     bottom, top = ticks_mm[0][1] - 0.04 * u, ticks_mm[-1][1] + 0.04 * u

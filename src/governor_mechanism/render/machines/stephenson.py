@@ -296,10 +296,9 @@ class GearView:
 
 @dataclass(frozen=True, kw_only=True)
 class _Arrangement:
-    """Places and sizes in the picture, in crank radii from the middle of the stroke and the base of the view.
+    """Places and sizes in the picture, in crank radii from the middle of the stroke and the base of the view."""
 
-    The place of the gear is its lower left corner, those of key and scales are upper left corners.
-    """
+    # The place of the gear is its lower left corner, those of key and scales are upper left corners.
 
     gear: Vec2
     gear_width: float

@@ -273,10 +273,8 @@ class TrackTable:
         return Motion(points=points[0], track=track) if _is_constant(points) else find_modes(points, track)
 
     def _follow(self, poses: FloatArray, points: FloatArray) -> tuple[FloatArray, int | None]:
-        """Return points (1 or samples, points, 2) of axes with poses (samples, 3) in those of a track, with its number.
-
-        Axes that move as one share a track. Axes that do not move have none, and their points are in the picture.
-        """
+        """Return points (1 or samples, points, 2) of axes with poses (samples, 3) in those of a track, with its number."""
+        # Axes that move as one share a track. Axes that do not move have none, and their points are in the picture.
         reach = float(np.hypot(points[..., 0], points[..., 1]).max())
         sweep = np.ptp(poses, axis=0)
         if sweep[0] + sweep[1] + sweep[2] * reach < TOLERANCE:

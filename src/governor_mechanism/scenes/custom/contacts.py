@@ -170,11 +170,9 @@ def _pair_outlines(first: tuple[SketchedBody, Outline], second: tuple[SketchedBo
 
 
 def _deal_rollers(rollers: Sequence[Point], at_once: int) -> list[tuple[Point, ...]]:
-    """Return groups of rollers round a wheel, none of which has two of as many that follow one another.
-
-    They are dealt in rounds that are equal but for one roller, so that also across the last and the first one each group has a roller in
-    turn.
-    """
+    """Return groups of rollers round a wheel, none of which has two of as many that follow one another."""
+    # They are dealt in rounds that are equal but for one roller, so that also across the last and the first one each group has a roller in
+    # turn.
     n_rounds = len(rollers) // at_once
     starts = [number * len(rollers) // n_rounds for number in range(n_rounds + 1)]
     rounds = [rollers[start:end] for start, end in pairwise(starts)]

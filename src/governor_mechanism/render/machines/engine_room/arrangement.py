@@ -188,10 +188,8 @@ def mean_speed(run: Trajectory, governed: EngineRoomParts) -> tuple[FloatArray, 
 def _changes_over_turns(
     run: Trajectory, governed: EngineRoomParts, values: FloatArray, slopes: FloatArray
 ) -> tuple[FloatArray, FloatArray] | None:
-    """Return times (m,) s, half a turn or more from both ends, and by how much values (n,) change over the turn around each.
-
-    `slopes` (n,) are their derivatives with respect to the crank angle, 1/rad. Few turns, or few reported times in one, give None.
-    """
+    """Return times (m,) s, half a turn or more from both ends, and by how much values (n,) change over the turn around each."""
+    # `slopes` (n,) are their derivatives with respect to the crank angle, 1/rad. Few turns, or few reported times in one, give None.
     angles = run.readings[governed.crank_angle]
     turns = float(np.ptp(angles)) / (2 * np.pi)
     if turns < 2 or len(angles) < MIN_SAMPLES_PER_TURN * turns or not bool(np.all(np.diff(angles) > 0)):

@@ -348,10 +348,8 @@ def _reading_points(extents: MechanismExtents, body: Body) -> list[Vec2]:
 
 
 def _named_points(extents: MechanismExtents, body: Body, points: Iterable[NamedPoint]) -> list[Vec2]:
-    """Return those of some points that lie on the body, if a fixed plane shows it drawn through its points.
-
-    A wheel, a block, a slotted link and an outline have a shape of their own; a governor has balls.
-    """
+    """Return those of some points that lie on the body, if a fixed plane shows it drawn through its points."""
+    # A wheel, a block, a slotted link and an outline have a shape of their own; a governor has balls.
     name, mechanism = body.name, extents.part.mechanism
     has_own_shape = name in toothed_bodies(extents) or name in _rolling_bodies(extents) or name in _bodies_with_outlines(mechanism)
     if extents.part.turns or has_own_shape or _is_sliding_block(extents, body) or _guides_on(extents, body):

@@ -211,10 +211,8 @@ def _distances(points: FloatArray, starts: FloatArray, ends: FloatArray) -> Floa
 
 
 def _coordinate_parts(extents: MechanismExtents) -> Iterator[Attached]:
-    """Yield a dot and P (x, y), or the coordinate it has, at each point with a coordinate, on the side away from its body's mass centre.
-
-    That of a mass centre is on the side away from the origin. A body with a shape of its own has the dot alone.
-    """
+    """Yield a dot and P (x, y), or the coordinate it has, at each point with a coordinate, on the side away from its body's mass centre."""
+    # That of a mass centre is on the side away from the origin. A body with a shape of its own has the dot alone.
     u = extents.length_scale
     letters: defaultdict[Point, list[str]] = defaultdict(list)
     shaped = bodies.shaped_bodies(extents)

@@ -430,10 +430,8 @@ def _rack_ends(placed: PlacedMechanism, joint: joints.RackAndPinion) -> tuple[fl
 
 
 def _rack_contact(placed: PlacedMechanism, joint: joints.RackAndPinion) -> tuple[float, PoseTuple]:
-    """Return the side (+1 or -1) of the pinion on which its rack touches it, and axes there with x along the rack.
-
-    A pinion that rotates anticlockwise drives a rack on the right of the forward direction.
-    """
+    """Return the side (+1 or -1) of the pinion on which its rack touches it, and axes there with x along the rack."""
+    # A pinion that rotates anticlockwise drives a rack on the right of the forward direction.
     side = -1.0 if joint.radius > 0 else 1.0
     return side, (*axes_to_plane((*placed.position(joint.first), joint.angle), 0.0, side * abs(joint.radius)), joint.angle)
 
