@@ -77,8 +77,9 @@ def test_a_roller_on_a_free_cam_moves_with_an_error_of_second_order():
             assert coarse < 1e-6  # twice and five times as much where the stop ignores the bend of the curve, or takes its sign wrong
 
 
-FEW = (0, 1, 2, 3, 16, 103, 142)
-"""From number 3 on, those that tell of a release at a wrong rate, of held contacts left out of the projection, and of a change of edge."""
+FEW = (0, 1, 2, 3, 16, 46, 103, 107, 142)
+"""From number 3 on, those that tell of a release at a wrong rate, of held contacts left out of the projection, and of a change of edge, of
+first steps too long for any order (46), and of the rounding of short bounces (107)."""
 
 
 @pytest.mark.parametrize("numbers", [FEW, pytest.param(sorted({*range(200)} - {*FEW}), marks=pytest.mark.long)], ids=["few", "most"])

@@ -227,3 +227,16 @@ def test_pendulums_and_random_blocks_touch_as_in_multibody(has_friction):
             bound = sum(run.reading_errors[name] for run in runs)
             assert np.abs(runs[0].readings[name] - runs[1].readings[name]).max() <= bound
     assert count > 25
+
+
+@pytest.mark.parametrize(
+    ("name", "sentence"),
+    [
+        ("friction_governor", "mobility 3, and contacts take none of them away, as parts that touch may leave; choose engine 'multibody'"),
+        ("graham_escapement", "mobility 2, and contacts take none of them away, as parts that touch may leave; choose engine 'multibody'"),
+        ("geneva", "one free coordinate, but drives move this mechanism; choose engine 'multibody'"),
+    ],
+)
+def test_more_than_one_free_coordinate_is_refused(name, sentence):
+    with pytest.raises(gm.UnsupportedEffect, match=sentence):
+        gm.run(name, engine="reduced")

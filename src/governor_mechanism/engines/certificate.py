@@ -7,7 +7,6 @@ import time
 from abc import abstractmethod
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
-from itertools import pairwise
 
 import numpy as np
 
@@ -18,12 +17,11 @@ from governor_mechanism.mechanics.contact.event_log import compare_event_logs
 from governor_mechanism.mechanics.dynamics.contact_modes import has_contacts
 from governor_mechanism.mechanics.dynamics.contacts import output_forces_of
 from governor_mechanism.mechanics.kinematics.assembly import mobility_of
-from governor_mechanism.model.events import EventKind
 from governor_mechanism.model.force_elements import Force, Torque
 from governor_mechanism.model.joints import RotationalDriver, TranslationalDriver
 from governor_mechanism.model.results.records import FLIGHT_DETAIL, Energy, Outcome
 from governor_mechanism.model.scene import Scene
-from governor_mechanism.observables.error_scales import EVENT_TIMES, name_of_rate
+from governor_mechanism.observables.error_scales import name_of_rate
 from governor_mechanism.observables.evaluation import ReadingEvaluator
 from governor_mechanism.observables.run_result import RunResult
 from governor_mechanism.types import FloatArray
@@ -110,16 +108,6 @@ SINGULAR_PASSAGE_SAFETY_FACTOR = 200.0
 # of its change.
 ROUNDING_SAFETY_FACTOR = 3.0
 """Ratio of the bound of the summed roundings to a unit in the last place times the root of the number of steps."""
-
-# The slower an impact, the more its time depends on the rounding of the position. Measured on bounces down to
-# rest: 8 to 23, and less where the stop is near the zero of the positions, which round less there.
-BOUNCE_ROUNDING_FACTOR = 30.0
-"""Error of the time of an impact, in units of the rounding of a position over the duration of the shortest bounce, both in their scales."""
-
-# Two runs round independently. The chance is below one in a hundred that they differ by a tenth of their
-# error at all of the last bounces.
-BOUNCE_DIFFERENCE_FACTOR = 10.0
-"""Bound of the error of event times relative to their difference, where it is less than that rounding."""
 
 CONFIRMED_ACCURACY = 1e-9
 """Accuracy from which on a third run confirms the other two, which may round alike by chance."""
@@ -362,10 +350,7 @@ class CertifiedRunner(Runner):
             scales = result.observables.scales
             names = [*result.observables.readings, *map(name_of_rate, result.observables.rates)]
             certified = self.with_least_errors(certified, {name: passage_error * scales[name] for name in names})
-        if bounce := self._shortest_bounce(result):
-            rounding = BOUNCE_ROUNDING_FACTOR * float(np.finfo(np.float64).eps) * self.evaluator.time_scale**2 / bounce
-            least = min(rounding, BOUNCE_DIFFERENCE_FACTOR * event_time_difference)
-            certified = self.with_least_errors(certified, {EVENT_TIMES: least})
+        certified = self.with_bounce_error(certified)
         certified = self._with_energy_check(self._with_rounding(certified, coarse.n_steps))
         n_missing = result.n_reached - finer.n_reached
         # Runs that both end early may do so on either side of a reported time.
@@ -385,15 +370,6 @@ class CertifiedRunner(Runner):
         motion_rate = max((scales[name_of_rate(name)] / scales[name] for name in run.result.observables.rates), default=0.0)
         amplification = motion_rate * float(run.plan.steps.singular_amplification[0])
         return SINGULAR_PASSAGE_SAFETY_FACTOR * self.singular_violation * amplification
-
-    def _shortest_bounce(self, result: RunResult) -> float:
-        """Return the shortest time (s) between two impacts of one contact; 0 without such impacts."""
-        impacts: dict[str, list[float]] = {}
-        for event in result.contact_events:
-            if event.kind is EventKind.IMPACT:
-                impacts.setdefault(event.subject, []).append(event.time)
-        bounces = [end - start for times in impacts.values() for start, end in pairwise(times) if end > start]
-        return min(bounces, default=0.0)
 
     def _with_rounding(self, result: RunResult, n_steps: int) -> RunResult:
         """Return a result whose errors are at least the roundings of readings and times over its steps, which add up like a random walk."""

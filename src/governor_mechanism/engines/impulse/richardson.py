@@ -159,8 +159,8 @@ MIN_READING_ERROR_RATIO = 0.005
 the motion leaves an error that falls with no order.
 """
 
-FIRST_EVENT_TIME_ERROR_RATIO = 0.2
-"""The same of event times in the first runs, whose steps may be too long for any order."""
+FIRST_ERROR_RATIO = 0.2
+"""The same of readings and event times in the first runs, whose steps may be too long for any order."""
 
 SETTLED_EVENT_DIFFERENCE = 0.05
 """Difference of the last two runs in the time of an event, relative to the time scale, from which on later events may be others."""
@@ -279,7 +279,7 @@ class RichardsonRefinement(Runner):
             last = float(self.grid.monitor_times[count - 1])
             first_step = float(self.grid.monitor_times[1] / self.grid.min_steps[0]) / 2 ** levels[-1]
             logs = [[event for event in solution.events if event.time <= last] for solution in solutions]
-            min_error_ratio = MIN_EVENT_TIME_ERROR_RATIO if level else FIRST_EVENT_TIME_ERROR_RATIO
+            min_error_ratio = MIN_EVENT_TIME_ERROR_RATIO if level else FIRST_ERROR_RATIO
             settled_difference = SETTLED_EVENT_DIFFERENCE * self.evaluator.time_scale
             events = extrapolate_events(logs, last, first_step, min_error_ratio, settled_difference)
         extrapolated = [solution.states.at(slice(count)) for solution in solutions]
@@ -308,7 +308,7 @@ class RichardsonRefinement(Runner):
         error_ratio = self._choose_error_ratio(_decreases_of_differences(levels_up_to_end))
         result = self._certify(result, reported[0], events, level, error_ratio)
         if self.has_contacts:
-            result = self._bound_by_last_runs(result, [states.at(reported_indices) for states in levels_up_to_end[-2:]])
+            result = self._bound_by_last_runs(result, [states.at(reported_indices) for states in levels_up_to_end[-2:]], level)
         return self._with_exit_error(result, end)
 
     def _end_at_exit(self, end: Termination, solutions: Sequence[FixedStepSolution]) -> Termination:
@@ -353,10 +353,10 @@ class RichardsonRefinement(Runner):
         coarser = self._reading_errors.get(coarser_level, {})
         return self.with_least_errors(result, _scale_reading_errors(coarser, TRUSTED_DECREASE ** (coarser_level - level)))
 
-    def _bound_by_last_runs(self, result: RunResult, last_runs: Sequence[StateHistory]) -> RunResult:
+    def _bound_by_last_runs(self, result: RunResult, last_runs: Sequence[StateHistory], level: int) -> RunResult:
         """Return a result with errors of readings that are no less than a part of the difference of the last two runs."""
         difference = self.evaluator.compare_observables(*(self.evaluator.evaluate(states, result.reported_modes) for states in last_runs))
-        return self.with_least_errors(result, _scale_reading_errors(difference, MIN_READING_ERROR_RATIO))
+        return self.with_least_errors(result, _scale_reading_errors(difference, MIN_READING_ERROR_RATIO if level else FIRST_ERROR_RATIO))
 
     def _certify(self, result: RunResult, coarse: StateHistory, events: ExtrapolatedEvents, level: int, error_ratio: float) -> RunResult:
         """Return a result with its errors, estimated by the difference from coarser extrapolated states."""
@@ -372,7 +372,7 @@ class RichardsonRefinement(Runner):
             return self.with_least_errors(result, _scale_reading_errors(result.reading_errors, USELESS_DIFFERENCE_RATIO))
         if not self.has_contacts:
             return result
-        trusted = self._trust_readings(result, level)
+        trusted = self.with_bounce_error(self._trust_readings(result, level))
         if events.is_matched:  # else they say nothing about those at finer levels
             self._event_differences[level], self._reading_errors[level] = difference, result.reading_errors
         return trusted

@@ -60,7 +60,8 @@ class ReducedEngine(ErrorControlledEngine):
         if constraint_equations_of(part.mechanism).is_driven.any():
             return f"engine 'reduced' integrates one free coordinate, but drives move this mechanism; {remedy}"
         if (mobility := mobility_of(part.mechanism)) != 1:
-            return f"engine 'reduced' integrates one degree of freedom; this mechanism has mobility {mobility}; {remedy}"
+            reason = ", and contacts take none of them away, as parts that touch may leave" if outline_gaps_of(scene) else ""
+            return f"engine 'reduced' integrates one degree of freedom; this mechanism has mobility {mobility}{reason}; {remedy}"
         for gap in outline_gaps_of(scene):
             if gap.others:
                 cure = "give it at_once, as large as repeat, which makes a gap of each"
