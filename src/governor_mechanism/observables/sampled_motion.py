@@ -3,7 +3,7 @@
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from functools import partial
+from functools import cache, partial
 
 import numpy as np
 
@@ -135,10 +135,10 @@ class SampledMotion:
 
     def _refine_by_dense_output(self, k: int, time: float, function: StateFunction, bracket: tuple[float, float]) -> float:
         """Return a root (s) as `refine_root` does, or raise DenseOutputEndsError."""
-        states: dict[float, BodyState | None] = {instant: self.dense_output(k, instant) for instant in (time, *bracket)}
 
+        @cache  # the ends of a bracket are asked for several times
         def value(instant: float) -> float:
-            state = states[instant] if instant in states else self.dense_output(k, instant)
+            state = self.dense_output(k, instant)
             if state is None:
                 raise DenseOutputEndsError
             return function(state)
