@@ -14,6 +14,7 @@ HERE = Path(__file__).parent
 sys.path[:0] = [str(HERE / folder) for folder in ("extensions", "pictures", "questions")]
 
 import governor_mechanism  # noqa: E402
+from made_from import EXAMPLES, digest_drawing, is_made_from  # noqa: E402
 
 project = "governor_mechanism"
 author = "The governor_mechanism authors"
@@ -61,6 +62,7 @@ sphinx_gallery_conf = {
     "capture_repr": (),
     "default_thumb_file": str(HERE / "static" / "governor.svg"),
     "abort_on_example_error": True,
+    "run_stale_examples": not is_made_from(EXAMPLES, digest_drawing()),  # else those that have changed
     "backreferences_dir": "_generated/examples/of",
     "doc_module": ("governor_mechanism",),
     "download_all_examples": False,

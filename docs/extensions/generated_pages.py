@@ -1,8 +1,8 @@
 """Sphinx extension: writes the pages that follow from the code before Sphinx reads its sources.
 
 Tables of the reference and the gallery go into docs/_generated/, from where the pages of docs/reference/ and docs/gallery.md include
-them. The interactive pages of all scenes, a small film and a poster of each go into docs/_generated/site/pages/; they are made only where
-they are missing, because they take a minute: `make clean` removes them.
+them. The interactive pages of all scenes, a small film and a poster of each go into docs/_generated/site/pages/. Because they take minutes,
+they and the examples are made only where they are missing or made from other sources: docs/_generated/made_from/ keeps a digest of these.
 """
 
 from __future__ import annotations
@@ -17,6 +17,8 @@ from typing import Any
 from PIL import Image
 from sphinx.application import Sphinx
 from sphinx.util import logging
+
+from made_from import EXAMPLES, digest_drawing, digest_files, is_made_from, keep_digest
 
 logger = logging.getLogger(__name__)
 
@@ -77,7 +79,7 @@ def write_texts(folder: Path) -> None:
 
 
 def make_interactive_pages(folder: Path) -> None:
-    """Make the interactive page, the film and the poster of every shipped scene that has none.
+    """Make the interactive page, the film and the poster of every shipped scene that has none, or those of other sources.
 
     Parameters
     ----------
@@ -87,14 +89,15 @@ def make_interactive_pages(folder: Path) -> None:
     from governor_mechanism.scenes.library import shipped_scenes
 
     folder.mkdir(parents=True, exist_ok=True)
-    suffixes = ".html", ".gif", ".webp"
-    missing = [(name, folder) for name in shipped_scenes() if not all((folder / f"{name}{suffix}").is_file() for suffix in suffixes)]
+    digests = {name: digest_drawing() + digest_files([path]) for name, path in shipped_scenes().items()}
+    made = {name for name in digests if all((folder / f"{name}{suffix}").is_file() for suffix in (".html", ".gif", ".webp"))}
+    missing = [(name, folder, digest) for name, digest in digests.items() if name not in made or not is_made_from(name, digest)]
     if missing:
         logger.info("making %d interactive pages", len(missing))
         _make_pages(missing)
 
 
-def _make_pages(scenes: Sequence[tuple[str, Path]]) -> None:
+def _make_pages(scenes: Sequence[tuple[str, Path, str]]) -> None:
     """Make pages in several processes; the first page alone, so that kernels are compiled once."""
     first, *others = scenes
     _make_page(*first)
@@ -102,8 +105,8 @@ def _make_pages(scenes: Sequence[tuple[str, Path]]) -> None:
         list(pool.map(_make_page, *zip(*others, strict=True)) if others else ())
 
 
-def _make_page(name: str, folder: Path) -> None:
-    """Make page, film and poster of a scene."""
+def _make_page(name: str, folder: Path, digest: str) -> None:
+    """Make page, film and poster of a scene, and keep the digest of its sources."""
     import governor_mechanism as gm
     from gallery import choose_film_options, run_scene  # of docs/pictures
     from generators.gallery import CARD_SIZE
@@ -115,10 +118,11 @@ def _make_page(name: str, folder: Path) -> None:
     with Image.open(film) as frames:
         frames.seek(int(POSTER_MOMENT * frames.n_frames))
         frames.convert("RGB").save(film.with_suffix(".webp"), quality=POSTER_QUALITY)
+    keep_digest(name, digest)
 
 
 def make_question_pages(folder: Path) -> None:
-    """Make the interactive pages of the questions that are missing, whose scenes are variants of shipped ones.
+    """Make the interactive pages of the questions that are missing or of other sources; their scenes are variants of shipped ones.
 
     Parameters
     ----------
@@ -131,8 +135,9 @@ def make_question_pages(folder: Path) -> None:
 
     for name, make_scene in SCENES.items():
         path = folder / f"{name}.html"
-        if not path.is_file():
+        if not path.is_file() or not is_made_from(name, digest_drawing()):
             gm.film(gm.run(make_scene()), path)
+            keep_digest(name, digest_drawing())
 
 
 def _generate(app: Sphinx) -> None:
@@ -142,7 +147,13 @@ def _generate(app: Sphinx) -> None:
     make_question_pages(folder / "site" / "pages")
 
 
+def _finish(app: Sphinx, failure: Exception | None) -> None:
+    if failure is None and app.builder.name == "html":
+        keep_digest(EXAMPLES, digest_drawing())
+
+
 def setup(app: Sphinx) -> dict[str, Any]:
     """Generate when the builder is ready, before the sources are read."""
     app.connect("builder-inited", _generate)
+    app.connect("build-finished", _finish)
     return {"parallel_read_safe": True, "parallel_write_safe": True}

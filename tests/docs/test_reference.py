@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 
 import governor_mechanism as gm
+import made_from
 from documentation_pages import PAGES, ROOT
 from generators import gallery
 from generators.api import api_files, api_page
@@ -174,6 +175,22 @@ def test_a_page_shows_the_best_film_there_is(tmp_path, monkeypatch):
     assert "](../../../renders/porter.gif)" in shown["porter"]
     assert "](../../../renders/gallery/watt.gif)" in shown["watt"]
     assert shown["proell"] == '<img src="../../pages/proell.gif" alt="Film of the scene proell: A &amp; B">'
+
+
+def test_drawings_are_made_again_when_the_code_that_draws_changes(tmp_path, monkeypatch):
+    """And not when anything else does, as when Python compiles that code."""
+    code = tmp_path / "render"
+    (code / "film").mkdir(parents=True)
+    (code / "film" / "painters.py").write_text("size = 1", encoding="utf-8")
+    monkeypatch.setattr(made_from, "DRAWING", (code,))
+    monkeypatch.setattr(made_from, "MADE_FROM", tmp_path / "made_from")
+    digest = made_from.digest_drawing.__wrapped__
+    assert not made_from.is_made_from("porter", digest())
+    made_from.keep_digest("porter", digest())
+    (code / "painters.pyc").write_bytes(b"compiled")
+    assert made_from.is_made_from("porter", digest())
+    (code / "film" / "painters.py").write_text("size = 2", encoding="utf-8")
+    assert not made_from.is_made_from("porter", digest())
 
 
 INDEXES = {"scene_file": scene_file_index, "commands": commands_index}

@@ -11,10 +11,11 @@ import pytest
 import governor_mechanism as gm
 from decoding import data_of, decode_film, page_data_of, painter_of, pixel_of, words_of
 from drawing_checks import of_role
-from governor_mechanism.model.results.pictures import FilmKeywords, FilmLayout, Theme
+from governor_mechanism.model.results.pictures import FilmKeywords, FilmLayout, FilmOptions, Theme
 from governor_mechanism.render.artists import themed_colour
 from governor_mechanism.render.film.frame_painter import ForceArrows
 from governor_mechanism.render.film.moving_parts import CurvePanel
+from governor_mechanism.render.film.painters import make_painter
 from governor_mechanism.render.film.svg_animation import TOLERANCE, key_frames
 from governor_mechanism.render.film.timing import MIN_FRAMES_PER_TURN, select_timing
 from governor_mechanism.render.frame_data import FrameData, find_forces
@@ -57,6 +58,41 @@ def test_the_ball_is_drawn_at_its_position_in_every_layout(porter, layout, theme
 @pytest.mark.parametrize(("layout", "width"), [("machine", 480), ("machine+plots", 480), ("wide", 853)])
 def test_a_layout_has_its_width(porter, layout, width):
     assert painter_of(porter, layout=layout).draw(0).shape == (480, width, 4)
+
+
+@pytest.fixture(scope="module")
+def slider_crank():
+    return gm.run(gm.load("slider_crank_torque").replace({"run.duration": "0.1 s"}), certify=False)
+
+
+def machine_painter(runs, **options):
+    """Return the painter of a film of machines alone."""
+    times = np.linspace(0.0, 0.1, 4)
+    return make_painter(runs, (0.0, 0.1), times, 1.0, FilmOptions(layout="machine", **options))
+
+
+@pytest.mark.parametrize(
+    "options", [{}, {"footer": False}, {"forces": True, "size": 720}, {"labels": True}, {"paths": ["crank pin"]}], ids=repr
+)
+def test_the_frame_of_a_wide_machine_alone_is_as_high_as_the_machine_needs(slider_crank, options):
+    size = options.get("size", 480)
+    pixels = machine_painter((slider_crank,), **options).draw(1)[..., :3].astype(int)
+    height, width = pixels.shape[:2]
+    assert height < 0.75 * size
+    has_ink = np.abs(pixels - parse_rgb(PAPER)).max(axis=2) > 24
+    machine = has_ink[round(40 / 480 * size) : height - round(28 / 480 * size)]
+    columns = np.flatnonzero(machine.any(axis=0))
+    rows = np.flatnonzero(machine.any(axis=1))
+    assert np.ptp(columns) > 0.9 * width
+    assert rows[0] < 0.2 * height
+    assert rows[-1] > 0.55 * height
+    assert np.diff(rows).max() < 0.1 * size
+
+
+def test_machines_alone_side_by_side_have_one_height(slider_crank, porter):
+    shapes = [machine_painter(runs).draw(1).shape[:2] for runs in ((slider_crank,), (porter,), (slider_crank, porter))]
+    assert shapes[0][0] < shapes[1][0] == 480
+    assert shapes[2] == (480, 960)
 
 
 def test_the_ground_of_a_dark_film_is_dark_and_exact(tmp_path, porter):

@@ -18,7 +18,7 @@ FILM_FOLDERS = ("../renders/gallery", "../renders")
 DOCS = Path(__file__).parents[2]
 
 CARD_SIZE = 320
-"""Width and height of poster and film of a card, pixels."""
+"""Width of poster and film of a card, pixels, and its height if it is not wider than high."""
 
 COMMON_EFFECTS = {"gravity", "centrifugal"}
 """Effects that tell nothing apart."""
@@ -97,7 +97,7 @@ def _card(name: str, scene: Scene) -> str:
     title = html.escape(scene.title)
     data = " ".join(f'data-{key}="{html.escape("|".join(of_scene(scene)))}"' for key, of_scene in FILTERS.items())
     page = f"_generated/scenes/{name}.html"
-    poster = f'<img src="pages/{name}.webp" width="{CARD_SIZE}" height="{CARD_SIZE}" alt="">'
+    poster = f'<img src="pages/{name}.webp" alt="">'
     command = f'<div class="highlight-text notranslate"><div class="highlight"><pre>governor-mechanism open {name}</pre></div></div>'
     lines = [
         f'<article class="scene" id="scene-{name}" {data}>',

@@ -313,7 +313,7 @@ class FilmOptions:
     layout: FilmLayout = film_option(
         FilmLayout.MACHINE_AND_PLOTS,
         TEXT,
-        '"machine" alone, "machine+plots" in a square, or "wide": 16:9 with the plots beside.',
+        '"machine" alone, in a lower frame if it is wider than high, "machine+plots" in a square, or "wide": 16:9 with the plots beside.',
         read=_one_of("layout", FilmLayout),
         help="Layout of the film: the machine alone, or with plots in a square or in 16:9.",
     )

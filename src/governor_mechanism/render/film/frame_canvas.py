@@ -188,18 +188,26 @@ def _unit_gap(unit: str, height: float) -> float:
 class FrameCanvas:
     """Figure of one film: `update(k)` moves every artist to frame k, `draw(k)` returns the pixels of frame k.
 
-    The frame is `size` pixels high. Positions are pixels of a frame 480 high and `width` wide, for one part; the frame is wider by `shift`
-    of them at the left, where positions are negative.
+    Positions are pixels of a frame `height` high and `width` wide, for one part, which is wider by `shift` of them at the left, where
+    positions are negative; 480 of them are `size` pixels.
     """
 
-    def __init__(self, size: int, shift: float, options: FilmOptions = DEFAULT_OPTIONS, width: float = layout.REFERENCE_SIZE) -> None:
-        # The whole frame is a whole number of pixels wide.
-        self._shift, self._right = (
-            round(length * size / layout.REFERENCE_SIZE) * layout.REFERENCE_SIZE / size for length in (shift, width)
+    def __init__(
+        self,
+        size: int,
+        shift: float,
+        options: FilmOptions = DEFAULT_OPTIONS,
+        width: float = layout.REFERENCE_SIZE,
+        height: float = layout.REFERENCE_SIZE,
+    ) -> None:
+        # The whole frame is a whole number of pixels wide and high.
+        self._shift, self._right, self._height = (
+            round(length * size / layout.REFERENCE_SIZE) * layout.REFERENCE_SIZE / size for length in (shift, width, height)
         )
         self._width = self._right + self._shift
         self._options = options
-        self.figure = Page(self._width / layout.REFERENCE_SIZE * size / FRAME_DPI, size / FRAME_DPI, dpi=FRAME_DPI)
+        width, height = (length / layout.REFERENCE_SIZE * size / FRAME_DPI for length in (self._width, self._height))
+        self.figure = Page(width, height, dpi=FRAME_DPI)
         self._canvas = cast(Any, FigureCanvasAgg(self.figure))  # its methods have no types
         self._size = size
         # Points per pixel of a 480-pixel frame.
@@ -269,7 +277,7 @@ class FrameCanvas:
     def _add_axes(self, rect: PixelRect) -> Axes:
         """Add axes in a rectangle (pixels of 480)."""
         left, right = (x / self._width for x in rect[::2])
-        top, bottom = (y / layout.REFERENCE_SIZE for y in rect[1::2])
+        top, bottom = (y / self._height for y in rect[1::2])
         return self.figure.add_panel((left, 1 - bottom, right - left, bottom - top), grid=None)
 
     def add_number(self, texts: list[str], unit: str, position: Vec2, height: float, **style: Any) -> float:
@@ -291,17 +299,18 @@ class FrameCanvas:
             right -= self._width_of(self.add_text(note, (right, 18), SMALL_TEXT, color=MUTED, ha="right"))
         self.add_text(" ".join(title.split()), (left, 18), 15, fontfamily=SERIF_FONT, max_width=right - 24 + self._shift)
         lines, is_failure = format_closing_lines(run, FRAME_CLOSING_LINE_LENGTH)
+        rise = layout.REFERENCE_SIZE - self._height
         rule_y, line_positions = layout.CLOSING_LINE_LAYOUT[len(lines)]
         has_footer = self._options.footer or is_failure
-        for y in (layout.HEADER_RULE_Y, rule_y)[: 1 + has_footer]:
+        for y in (layout.HEADER_RULE_Y, rule_y - rise)[: 1 + has_footer]:
             self._add_line((left, y), (self._right - 12, y), RULE)
         if not has_footer:
             return
         for text, y in zip(lines, line_positions, strict=True):
             width = self._right - (24 if is_failure else 140) + self._shift
-            self.add_text(text, (left, y), SMALL_TEXT, color=VERMILLION if is_failure else MUTED, max_width=width)
+            self.add_text(text, (left, y - rise), SMALL_TEXT, color=VERMILLION if is_failure else MUTED, max_width=width)
         if not is_failure:
-            self.add_text(f"engine: {run.cost.engine}", (self._right - 12, 470), SMALL_TEXT, color=MUTED, ha="right")
+            self.add_text(f"engine: {run.cost.engine}", (self._right - 12, 470 - rise), SMALL_TEXT, color=MUTED, ha="right")
 
     def _measure_labels(self, limits: Vec2) -> float:
         """Return the width (pixels of 480) of the tick labels of an upright axis with limits, and of its ticks."""
@@ -312,7 +321,7 @@ class FrameCanvas:
         """Add a thin line between two positions (pixels of 480)."""
         xs, ys = zip(start, end, strict=True)
         columns = [(x + self._shift) / self._width for x in xs]
-        rows = [1 - y / layout.REFERENCE_SIZE for y in ys]
+        rows = [1 - y / self._height for y in ys]
         self.figure.add_artist(Line2D(columns, rows, color=colour, linewidth=0.8 * self._points_per_pixel))
 
     def _add_scale_bar(self, start: Vec2, length: float, words: str) -> float:
@@ -334,7 +343,7 @@ class FrameCanvas:
         """Add text at a position and of a height (pixels of 480), fitted into `max_width` pixels."""
         settings = {"color": INK, "fontfamily": SANS_FONT, "va": "center_baseline", "parse_math": False} | style
         x = (position[0] + self._shift) / self._width
-        y = 1 - position[1] / layout.REFERENCE_SIZE
+        y = 1 - position[1] / self._height
         text = Words(x, y, content, fontsize=height * self._points_per_pixel)
         text.set(transform=self.figure.transFigure, **settings)
         self.figure.add_artist(text)

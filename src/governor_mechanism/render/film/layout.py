@@ -41,13 +41,14 @@ def shift_rect(rect: PixelRect, shift: float, lower_top: float = 0.0) -> PixelRe
 
 @dataclass(frozen=True, kw_only=True)
 class FrameLayout:
-    """Places in a frame of one part that is `width` (pixels) wide; each further part adds `part_pitch` at the left.
+    """Places in a frame of one part that is `width` wide and `height` high (pixels); each further part adds `part_pitch` at the left.
 
     Without plots, `readings` and `dial` are None. A dial below the readings takes from their height, one beside them from the elevation.
     `plot_columns` is the largest number of plots in a row: 1 beside a machine, more below one.
     """
 
     width: float = REFERENCE_SIZE
+    height: float = REFERENCE_SIZE
     part_pitch: float = PART_PITCH
     elevation: PixelRect = ELEVATION_RECT
     caption: PixelRect = CAPTION_RECT
@@ -91,19 +92,35 @@ MIN_GAIN = 1.15
 """Least gain in scale for which the plots stand below a machine: a smaller one would not make up for their smaller width."""
 FOOTER_HEIGHT = 16.0
 """Height (pixels) that a frame without a footer gives to its panels."""
+MACHINE_WIDTH, MIN_MACHINE_HEIGHT = REFERENCE_SIZE - 16.0, 120.0
+"""Width (pixels) that a machine alone has at its disposal, and the smallest height of its place."""
+MACHINE_TOP, BELOW_MACHINE = 42.0, 44.0
+"""Heights (pixels) of what stands above and below a machine alone: title, and scale bar and footer."""
 
 
-def frame_layout(options: FilmOptions, has_dial: bool, aspect_ratio: float = 1.0) -> FrameLayout:
+def machine_frame_height(drawing_height: float, options: FilmOptions) -> float:
+    """Return the height (pixels) of the frame of a machine alone that is wider than high, with its lines of words; at most a square."""
+    below = BELOW_MACHINE - (0.0 if options.footer else FOOTER_HEIGHT)
+    return min(MACHINE_TOP + max(drawing_height, MIN_MACHINE_HEIGHT) + below, REFERENCE_SIZE)
+
+
+def frame_layout(options: FilmOptions, has_dial: bool, aspect_ratio: float = 1.0, height: float = REFERENCE_SIZE) -> FrameLayout:
     """Return the places in a frame for a machine with or without a plan view.
 
     `aspect_ratio` is the width of what is drawn, relative to its height: a wide machine takes the whole width, above its plots, if it
-    is then larger.
+    is then larger. `height` (pixels) is that of the frame of a machine alone.
     """
     match options.layout:
         case FilmLayout.MACHINE:
             right = REFERENCE_SIZE - 8.0
+            bottom = height - BELOW_MACHINE
             places = FrameLayout(
-                part_pitch=right, elevation=(8.0, 42.0, right, 436.0), caption=(14.0, 440.0, right - 6.0, 456.0), readings=None, dial=None
+                height=height,
+                part_pitch=right,
+                elevation=(8.0, MACHINE_TOP, right, bottom),
+                caption=(14.0, bottom + 4.0, right - 6.0, bottom + 20.0),
+                readings=None,
+                dial=None,
             )
         case FilmLayout.WIDE:
             right = 404.0 if has_dial else 500.0

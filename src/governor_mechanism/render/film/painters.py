@@ -16,7 +16,7 @@ from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.render.artists import themed_colour
 from governor_mechanism.render.film import layout
 from governor_mechanism.render.film.frame_canvas import LINE_PITCH, FrameCanvas, HeadingRow, PlotHeading
-from governor_mechanism.render.film.frame_painter import FramePainter
+from governor_mechanism.render.film.frame_painter import FramePainter, machine_height
 from governor_mechanism.render.film.gif_encoder import RgbaPixels
 from governor_mechanism.render.film.layout import HEADER_RULE_Y, REFERENCE_SIZE
 from governor_mechanism.render.film.moving_parts import CurvePanel, Panel
@@ -195,13 +195,16 @@ class SideBySidePainter:
         frame_data: Sequence[ShownParts],
         options: FilmOptions = DEFAULT_OPTIONS,
     ) -> None:
-        self.painters = []
-        for run, data, title in zip(runs, frame_data, titles if titles is not None else [None] * len(runs), strict=True):
-            compared = [other for other in frame_data if len(other) == len(data)]
-            self.painters.append(FramePainter(run, data, options.size, title=title, compared=compared, options=options))
+        compared = [[other for other in frame_data if len(other) == len(data)] for data in frame_data]
+        height = max(machine_height(data, others, options) for data, others in zip(frame_data, compared, strict=True))
+        names = titles if titles is not None else [None] * len(runs)
+        self.painters = [
+            FramePainter(run, data, options.size, title=title, compared=others, options=options, height=height)
+            for run, data, title, others in zip(runs, frame_data, names, compared, strict=True)
+        ]
         self._rule = [round(255 * part) for part in themed_colour(RULE, options.theme)[:3]]
         factor = options.size / REFERENCE_SIZE
-        self._rule_rows = slice(round((HEADER_RULE_Y + 7) * factor), round(ELEVATION_RECT[3] * factor))
+        self._rule_rows = slice(round((HEADER_RULE_Y + 7) * factor), round((ELEVATION_RECT[3] - REFERENCE_SIZE + height) * factor))
 
     @property
     def canvases(self) -> Sequence[FrameCanvas]:
