@@ -5,7 +5,7 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 from governor_mechanism.integrators import stages as runge_kutta
-from governor_mechanism.integrators.equation import LAST_SAMPLE, EquationFunctions, StepBuffers, may_miss_events
+from governor_mechanism.integrators.equation import ARMING, LAST_SAMPLE, ROUNDING, EquationFunctions, StepBuffers, may_miss_events
 from governor_mechanism.integrators.stages import END_STAGE, N_STAGES, Equation, StepCounter
 from governor_mechanism.integrators.step_ends import KINK_TIME_ROUNDING, StepEnds, make_step_ends
 from governor_mechanism.integrators.step_record import (
@@ -204,7 +204,7 @@ def _make_start(functions: EquationFunctions[Equation]) -> Callable[..., None]:
         progress.is_regular = quality > 0.0
         if buffers.event_tolerances.size > 0:
             evaluate_events(equation, t - time_origin, state, buffers.event_values[0])
-            copy_array(buffers.arming_tolerances, buffers.event_tolerances)
+            copy_array(buffers.event_tolerances[ARMING], buffers.event_tolerances[ROUNDING])
             arm_events(buffers)
 
     return start
@@ -229,9 +229,9 @@ def set_progress(progress: RecordArray, t: float, end: float, limits: StepLimits
 @jit_in_place
 def arm_events(buffers: StepBuffers) -> None:
     """Arm the event functions that are below zero by more than rounding: their next zero is an event, however slowly they rise."""
-    for i in range(buffers.event_tolerances.size):
-        if buffers.event_values[0, i] < -buffers.event_tolerances[i]:
-            buffers.arming_tolerances[i] = 0.0
+    for i in range(buffers.event_tolerances.shape[1]):
+        if buffers.event_values[0, i] < -buffers.event_tolerances[ROUNDING, i]:
+            buffers.event_tolerances[ARMING, i] = 0.0
 
 
 @jit_in_place
@@ -258,7 +258,7 @@ def _make_choice_of_step(ends: StepEnds) -> Callable[..., None]:
     def choose_step(equation: Equation, buffers: StepBuffers, local_time: float, state: FloatArray, limits: StepLimits, end: float) -> None:
         progress = buffers.progress[0]
         if progress.n_kink_retries == 0:
-            longest = limits.max_step if progress.is_far else min(limits.max_step, buffers.near_step)
+            longest = limits.max_step if progress.is_far else min(limits.max_step, progress.near_step)
             progress.full_step = min(progress.step, longest)
             limit_to_coarser_steps(progress, limits.coarser_steps, progress.full_step)
             progress.step = max(choose_length(equation, buffers, local_time, progress.step, state), progress.min_step)

@@ -9,7 +9,7 @@ import numpy as np
 
 from governor_mechanism.integrators import stages as runge_kutta
 from governor_mechanism.integrators.stages import Equation, Stages
-from governor_mechanism.numerics.jit import jit_in_place, record_dtype
+from governor_mechanism.numerics.jit import jit_in_place, jit_inlined, record_dtype
 from governor_mechanism.types import BoolArray, FloatArray, IntArray, RecordArray
 
 EVENT_SAMPLE_FRACTIONS = np.array([0.0, 0.25, 0.5, 0.75, 1.0])
@@ -48,20 +48,28 @@ PROGRESS_DTYPE = record_dtype(
     ("window_time", "f8"),  # start of the window in which an integration must advance, s
     ("window_steps", "i8"),  # accepted steps before that window
     ("coarser_step", "i8"),  # index of the step of another run at t
+    ("near_step", "f8"),  # largest length of steps unless all events are far, s; infinity if none is ever taken as far
+    ("far_time", "f8"),  # time within which no event is expected where all are far, s
 )
 """Progress of an integration, and its present step."""
 
 
+ROUNDING, ARMING = 0, 1
+"""Rows of the tolerances of event functions: their rounding, and how far below zero each must have been before it can rise."""
+
+
 class StepBuffers(NamedTuple):
-    """Stages of a step and of trial steps, and what errors and event functions are relative to."""
+    """Stages of a step and of trial steps, and what errors and event functions are relative to.
+
+    They are few arrays, because each takes time in every call.
+    """
 
     stages: Stages  # stages of a step
     trial_stages: Stages  # stages of the steps that locate events
     error_scale: FloatArray  # scale of every integrated component; shape (integrated components,)
-    event_tolerances: FloatArray  # rounding of the event functions; shape (event functions,)
-    # how far below zero each event function must have been before it can rise: its rounding, and 0 once it
-    # has been; same shape
-    arming_tolerances: FloatArray
+    # tolerances of the event functions, ROUNDING and ARMING; the second are the rounding, and 0 once a function has been that far below
+    # zero; shape (2, event functions)
+    event_tolerances: FloatArray
     # event functions at the samples of a step; after an event the last row holds those at the event; shape
     # (samples, event functions)
     event_values: FloatArray
@@ -69,11 +77,9 @@ class StepBuffers(NamedTuple):
     is_rising: BoolArray  # buffer; shape (event functions,)
     progress: RecordArray  # progress of the integration, a record of `PROGRESS_DTYPE`; shape (1,)
     n_kinks: int  # number of event functions, the last ones, that are kinks of the derivative: steps end there, see `step_ends`
-    near_step: float  # largest length of steps unless all events are far, s; infinity if none is ever taken as far
-    far_time: float  # time within which no event is expected where all are far, s
-    # which event functions are gaps, which a step may lead through a thin part and out of it again; shape (event functions,)
-    is_gap: BoolArray
-    start_slopes: FloatArray  # how fast each event function rose at the end of the step before, per second; same shape
+    # how fast each gap, through which a step may lead into a thin part and out of it again, rose at the end of the step before, per
+    # second; NaN of other event functions; shape (event functions,), or (0,) without gaps
+    gap_slopes: FloatArray
 
 
 def make_step_buffers(
@@ -90,30 +96,28 @@ def make_step_buffers(
     """Allocate the buffers of an integration."""
     stages, trial_stages = (runge_kutta.make_stages(n_components, error_scale.size, n_coupled, counts) for _ in range(2))
     event_values = np.full((EVENT_SAMPLE_FRACTIONS.size, event_tolerances.size), INACTIVE_EVENT_VALUE)
-    arming_tolerances = event_tolerances.copy()
     trial_event_values = np.empty(event_tolerances.size)
+    progress = np.zeros(1, dtype=PROGRESS_DTYPE)
+    progress["near_step"] = near_step
+    progress["far_time"] = far_time
     return StepBuffers(
         stages=stages,
         trial_stages=trial_stages,
         error_scale=error_scale,
-        event_tolerances=event_tolerances,
-        arming_tolerances=arming_tolerances,
+        event_tolerances=np.stack([event_tolerances, event_tolerances]),
         event_values=event_values,
         trial_event_values=trial_event_values,
         is_rising=np.zeros(event_tolerances.size, dtype=np.bool_),
-        progress=np.zeros(1, dtype=PROGRESS_DTYPE),
+        progress=progress,
         n_kinks=n_kinks,
-        near_step=near_step,
-        far_time=far_time,
-        is_gap=np.zeros(event_tolerances.size, dtype=np.bool_) if is_gap is None else is_gap,
-        start_slopes=np.zeros(event_tolerances.size),
+        gap_slopes=np.where(is_gap, 0.0, math.nan) if is_gap is not None and is_gap.any() else np.empty(0),
     )
 
 
 @jit_in_place
 def count_located(buffers: StepBuffers) -> int:
     """Return the number of event functions, the first ones, that are located by trial steps: all but the kinks."""
-    return buffers.event_tolerances.size - buffers.n_kinks
+    return int(buffers.event_tolerances.shape[1]) - buffers.n_kinks
 
 
 MAX_UNSAMPLED_STEPS = 8
@@ -133,16 +137,21 @@ def are_events_far(buffers: StepBuffers, time: float) -> bool:
     return is_far
 
 
-@jit_in_place
+@jit_inlined
 def can_skip_samples(buffers: StepBuffers) -> bool:
     """Return whether a step needs no samples between its ends; those are interpolated then."""
-    progress, values = buffers.progress[0], buffers.event_values
-    if not progress.is_far or progress.n_unsampled >= MAX_UNSAMPLED_STEPS:
-        return False
+    progress = buffers.progress[0]
+    return bool(progress.is_far != 0 and progress.n_unsampled < MAX_UNSAMPLED_STEPS and _interpolates_samples(buffers))
+
+
+@jit_in_place
+def _interpolates_samples(buffers: StepBuffers) -> bool:
+    """Interpolate the samples of a step, and return whether all events are far by these."""
+    values = buffers.event_values
     for j in range(1, LAST_SAMPLE):
         for i in range(values.shape[1]):
             values[j, i] = values[0, i] + EVENT_SAMPLE_FRACTIONS[j] * (values[LAST_SAMPLE, i] - values[0, i])
-    return are_events_far(buffers, buffers.far_time)
+    return are_events_far(buffers, buffers.progress[0].far_time)
 
 
 LEAST_DIVIDED_STEP = 16.0
@@ -163,10 +172,10 @@ def leads_through_gap(buffers: StepBuffers) -> bool:
     if progress.h <= LEAST_DIVIDED_STEP * progress.min_step:
         return False
     for i in range(count_located(buffers)):
-        if not buffers.is_gap[i]:
+        if math.isnan(buffers.gap_slopes[i]):
             continue
-        rise = FASTER_RATIO * buffers.start_slopes[i] * EVENT_SAMPLE_FRACTIONS[1] * progress.h
-        tolerance = buffers.event_tolerances[i]
+        rise = FASTER_RATIO * buffers.gap_slopes[i] * EVENT_SAMPLE_FRACTIONS[1] * progress.h
+        tolerance = buffers.event_tolerances[ROUNDING, i]
         for j in range(LAST_SAMPLE):
             before, behind = values[j, i], values[j + 1, i]
             fall = FASTER_RATIO * (behind - values[j + 2, i]) if j + 2 <= LAST_SAMPLE else rise
@@ -178,22 +187,44 @@ def leads_through_gap(buffers: StepBuffers) -> bool:
     return False
 
 
-@jit_in_place
+@jit_inlined
 def may_miss_events(buffers: StepBuffers) -> bool:
     """Return whether a step is too long for an event that is not far; else note whether all are far from the next step."""
+    if buffers.gap_slopes.size > 0 and _divides_step_at_gap(buffers):
+        return True
+    return bool(buffers.progress[0].near_step < math.inf and _is_step_too_long(buffers))
+
+
+@jit_in_place
+def _divides_step_at_gap(buffers: StepBuffers) -> bool:
+    """Return whether a step may lead through a gap that closes, and is divided; else note how fast the gaps change at its end."""
     progress, values = buffers.progress[0], buffers.event_values
     if leads_through_gap(buffers):
         progress.step = 0.5 * progress.h
         progress.n_kink_retries = 0
         return True
-    for i in range(buffers.start_slopes.size):
-        buffers.start_slopes[i] = (values[LAST_SAMPLE, i] - values[LAST_SAMPLE - 1, i]) / (EVENT_SAMPLE_FRACTIONS[1] * progress.h)
-    if buffers.near_step == math.inf:
-        return False
-    is_too_long = bool(progress.h > buffers.near_step and not are_events_far(buffers, progress.h))
-    progress.is_far = not is_too_long and are_events_far(buffers, buffers.far_time)
+    for i in range(buffers.gap_slopes.size):
+        if not math.isnan(buffers.gap_slopes[i]):
+            buffers.gap_slopes[i] = (values[LAST_SAMPLE, i] - values[LAST_SAMPLE - 1, i]) / (EVENT_SAMPLE_FRACTIONS[1] * progress.h)
+    return False
+
+
+@jit_in_place
+def forget_gap_slopes(buffers: StepBuffers) -> None:
+    """Let all gaps start without a slope, as after a strike, which turns them back."""
+    for i in range(buffers.gap_slopes.size):
+        if not math.isnan(buffers.gap_slopes[i]):
+            buffers.gap_slopes[i] = 0.0
+
+
+@jit_in_place
+def _is_step_too_long(buffers: StepBuffers) -> bool:
+    """Return whether a step is too long for an event that is not far; else note whether all are far from the next step."""
+    progress = buffers.progress[0]
+    is_too_long = bool(progress.h > progress.near_step and not are_events_far(buffers, progress.h))
+    progress.is_far = not is_too_long and are_events_far(buffers, progress.far_time)
     if is_too_long:
-        progress.step = buffers.near_step
+        progress.step = progress.near_step
         progress.n_kink_retries = 0
     return is_too_long
 

@@ -8,7 +8,15 @@ from collections.abc import Callable
 
 import numpy as np
 
-from governor_mechanism.integrators.equation import EVENT_SAMPLE_FRACTIONS, INACTIVE_EVENT_VALUE, LAST_SAMPLE, EventStep, count_located
+from governor_mechanism.integrators.equation import (
+    ARMING,
+    EVENT_SAMPLE_FRACTIONS,
+    INACTIVE_EVENT_VALUE,
+    LAST_SAMPLE,
+    ROUNDING,
+    EventStep,
+    count_located,
+)
 from governor_mechanism.integrators.stages import Equation, Stages
 from governor_mechanism.numerics.array_copy import copy_array
 from governor_mechanism.numerics.jit import jit_in_place
@@ -132,7 +140,7 @@ def make_bracketing(evaluate_after_fraction: TrialEvaluation[Equation]) -> Calla
         trial_values = step.buffers.trial_event_values
         low, high = NO_EVENT, NO_EVENT
         for i in range(count_located(step.buffers)):
-            tolerance = step.buffers.arming_tolerances[i]
+            tolerance = step.buffers.event_tolerances[ARMING, i]
             is_armed = event_values[0, i] < -tolerance
             for j in range(1, LAST_SAMPLE + 1):
                 if event_values[j, i] > (0.0 if is_armed else tolerance):
@@ -168,7 +176,7 @@ def make_zero_search(evaluate_after_fraction: TrialEvaluation[Equation]) -> Call
         trial_values = step.buffers.trial_event_values
         at_low = min(step.buffers.event_values[LOW_VALUES, i], -MIN_POSITIVE_EVENT_VALUE)
         at_high = values_high[i]
-        at_zero, side = AT_ZERO * step.buffers.event_tolerances[i], 0
+        at_zero, side = AT_ZERO * step.buffers.event_tolerances[ROUNDING, i], 0
         for _ in range(MAX_ROOT_ITERATIONS):
             width = high - low
             middle = low + (0.5 * at_zero - at_low) * width / (at_high - at_low)
@@ -215,7 +223,7 @@ def make_event_location(evaluate_after_fraction: TrialEvaluation[Equation]) -> C
         else:
             copy_array(trial_values, end_values)
         if not is_any_positive(trial_values, n_located):
-            if not is_any_above(end_values, buffers.arming_tolerances, n_located):
+            if not is_any_above(end_values, buffers.event_tolerances[ARMING], n_located):
                 return NO_EVENT
             low, high = high, 1.0
             copy_array(trial_values, end_values)
@@ -233,7 +241,7 @@ def _make_location_in_bracket(evaluate_after_fraction: TrialEvaluation[Equation]
         buffers, n_located = step.buffers, count_located(step.buffers)
         trial_values = buffers.trial_event_values
         start_values = buffers.event_values[0]
-        tolerances = buffers.arming_tolerances
+        tolerances = buffers.event_tolerances[ARMING]
         at_event, rising = buffers.event_values[LAST_SAMPLE], buffers.is_rising
         for i in range(rising.size):
             rising[i] = i < n_located and trial_values[i] > 0.0

@@ -9,7 +9,7 @@ import numpy as np
 from governor_mechanism.engines.certificate import ErrorControlSettings
 from governor_mechanism.engines.exit_location import LastStep
 from governor_mechanism.integrators.dop853 import StepLimits, make_dop853
-from governor_mechanism.integrators.equation import LAST_SAMPLE, EquationFunctions, EventStep, StepBuffers, count_located
+from governor_mechanism.integrators.equation import LAST_SAMPLE, ROUNDING, EquationFunctions, EventStep, StepBuffers, count_located
 from governor_mechanism.integrators.event_location import is_any_above, is_any_positive
 from governor_mechanism.integrators.stages import N_STAGES, Stages, StepCounter, make_take_step
 from governor_mechanism.integrators.step_record import (
@@ -446,7 +446,7 @@ def integrate_multibody(
     while True:
         _update_holds(equation, time - span[0], state)
         _begin_phases(equation, buffers, time - span[0], state)
-        if is_at_kink and is_any_above(at_event, buffers.event_tolerances, n_events):  # as a force that jumps there
+        if is_at_kink and is_any_above(at_event, buffers.event_tolerances[ROUNDING], n_events):  # as a force that jumps there
             _end_phases(equation)
             return IntegrationStatus.EVENT, step, n_reached, time
         next_limits = StepLimits(

@@ -18,7 +18,14 @@ from governor_mechanism.engines.reduced.contact import (
     set_table_terms,
 )
 from governor_mechanism.integrators import dop853, step_record
-from governor_mechanism.integrators.equation import LAST_SAMPLE, EquationFunctions, EventStep, StepBuffers, make_step_buffers
+from governor_mechanism.integrators.equation import (
+    LAST_SAMPLE,
+    EquationFunctions,
+    EventStep,
+    StepBuffers,
+    forget_gap_slopes,
+    make_step_buffers,
+)
 from governor_mechanism.integrators.event_location import is_any_positive
 from governor_mechanism.integrators.stages import END_STAGE, Stages, StepCounter, make_take_step
 from governor_mechanism.integrators.step_record import IntegrationStatus
@@ -296,7 +303,7 @@ def integrate_reduced(
             begin_phases(model, state, time - time_origin, equation.piece[0], buffers.event_values[LAST_SAMPLE])
         min_stiff_steps = math.inf if is_held or model.parameters[0].is_conservative != 0 else 0.0
         max_step = _choose_max_step(model, limits.max_step, is_held)
-        buffers.start_slopes[:] = 0.0  # what strikes turns back
+        forget_gap_slopes(buffers)
         segment_limits = dop853.StepLimits(
             limits.tolerance, step, max_step, limits.max_steps, min_stiff_steps, limits.coarser_steps, limits.steps
         )
