@@ -95,6 +95,15 @@ def test_errors_are_within_their_estimates(numbers):
     assert not any(check.claims_too_much for check in checks if check.is_judged)
 
 
+def test_a_run_that_misses_its_accuracy_by_its_events_says_so():
+    """A ball slides up out of a bowl along an upright wall, which it touches without a force: rounding says when it leaves."""
+    run = ImpulseEngine(max_steps=20_000).run(draw_contact_scene(142, SEED).scene, accuracy=1e-3)
+    assert run.outcome is Outcome.ACCURACY_MISSED
+    assert "other times of them, as where parts touch with hardly any force" in run.message
+    assert run.error_estimate == pytest.approx(run.reading_errors["event times"] / run.scales["event times"])
+    assert all(run.reading_errors[name] < 1e-4 * run.scales[name] for name in run.readings)
+
+
 def test_friction_of_parts_that_touch_is_refused_by_name():
     with pytest.raises(UnsupportedEffect, match="engine 'impulse' cannot model friction of contact 'pallets'; choose engine 'multibody'"):
         gm.run("graham_escapement", engine="impulse")

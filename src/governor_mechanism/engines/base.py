@@ -1,5 +1,6 @@
 """What all engines share: the request of a run, the checks before it, and its cost and trajectory after it."""
 
+import math
 import time
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping, Sequence
@@ -11,6 +12,7 @@ import numpy as np
 
 from governor_mechanism.errors import MechanismError, UnsupportedEffect
 from governor_mechanism.machines.custom import CUSTOM_MACHINE
+from governor_mechanism.mechanics.contact.tolerances import MIN_REBOUND_HEIGHT
 from governor_mechanism.mechanics.dynamics.contact_modes import has_contacts
 from governor_mechanism.model.effect import Effect
 from governor_mechanism.model.events import EventKind
@@ -228,21 +230,22 @@ class Runner(ABC):
 
     def with_bounce_error(self, result: RunResult) -> RunResult:
         """Return a result whose error of event times is at least that by rounding of positions in the shortest bounce of a contact."""
-        # Two runs do not show it: from some bounce on they take the same steps, and round alike.
+        # Two runs do not show it: from some bounce on they take the same steps, and round alike. The rate of an impact after a bounce of
+        # duration T is a T / 2, with the characteristic acceleration a. It may be larger, but is 4 h / T with the height h, too, and lower
+        # bounces than the least are not followed.
         impacts: dict[str, list[float]] = {}
         for event in result.contact_events:
             if event.kind is EventKind.IMPACT:
                 impacts.setdefault(event.subject, []).append(event.time)
-        bounces = [(end - start, end) for times in impacts.values() for start, end in pairwise(times) if end > start]
-        reported = result.reported_states
-        if not bounces or not len(reported.times):
-            return result
-        shortest, impact_time = min(bounces)
-        poses = np.abs(reported.poses[min(int(np.searchsorted(reported.times, impact_time)), len(reported.times) - 1)])
+        reported, largest = result.reported_states, 0.0
         length = self.evaluator.mechanism.length_scale
-        size = float(np.max(poses * [1.0, 1.0, length], initial=0.0)) / length
-        rounding = size * float(np.finfo(np.float64).eps) * self.evaluator.time_scale**2 / shortest
-        return self.with_least_errors(result, {EVENT_TIMES: BOUNCE_ROUNDING_FACTOR * rounding})
+        for times in impacts.values() if len(reported.times) else ():
+            shortest, impact_time = min(((end - start, end) for start, end in pairwise(times) if end > start), default=(math.inf, 0.0))
+            poses = np.abs(reported.poses[min(int(np.searchsorted(reported.times, impact_time)), len(reported.times) - 1)])
+            size = float(np.max(poses * [1.0, 1.0, length], initial=0.0)) / length
+            time_of_length = min(self.evaluator.time_scale**2 / shortest, shortest / (4.0 * MIN_REBOUND_HEIGHT))
+            largest = max(largest, size * float(np.finfo(np.float64).eps) * time_of_length)
+        return self.with_least_errors(result, {EVENT_TIMES: BOUNCE_ROUNDING_FACTOR * largest}) if largest else result
 
     def run(self) -> Trajectory:
         """Return the trajectory of the best result."""

@@ -194,9 +194,13 @@ class RichardsonRefinement(Runner):
         """Return the result at the given step, or the best of those with shorter and shorter steps."""
         best = self._refine_to_accuracy() if self.settings.step is None else self.extrapolate_at_level(0)
         self.iterations, self.n_runs = self.runs.iterations, self.runs.n_runs
-        if best.outcome is None and self.runs.is_limited and not self._is_accurate(best):
-            return replace(best, detail=f"max_steps = {self.budget.limit}, for all runs together, allows no better result")
-        return best
+        if best.outcome is not None or self._is_accurate(best):
+            return best
+        reasons = [f"max_steps = {self.budget.limit}, for all runs together, allows no better result"] if self.runs.is_limited else []
+        of_events = {name: error for name, error in best.reading_errors.items() if name == EVENT_TIMES}
+        if of_events and self.evaluator.to_relative_error(of_events, best.observables) == best.error_estimate:
+            reasons.append("runs of different steps find other events, or other times of them, as where parts touch with hardly any force")
+        return replace(best, detail="; ".join(reasons)) if reasons else best
 
     def _refine_to_accuracy(self) -> RunResult:
         """Refine until the estimate meets the accuracy, or stops falling even with more solver iterations, or the budget is spent."""
