@@ -11,6 +11,7 @@ from contact_scenes import (
     BOWL,
     CUP,
     DISC,
+    FLOOR,
     GRAVITY,
     READINGS,
     ROLLER,
@@ -49,6 +50,16 @@ def test_a_ball_slides_off_a_disc_where_its_weight_no_longer_bends_its_path(outl
     cosine = (2 + speed**2 / (GRAVITY * radius)) / 3
     assert place.readings["y"][-1] == pytest.approx(radius * cosine, abs=1e-10)
     assert np.hypot(place.rates["x"][-1], place.rates["y"][-1]) ** 2 == pytest.approx(GRAVITY * radius * cosine, rel=1e-8)
+
+
+def test_a_drive_does_the_work_that_an_impact_asks_of_it():
+    """A table that a drive swings strikes a ball: kinetic and potential energy change by its work and by the loss of the impacts alone."""
+    ground = {"O": [0.0, {"harmonics": [{"amplitude": "2 mm", "frequency": "10 Hz"}]}]}
+    document = ball_document(FLOOR, (0.0, 0.025), (0.0, 0.0), restitution=0.5)
+    run = gm.run(gm.Scene.from_dict({**document, "ground": ground}), accuracy=1e-8)
+    assert len(events_of(run, EventKind.IMPACT)) > 5
+    assert run.energy.dissipated_energy[-1] > 0.01
+    np.testing.assert_allclose(run.energy.jacobi, run.energy.jacobi[0], atol=1e-9)
 
 
 def test_a_ball_in_a_bowl_is_a_pendulum():

@@ -1,6 +1,7 @@
 """Loads that depend on readings, against their formulas: torques on a disc, which turns as they say."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -11,6 +12,7 @@ from governor_mechanism.effects.body_forces import Gravity
 from governor_mechanism.effects.holding import DryFriction
 from governor_mechanism.engines.initial_state import initial_state
 from governor_mechanism.mechanics.dynamics.arrays import N_ENERGY_STATES, from_mass_centres, make_system_workspace
+from governor_mechanism.mechanics.dynamics.characteristic_scales import time_scale
 from governor_mechanism.mechanics.dynamics.contact_modes import ContactMode
 from governor_mechanism.mechanics.dynamics.equations_of_motion import compute_inverse_dynamics, evaluate_state_derivative
 from governor_mechanism.mechanics.dynamics.event_functions import EventFunctionKind
@@ -45,10 +47,10 @@ WAVES = HarmonicFunction(
 TABLE = TableFunction(reading=ANGLE, positions=(-0.5, 0.2, 1.1), values=(2.0, -1.0, 4.0))
 
 
-def disc(*torques: InputFunction) -> Scene:
-    """Return a disc with torques."""
-    loads = (Torque(name=f"load {k}", second="wheel", moment=torque) for k, torque in enumerate(torques))
-    return coupled_scene(discs_part("disc", {"wheel": INERTIA}, *loads))
+def disc(*torques: InputFunction, name: str = "wheel") -> Scene:
+    """Return a disc with torques; the speed of one with the name "spindle" is a reading."""
+    loads = (Torque(name=f"load {k}", second=name, moment=torque) for k, torque in enumerate(torques))
+    return coupled_scene(discs_part("disc", {name: INERTIA}, *loads))
 
 
 def torque_on(
@@ -113,6 +115,25 @@ def test_a_lag_takes_the_place_of_its_function_and_follows_it():
     expected = [(linear(angle) - 0.7) / 0.2, (waves(angle) + 1.6) / 0.5]
     np.testing.assert_allclose(derivative[-2:], expected, rtol=1e-14)
     np.testing.assert_allclose(initial_lags(scene, state[None, :3], state[None, 3:6]), [linear(angle), waves(angle)], rtol=1e-14)
+
+
+def test_a_lag_behind_a_rate_begins_at_the_value_of_the_rate():
+    lagged = LinearFunction(reading="spindle_speed", gain=-3.0, about=0.4, lag=0.2)
+    scene = disc(InputFunction(functions=(lagged,)), name="spindle")
+    motion = np.array([[0.0, 0.0, 0.9]]), np.array([[0.0, 0.0, 2.5]])
+    np.testing.assert_allclose(initial_lags(scene, *motion), [linear(2.5)], rtol=1e-14)
+
+
+def test_the_rounding_of_a_rate_is_one_in_its_unit():
+    """A point of a table over a rate is passed within a rounding of the rate, not of the angle."""
+    tolerances = []
+    for reading in ("spindle_angle", "spindle_speed"):
+        scene = disc(InputFunction(values=(50.0,), functions=(replace(TABLE, reading=reading),)), name="spindle")
+        functions = make_system(scene, ContactMode(segments=(1,)))[0].event_functions
+        tolerances.append(set(functions["tolerance"].tolist()))
+    (of_angle,), (of_rate,) = tolerances
+    assert time_scale(scene) < 0.5
+    assert of_rate == pytest.approx(of_angle / time_scale(scene), rel=1e-12)
 
 
 def accelerations_of(scene: Scene, poses: list[list[float]], velocities: list[list[float]], time: float = 0.0) -> np.ndarray:

@@ -93,6 +93,13 @@ def test_a_driver_that_does_not_move_the_reading_stands_still():
     np.testing.assert_allclose(moved.readings["crank_angle"], 0.0, atol=1e-12)
 
 
+def test_a_part_is_studied_without_the_shaft_of_its_free_spindle():
+    angles = np.linspace(0.6, 0.9, 4)
+    alone, shipped = (gm.kinematics(name, "arm_angle", angles) for name in ("porter", "porter_free_spindle"))
+    for name in alone.readings:
+        np.testing.assert_allclose(shipped.readings[name], alone.readings[name], rtol=1e-12)
+
+
 def test_a_regular_motion_is_followed_and_no_value_is_solved_for_alone(monkeypatch):
     monkeypatch.delattr("governor_mechanism.mechanics.kinematics.kinematic_analysis._solve_motion")
     angles = np.linspace(0.5, 0.8, 30)
