@@ -16,7 +16,7 @@ from governor_mechanism.mechanics.dynamics.characteristic_scales import time_sca
 from governor_mechanism.mechanics.dynamics.contact_modes import ContactMode
 from governor_mechanism.mechanics.dynamics.equations_of_motion import compute_inverse_dynamics, evaluate_state_derivative
 from governor_mechanism.mechanics.dynamics.event_functions import EventFunctionKind
-from governor_mechanism.mechanics.dynamics.inputs import NOT_HELD, initial_lags
+from governor_mechanism.mechanics.dynamics.inputs import NOT_HELD, initial_lags, make_table_segments
 from governor_mechanism.mechanics.dynamics.lowering import make_system
 from governor_mechanism.mechanics.kinematics.time_functions import stack_local_cubics
 from governor_mechanism.model.force_elements import Torque
@@ -134,6 +134,10 @@ def test_the_rounding_of_a_rate_is_one_in_its_unit():
     (of_angle,), (of_rate,) = tolerances
     assert time_scale(scene) < 0.5
     assert of_rate == pytest.approx(of_angle / time_scale(scene), rel=1e-12)
+    loads = [InputFunction(functions=(replace(TABLE, source="angle", is_rate=is_rate),)) for is_rate in (False, True)]
+    segments = make_table_segments(["angle"], [1.5], 0.1, loads)
+    n = len(TABLE.positions) + 1
+    np.testing.assert_allclose(segments["tolerance"][n:], segments["tolerance"][:n] / 0.1, rtol=1e-12)
 
 
 def accelerations_of(scene: Scene, poses: list[list[float]], velocities: list[list[float]], time: float = 0.0) -> np.ndarray:
