@@ -185,31 +185,70 @@ def test_a_button_copies_a_command(tab, address):
     assert tab.evaluate("document.querySelector('article .highlight .copybtn') !== null") is True
 
 
-IN_ORDER = """[...document.querySelectorAll("button, input, select, a[href], summary, [tabindex='0']")]
-  .filter((one) => one.tabIndex >= 0 && !one.disabled && one.checkVisibility({ visibilityProperty: true }))"""
-"""What the keyboard must reach, in the order of the page."""
-FOCUS = """(() => {
-  const one = document.activeElement, style = getComputedStyle(one), picture = one.querySelector("img");
-  window.reached.push(one);
-  const hasRing = (style.outlineStyle !== "none" && parseFloat(style.outlineWidth) > 0) || style.boxShadow !== "none";
-  const isSeen = hasRing && parseFloat(style.opacity) > 0.5;
-  const isFilm = one.matches("article.scene > button") && picture.getAttribute("src").endsWith(".gif");
-  return [isSeen ? "" : one.outerHTML, isFilm];
-})()"""
+SCRIPT = """
+const controls = "button, input, select, textarea, a[href], summary, iframe, [tabindex='0']";
+const isReached = (one) => one.tabIndex >= 0 && !one.disabled && one.checkVisibility({ visibilityProperty: true });
+const inOrder = (page) => [...page.querySelectorAll(controls)].flatMap((one) =>
+  one.localName === "iframe" ? inOrder(one.contentDocument) : isReached(one) ? [one] : []);
+
+function focused() {
+  let one = document.activeElement;
+  while (one.localName === "iframe") one = one.contentDocument.activeElement;
+  return one;
+}
+
+function hasRing(one) {
+  const style = one.ownerDocument.defaultView.getComputedStyle(one);
+  const isDrawn = (style.outlineStyle !== "none" && parseFloat(style.outlineWidth) > 0) || style.boxShadow !== "none";
+  return isDrawn && parseFloat(style.opacity) > 0.5;
+}
+
+function check(wanted) {
+  const one = focused();
+  if (one !== wanted) return "instead of " + wanted.outerHTML + " there is " + one.outerHTML;
+  const ringed = one.localName === "summary" ? [one, ...one.children] : [one];
+  return ringed.some(hasRing) ? "" : "no ring: " + one.outerHTML;
+}
+
+const runsFilm = () => focused().matches("article.scene > button") && focused().querySelector("img").getAttribute("src").endsWith(".gif");
+"""
+"""What the keyboard must reach, in the order of the page and of the interactive pages in it, and how the focus is seen."""
+QUESTIONS = sorted(path.relative_to(SITE).as_posix() for path in (SITE / "questions").glob("*.html"))
+LED_THROUGH = ["index.html", "gallery.html", *QUESTIONS, "_generated/examples/index.html", "_generated/examples/linkages/four_bar.html"]
 
 
 @pytest.mark.parametrize(("width", "dark"), [(1366, False), (1366, True), (390, False), (390, True)])
-def test_the_keyboard_alone_leads_through_the_gallery(address, width, dark):
-    """In the order of the page, with a ring that is seen; the film of the card on which the focus is runs."""
-    with open_browser() as tab:
-        tab.allowed_addresses = (*tab.allowed_addresses, address)
-        tab.open(address + "gallery.html", width=width, height=800, dark=dark)
-        count = tab.evaluate(f"window.reached = [], (window.wanted = {IN_ORDER}).length")
-        assert count > 200
-        seen = []
-        for _ in range(count):
-            tab.press("Tab")
-            seen.append(tab.evaluate(FOCUS))
-        assert [unseen for unseen, _ in seen if unseen] == []
-        assert tab.evaluate("window.wanted.every((one, k) => one === window.reached[k])") is True
-        assert sum(is_film for _, is_film in seen) == tab.evaluate("document.querySelectorAll('article.scene > button').length")
+@pytest.mark.parametrize("page", LED_THROUGH)
+def test_the_keyboard_alone_leads_through_a_page(tab, address, page, width, dark):
+    """In the order of the page, with a ring that is seen; in the gallery the film of the card on which the focus is runs."""
+    is_gallery = page == "gallery.html"
+    tab.open(address + page, width=width, height=800, dark=dark, reduced_motion=not is_gallery)
+    tab.evaluate(SCROLL)
+    tab.wait_until("[...document.querySelectorAll('iframe')].every((one) => one.contentDocument.readyState === 'complete')")
+    tab.evaluate("scrollTo(0, 0)")
+    count = tab.evaluate(SCRIPT + "window.wanted = inOrder(document); wanted.length")
+    assert count > (200 if is_gallery else 10)
+    faults, n_films = [], 0
+    for k in range(count):
+        tab.press("Tab")
+        faults.append(tab.evaluate(f"check(wanted[{k}])"))
+        n_films += tab.evaluate("runsFilm()")
+    assert [fault for fault in faults if fault] == []
+    assert n_films == tab.evaluate("document.querySelectorAll('article.scene > button').length")
+
+
+def test_the_keyboard_alone_moves_the_time_of_a_page_in_a_question(tab, address):
+    """By the arrows on its slider, and by the space bar on the button that plays and stops it."""
+    tab.open(address + "questions/hunting.html", width=1366, height=800, reduced_motion=True)
+    tab.evaluate("document.querySelector('iframe').scrollIntoView()")
+    of_page = "document.querySelector('iframe').contentDocument.querySelector('#{}')".format
+    tab.wait_until(f"({of_page('play')}?.ariaLabel ?? '') !== ''")
+    tab.evaluate(f"{of_page('scrub')}.focus()")
+    before = float(tab.evaluate(f"{of_page('scrub')}.value"))
+    tab.press("ArrowRight")
+    tab.press("ArrowRight")
+    assert float(tab.evaluate(f"{of_page('scrub')}.value")) > before
+    tab.evaluate(f"{of_page('play')}.focus()")
+    words = tab.evaluate(f"{of_page('play')}.ariaLabel")
+    tab.press(" ", " ")
+    assert {words, tab.evaluate(f"{of_page('play')}.ariaLabel")} == {"play", "pause"}
