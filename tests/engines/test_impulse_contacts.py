@@ -104,6 +104,20 @@ def test_a_run_that_misses_its_accuracy_by_its_events_says_so():
     assert all(run.reading_errors[name] < 1e-4 * run.scales[name] for name in run.readings)
 
 
+@pytest.mark.parametrize("step", [1.25e-3, 5e-3])
+def test_a_ball_that_comes_to_rest_exactly_on_a_corner_stays_there(step):
+    """Rounding puts it before the corner or behind it, from step to step: neither is an event."""
+    restitution, height, corner = 0.5, 0.11, 0.07
+    block = [[-corner, -0.1], [corner, -0.1], [corner, 0], [-corner, 0]]
+    scene = gm.Scene.from_dict(ball_document(block, (corner, ROLLER + height), restitution=restitution))
+    run = ImpulseEngine(step=step, runs=1).run(scene, times=np.linspace(0.0, 0.8, 81), certify=False)
+    assert run.outcome is Outcome.NOT_CERTIFIED, run.message
+    (rest,) = events_of(run, EventKind.REST)
+    # The first fall, and then bounces whose times are a geometric series.
+    assert rest == pytest.approx(math.sqrt(2 * height / GRAVITY) * (1 + restitution) / (1 - restitution), abs=1e-8)
+    assert run.readings["y"][-1] == pytest.approx(ROLLER, abs=1e-12)
+
+
 def test_friction_of_parts_that_touch_is_refused_by_name():
     with pytest.raises(UnsupportedEffect, match="engine 'impulse' cannot model friction of contact 'pallets'; choose engine 'multibody'"):
         gm.run("graham_escapement", engine="impulse")

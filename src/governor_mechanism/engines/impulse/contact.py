@@ -34,12 +34,12 @@ class OutlineJoins:
 
     def __init__(self, stepper: StaggeredStepper) -> None:
         self._stepper = stepper
-        self._contacts: list[tuple[int, int]] = []  # contacts on edges, and their constraint rows
+        self._contacts: list[tuple[int, int, float]] = []  # contacts on edges, their constraint rows, and the rounding of a distance
 
     def keep(self, system: System) -> None:
         """Keep the edges that are touched in the present state, in the system of its contact mode."""
         functions = system.event_functions[system.event_functions["kind"] == EventFunctionKind.JOIN]
-        self._contacts = list(zip(functions["contact_index"].tolist(), functions["source_index"].tolist(), strict=True))
+        self._contacts = functions[["contact_index", "source_index", "tolerance"]].tolist()
         if not self._contacts:
             return
         self._system = system
@@ -51,8 +51,8 @@ class OutlineJoins:
 
     def detect(self, end: StepState) -> Iterator[DetectedEvent]:
         """Yield the joins that a step to a state has passed."""
-        for contact, row in self._contacts:
-            if self._beyond_end(row, end) > 0.0:
+        for contact, row, rounding in self._contacts:
+            if self._beyond_end(row, end) > rounding:  # what rests at a corner is on neither side of it
                 yield DetectedEvent(None, contact, partial(self._beyond_end, row), 0)
 
     def _beyond_end(self, row: int, state: StepState) -> float:

@@ -157,10 +157,14 @@ class EventDrivenStepper(StaggeredStepper):
         # Those of forces are negative at the start: they have no value before a step.
         initial_value = -1.0 if is_release else event.event_function(self.state)
 
+        known = dict[float, float]()  # the same trial step, taken again after others, may round to another sign
+
         def event_value(fraction: float) -> float:
             if fraction <= min_fraction:
                 return initial_value
-            return event.event_function(self.take_trial_step(fraction * h, steps=1 if constraint is None else 2))
+            if fraction not in known:
+                known[fraction] = event.event_function(self.take_trial_step(fraction * h, steps=1 if constraint is None else 2))
+            return known[fraction]
 
         held_value = None if constraint is None else constraint.held_value
         if constraint is not None:
