@@ -59,6 +59,18 @@ def test_a_disc_that_rolls_has_a_radius_that_turns_with_it_and_no_letters_cover_
     assert abs(slope.run.poses[-1, disc, 2]) > 0.5
 
 
+def test_a_cam_has_a_radius_that_turns_with_it_and_stays_within_it():
+    """From the shaft as far as the base circle of 40 mm."""
+    run = gm.run(gm.load("disc_cam_flat_follower").replace({"run.duration": "20 ms", "run.output_interval": "2 ms"}), certify=False)
+    drawn, cam = Drawn(run), run.scene.part.mechanism.body_index("cam")
+    for pose, shapes in zip(run.poses, drawn.moving, strict=True):
+        (mark,) = of_role(shapes, "marked spoke")
+        start, end = mark.lines[0]
+        assert start == pytest.approx((0.0, 0.0), abs=1e-9)
+        assert end == pytest.approx((0.04 * math.cos(pose[cam, 2]), 0.04 * math.sin(pose[cam, 2])), rel=1e-3, abs=1e-6)
+    assert np.ptp(run.poses[:, cam, 2]) > 1.0
+
+
 def test_the_outline_of_a_follower_stands_in_front_of_its_block():
     document = gm.load("disc_cam_flat_follower").document
     on_the_flat = {"type": "prismatic", "second": "follower.origin"}

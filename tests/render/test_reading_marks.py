@@ -7,10 +7,12 @@ import numpy as np
 import pytest
 
 import governor_mechanism as gm
+from decoding import data_of
 from drawing_checks import Drawn, assert_shapes_keep, of_role
 from governor_mechanism.mechanics.kinematics.constraint_rows import point_path
 from governor_mechanism.render.geometry.primitives import Circle, Polygon, TextShape, bounding_box
 from governor_mechanism.render.machines.generic.drawing import make_letters
+from governor_mechanism.render.plot_panels import choose_part_panels
 from governor_mechanism.render.shown_readings import format_label, format_name
 
 DURATIONS = {"slider_crank": "0.5 s", "andrews_squeezer": "0.01 s", "pendulum_iftomm": "2 s"}
@@ -189,6 +191,11 @@ def test_greek_names_are_written_as_letters():
     # The capital of a letter is another symbol.
     assert [format_label(name, "°") for name in ("beta", "x", "arm_angle")] == ["β [deg]", "x [deg]", "Arm angle [deg]"]
     assert format_name("Beta") == "Beta"  # a capital like a Latin letter would not be read as Greek
+
+
+def test_the_plot_of_an_angle_that_has_only_a_letter_names_the_body_that_turns():
+    panels = choose_part_panels([data_of(draw("andrews_squeezer").run)], most=4, with_speed=False)
+    assert [panel.name for panel in panels][:2] == ["β, crank OF", "Θ, coupler FE"]
 
 
 def test_letters_stand_around_their_place():

@@ -1,6 +1,7 @@
 """Where mechanisms of one's own rest, over their whole travel: turns, seams, narrow springs, places that let go."""
 
 import math
+import re
 
 import numpy as np
 import pytest
@@ -275,3 +276,15 @@ def test_a_speed_where_nothing_turns_is_refused(tmp_path):
     assert "has no effect on the loads" in answer.stderr
     answer = command("--speed", "1e200 rad/s", document=DUMB_BELL, tmp_path=tmp_path)
     assert "must lie within 1e+06 rad/s" in answer.stderr
+
+
+@pytest.mark.parametrize(
+    ("name", "cure"),
+    [
+        ("jansen", "this one is moved by 'motor', so that no load decides its position: leave that out and give a load in its place"),
+        ("friction_governor", "this one has mobility 3: add what holds its bodies until one coordinate is left"),
+    ],
+)
+def test_a_mechanism_without_a_free_coordinate_of_its_own_is_refused_with_a_cure(name, cure):
+    with pytest.raises(gm.MechanismError, match=re.escape(cure)):
+        gm.equilibria(name)

@@ -8,6 +8,7 @@ from typing import Final
 
 import numpy as np
 
+from governor_mechanism.model.output_variables import BodyAngle
 from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.render.frame_data import FrameData, ShownParts
 from governor_mechanism.render.geometry.primitives import Vec2
@@ -152,10 +153,17 @@ class _PartReading:
     def _turns_evenly(self, data: FrameData) -> bool:
         return turns_evenly(data.sample_times, _sampled_values(data, self.name), data.readings[self.name].unit)
 
+    @property
+    def _words(self) -> str:
+        """Its name in words; of an angle that has only a letter, also the body that turns."""
+        words = format_name(self.name)
+        body = next((one.body for one in self.data.part.mechanism.readings if one.name == self.name and isinstance(one, BodyAngle)), "")
+        return f"{words}, {body}" if body and len(words) == 1 else words
+
     def to_panel(self, series: int, *, is_stated: bool = False) -> PlotPanel:
         """Return its panel; the speed of a spindle always has the same colour."""
         unit, factor = display_unit_of(self.data.readings[self.name].unit)
-        words = format_name(self.name)
+        words = self._words
         values = _sampled_values(self.data, self.name) * factor
         colour = _GREEN if self.name == SPINDLE_SPEED else series
         of_runs = np.concatenate([_sampled_values(data, self.name) for data in self._shown])

@@ -45,6 +45,7 @@ from governor_mechanism.mechanics.kinematics.time_functions import CubicTimeFunc
 from governor_mechanism.model.effect import OutputForce
 from governor_mechanism.model.force_elements import CylinderGas, ForceElement
 from governor_mechanism.model.joints.base import RowKind
+from governor_mechanism.model.joints.drivers import Driver
 from governor_mechanism.model.mechanism import Mechanism
 from governor_mechanism.model.part import TURNING_PLANE, FreeSpindle, Part
 from governor_mechanism.model.scene import Scene
@@ -349,10 +350,13 @@ class SingleDofReduction:
         self.mechanism: Mechanism = scene.part.mechanism
         self._solver = CoordinateSolver(self.mechanism)
         mobility = self._solver.mobility
-        if self._solver.equations.is_driven.any() or mobility != 1:
-            raise MechanismError(
-                f"statics need a mechanism with one degree of freedom and without drives; this one has mobility {mobility}"
-            )
+        if drives := [joint.name for joint in self.mechanism.joints if isinstance(joint, Driver)]:
+            cause = f"this one is moved by {' and '.join(map(repr, drives))}, so that no load decides its position"
+            cure = "leave that out and give a load in its place, or take `kinematics` of it"
+            raise MechanismError(f"statics need a mechanism with one degree of freedom and without drives; {cause}: {cure}")
+        if mobility != 1:
+            cure = "add what holds its bodies until one coordinate is left" if mobility > 1 else "leave out a joint that holds it"
+            raise MechanismError(f"statics need a mechanism with one degree of freedom; this one has mobility {mobility}: {cure}")
         if any(isinstance(element, CylinderGas) for element in self.mechanism.force_elements):
             raise MechanismError("statics and linearisation are not for an engine that gas drives, which turns over; run it instead")
         effects = [effect for effect in output_forces_of(scene) if not effect.dissipates]

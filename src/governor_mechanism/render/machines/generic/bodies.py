@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from governor_mechanism.mechanics.curves.outlines import find_circle, is_inside, outline_points
+from governor_mechanism.model.curves import CurveOutline, Outline
 from governor_mechanism.model.force_elements import Damper, Force, ForceElement, Spring
 from governor_mechanism.model.joints import GROUND, Glyph, Joint, Pin, Point, Weld
 from governor_mechanism.model.mechanism import Body, BodyOutline, Mechanism, NamedPoint
@@ -184,8 +185,8 @@ def _body_shapes(placed: PlacedMechanism, body: Body, outline: _BodyOutline) -> 
             beyond = [point for point in points if not is_welded and not is_inside(corners, *point)]
             yield from (_bar_from((one.origin.x, one.origin.y), point, outline.width) for point in beyond)
             yield Polygon("plate", corners)
-            if can_turn and (circle := find_circle(one.outline)):
-                x, y, radius = circle
+            if can_turn and (disc := _marked_disc(one.outline)):
+                x, y, radius = disc
                 yield _radius_mark((x + one.origin.x, y + one.origin.y), radius)
             if hangs:
                 yield _ball_shape(placed, body)
@@ -204,6 +205,13 @@ def _bar_from(origin: Vec2, point: Vec2, width: float) -> Polygon:
     share = min(0.5 * width / distance, 0.5) if distance > 0.0 else 0.0
     (x0, y0), (x1, y1) = origin, point
     return make_bar("plate", (x0 + share * (x1 - x0), y0 + share * (y1 - y0)), point, width)
+
+
+def _marked_disc(outline: Outline) -> tuple[float, float, float] | None:
+    """Return centre and radius (m) of a round outline, or of the largest disc about the shaft in a cam, whose turning is hard to see."""
+    if isinstance(outline, CurveOutline):
+        return find_circle(outline) or (0.0, 0.0, min(math.hypot(x, y) for x, y in outline_points(outline)))
+    return find_circle(outline)
 
 
 def _radius_mark(centre: Vec2, radius: float) -> Lines:
