@@ -43,6 +43,7 @@ def evaluate_plane_motion(
 @jit_in_place
 def update_inverse_mass(system: System, workspace: SystemWorkspace) -> None:
     """Set the inverse masses of the workspace; a shaft gets the inertia of its plane, unless the system keeps its angle."""
+    # A workspace also serves systems with other inverse masses, as for a projection that keeps some coordinates.
     copy_array(workspace.inverse_mass, system.inverse_mass)
     for p in range(system.planes.size):
         shaft = system.planes[p].shaft
