@@ -1,6 +1,6 @@
 """Bring what README and documentation show from renders/gallery/ into renders/, small enough to be tracked: `make pictures`.
 
-A film that is too large is made again, smaller; figures have 256 colours at most. What the gallery lacks stays as it is.
+A film that is too large is made again, smaller; figures have 256 colours if they look the same so. What the gallery lacks stays as it is.
 
 Usage: python docs/pictures/shown.py
        python docs/pictures/shown.py porter watt_crossed    # the films or figures of these names alone
@@ -14,6 +14,7 @@ import statistics
 import sys
 from pathlib import Path
 
+import numpy as np
 from PIL import Image, ImageSequence
 
 from gallery import FOLDER, RENDERS, make_film
@@ -24,10 +25,10 @@ MAX_PICTURE_SIZE = 400_000
 """Largest size of a tracked picture, bytes: every clone has every version of it."""
 
 LARGE_FIGURE_SIZE = 200_000
-"""Size of a figure, bytes, above which it is kept in 256 colours.
-
-Large plates are flat drawings, which look the same in a third of the size. Maps of colours would not, and are smaller.
-"""
+"""Size of a figure, bytes, above which it is kept in 256 colours whatever it shows."""
+SEEN_CHANGE, MAX_CHANGED_SHARE = 12, 0.002
+"""Change of a colour (of 255) that may be seen, and largest share of the pixels that change so, with which a smaller figure is kept in 256
+colours: a drawing of lines looks the same in a third of the size, a map of colours would not."""
 
 SMALLER_FILMS = (
     (25.0, 480),
@@ -82,12 +83,15 @@ def measure_frame_rate(path: Path) -> float:
 
 
 def write_figure(source: Path, target: Path) -> None:
-    """Copy a figure, with few colours if it is large."""
-    if source.stat().st_size <= LARGE_FIGURE_SIZE:
-        shutil.copyfile(source, target)
-        return
+    """Copy a figure, with few colours if it is large or looks the same so."""
     with Image.open(source) as image:
-        image.convert("RGB").quantize(256, dither=Image.Dither.NONE).save(target, optimize=True)
+        whole = image.convert("RGB")
+    few = whole.quantize(256, dither=Image.Dither.NONE)
+    change = np.abs(np.asarray(few.convert("RGB"), int) - np.asarray(whole, int)).max(axis=2)
+    if source.stat().st_size > LARGE_FIGURE_SIZE or np.mean(change > SEEN_CHANGE) <= MAX_CHANGED_SHARE:
+        few.save(target, optimize=True)
+    else:
+        shutil.copyfile(source, target)
 
 
 if __name__ == "__main__":
