@@ -10,7 +10,7 @@ import numpy as np
 
 from governor_mechanism.mechanics.kinematics.constraint_rows import point_path
 from governor_mechanism.model.part import TURNING_PLANE
-from governor_mechanism.model.results.pictures import DEFAULT_OPTIONS, FilmLayout, FilmOptions, FilmView
+from governor_mechanism.model.results.pictures import DEFAULT_OPTIONS, FilmOptions, FilmView
 from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.render.film import layout
 from governor_mechanism.render.film.frame_canvas import LINE_PITCH, FrameCanvas, HeadingRow, PlotHeading
@@ -23,7 +23,7 @@ from governor_mechanism.render.film.labels import (
     place_labels,
     thin_out_numbers,
 )
-from governor_mechanism.render.film.layout import PLOT_GAP, frame_layout, machine_frame_height, shift_rect, with_names
+from governor_mechanism.render.film.layout import PLOT_GAP, frame_layout, shift_rect, with_names
 from governor_mechanism.render.film.moving_parts import Panel
 from governor_mechanism.render.film.outside_view import OutsideView, outside_box
 from governor_mechanism.render.frame_data import (
@@ -233,7 +233,7 @@ class FramePainter(FrameCanvas):
 
     Of the `parts` of the run, only the last one can have a plan view, and all positions count from its frame. `compared` are the parts of
     all runs that share the limits of this frame (their scale only if they are of like size), by default those of this run alone. `options`
-    say what is shown; the frame of a machine alone may have a smaller `height` (of 480), as `machine_height` finds it.
+    say what is shown; the frame of a machine alone may have a smaller `height` (of 480), as `painters.machine_height` finds it.
     """
 
     def __init__(
@@ -254,7 +254,7 @@ class FramePainter(FrameCanvas):
         self._names_width = max(map(_measure_names, parts)) if options.labels else 0.0
         self._places = places = with_names(frame_layout(options, has_plan, _aspect_ratio(self._columns), height), self._names_width)
         # The panels of drawings from left to right: the number of the part, and whether it is seen from outside.
-        self._slots = [(k, is_outside) for k, data in enumerate(parts) for is_outside in _views_of(data, options.view)]
+        self._slots = [(k, is_outside) for k, data in enumerate(parts) for is_outside in views_of(data, options.view)]
         super().__init__(size, (len(self._slots) - 1) * places.part_pitch, options, places.width, height)
         self._shown_parts = parts
         self.frame_data = frame_data = parts[-1]
@@ -310,7 +310,7 @@ class FramePainter(FrameCanvas):
         frame_data, (shift, above) = self._shown_parts[index], place
         rect = shift_rect(self._places.elevation, shift + self._shift, above)
         overlay = ElevationOverlay(frame_data, enclosing_box(on_one_scale(self._columns[index], frame_data)), self._options)
-        names_height, words_height = _heights_of_words(frame_data, overlay)
+        names_height, words_height = heights_of_words(frame_data, overlay)
         left, top, right, bottom = shift_rect(rect, 0.0, names_height)
         return overlay, fit_view(overlay.box, (left, top, right - self._names_width, bottom - words_height))
 
@@ -450,29 +450,10 @@ class FramePainter(FrameCanvas):
             x += self._width_of(text) + 9.0
 
 
-_AIR = 8.0
-"""Distance (pixels) of a machine alone from the words above and below it, where the frame is as high as it needs."""
-
-
-def machine_height(parts: ShownParts, compared: Sequence[ShownParts], options: FilmOptions) -> float:
-    """Return the height (pixels of 480) of a frame in which the parts of a run, without plots, take the whole width; at most a square."""
-    if options.layout is not FilmLayout.MACHINE or any(any(_views_of(data, options.view)) for data in parts):
-        return layout.REFERENCE_SIZE
-    above = layout.PART_NAME_HEIGHT if len(parts) > 1 or options.exaggerate > 1.0 else 0.0
-    heights = []
-    for data, column in zip(parts, zip(*compared, strict=True), strict=True):
-        overlay = ElevationOverlay(data, enclosing_box(on_one_scale(column, data)), options)
-        left, right, bottom, top = overlay.box
-        drawing = (top - bottom) / (right - left) * layout.MACHINE_WIDTH
-        heights.append(above + drawing + 2 * _AIR + sum(_heights_of_words(data, overlay)))
-    return machine_frame_height(max(heights), options)
-
-
-def _heights_of_words(data: FrameData, overlay: ElevationOverlay) -> Vec2:
+def heights_of_words(data: FrameData, overlay: ElevationOverlay) -> Vec2:
     """Return the heights (pixels) of the names of forces and layers above a drawing, and of words on its view beyond one line below it."""
     n_names = bool(overlay.arrows.largest) + bool(overlay.layers.captions)
-    n_words = len(_view_words(data)) - (0 if overlay.arrows.largest else 1)
-    return n_names * FORCE_NAMES_HEIGHT, max(n_words, 0) * CAPTION_PITCH
+    return n_names * FORCE_NAMES_HEIGHT, max(len(_view_words(data)) - (not overlay.arrows.largest), 0) * CAPTION_PITCH
 
 
 _MIN_TRACE = 4.0
@@ -502,7 +483,7 @@ def _speed_words(data: FrameData) -> list[str]:
     return [words for words in (format_film_speed(data.slow_down),) if words]
 
 
-def _views_of(data: FrameData, view: FilmView) -> tuple[bool, ...]:
+def views_of(data: FrameData, view: FilmView) -> tuple[bool, ...]:
     """Return for each drawing of a part whether it is the view from outside; what does not turn has none."""
     return _SEEN_FROM_OUTSIDE[view] if turns_with_spindle(data) else (False,)
 

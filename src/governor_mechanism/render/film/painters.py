@@ -16,12 +16,12 @@ from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.render.artists import themed_colour
 from governor_mechanism.render.film import layout
 from governor_mechanism.render.film.frame_canvas import LINE_PITCH, FrameCanvas, HeadingRow, PlotHeading
-from governor_mechanism.render.film.frame_painter import FramePainter, machine_height
+from governor_mechanism.render.film.frame_painter import ElevationOverlay, FramePainter, heights_of_words, views_of
 from governor_mechanism.render.film.gif_encoder import RgbaPixels
-from governor_mechanism.render.film.layout import HEADER_RULE_Y, REFERENCE_SIZE
+from governor_mechanism.render.film.layout import HEADER_RULE_Y, REFERENCE_SIZE, machine_frame_height
 from governor_mechanism.render.film.moving_parts import CurvePanel, Panel
 from governor_mechanism.render.film.options import find_engine_room
-from governor_mechanism.render.frame_data import FrameData, ShownParts, find_parts
+from governor_mechanism.render.frame_data import FrameData, ShownParts, enclosing_box, find_parts, on_one_scale
 from governor_mechanism.render.geometry.attached import at_own_moments
 from governor_mechanism.render.geometry.primitives import ELEVATION_RECT, SMALL_TEXT, PixelRect, PixelView, Vec2, round_step
 from governor_mechanism.render.machines.engine_room import arrangement as room
@@ -34,6 +34,9 @@ from governor_mechanism.render.shown_readings import format_film_speed, format_n
 from governor_mechanism.render.style import MUTED, RULE, SERIF_FONT, VERMILLION
 from governor_mechanism.types import FloatArray
 
+_AIR = 8.0
+"""Distance (pixels) of a machine alone from the words above and below it, where the frame is as high as it needs."""
+
 ROOM_RECT: PixelRect = (8.0, 42.0, 8.0 + room.WIDTH, 42.0 + room.HEIGHT)
 """Place of the elevation in a frame of two parts."""
 FRAME_WIDTHS = {
@@ -42,6 +45,20 @@ FRAME_WIDTHS = {
     FilmLayout.WIDE: (layout.WIDE_WIDTH - layout.PART_PITCH, layout.PART_PITCH),
 }
 """Width of the frame without what lies at negative positions, and the width of that, pixels."""
+
+
+def machine_height(parts: ShownParts, compared: Sequence[ShownParts], options: FilmOptions) -> float:
+    """Return the height (pixels of 480) of a frame in which the parts of a run, without plots, take the whole width; at most a square."""
+    if options.layout is not FilmLayout.MACHINE or any(any(views_of(data, options.view)) for data in parts):
+        return REFERENCE_SIZE
+    above = layout.PART_NAME_HEIGHT if len(parts) > 1 or options.exaggerate > 1.0 else 0.0
+    heights = []
+    for data, column in zip(parts, zip(*compared, strict=True), strict=True):
+        overlay = ElevationOverlay(data, enclosing_box(on_one_scale(column, data)), options)
+        left, right, bottom, top = overlay.box
+        drawing = (top - bottom) / (right - left) * layout.MACHINE_WIDTH
+        heights.append(above + drawing + 2 * _AIR + sum(heights_of_words(data, overlay)))
+    return machine_frame_height(max(heights), options)
 
 
 class EngineRoomPainter(FrameCanvas):
