@@ -22,7 +22,7 @@ def main() -> None:
             "models": ["models"],
             "crosscheck porter": ["crosscheck", "porter"],
             "run porter (target 4 s)": ["run", "porter", "--out", folder],
-            "run porter --no-film (target 1.2 s)": ["run", "porter", "--no-film", "--out", folder],
+            "run porter --no-film (target 1.0 s)": ["run", "porter", "--no-film", "--out", folder],
             "run porter --no-film --no-figure": ["run", "porter", "--no-film", "--no-figure", "--out", folder],
         }
         print("| command | s |\n|---|---|")

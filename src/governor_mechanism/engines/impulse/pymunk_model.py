@@ -104,13 +104,16 @@ def _make_slider(angle: float, first: AttachedPoint, second: AttachedPoint, leng
     ends = locate_end(-half_length), locate_end(half_length)
     groove = pymunk.GrooveJoint(first.body, second.body, *ends, (second.x, second.y))
 
+    centre = 0.0  # to read the ends of the groove takes longer than to step it
+
     def update(poses: Poses, inputs: StepInputs) -> None:
         """Move the groove along where the point is in its outer half."""
+        nonlocal centre
         x1, y1, _ = first.locate(poses)
         x2, y2, _ = second.locate(poses)
         travel = ux * (x2 - x1) + uy * (y2 - y1)
-        centre = ux * (groove.groove_a[0] - first.x) + uy * (groove.groove_a[1] - first.y) + half_length
         if abs(travel - centre) > half_length / 2:
+            centre = travel
             groove.groove_a, groove.groove_b = locate_end(travel - half_length), locate_end(travel + half_length)
 
     return JointConstraints((groove,), (update,))
@@ -168,8 +171,7 @@ def _offset_from_polar_curve(segments: FloatArray, angle: float, dx: float, dy: 
     """Return the distance (m) of a point from a closed curve about the origin in axes at an angle (rad), and its normal there."""
     distance = math.hypot(dx, dy)
     radius, derivative, _ = evaluate_polar_curve(segments, 0, len(segments), math.atan2(dy, dx) - angle)
-    ux = dx / distance
-    uy = dy / distance
+    ux, uy = dx / distance, dy / distance
     slope = derivative / distance
     normal_length = math.hypot(1.0, slope)
     return (distance - radius) / normal_length, (ux + slope * uy) / normal_length, (uy - slope * ux) / normal_length
@@ -198,8 +200,7 @@ class FrictionStopConstraint:
     """
 
     def __init__(self, space: pymunk.Space, bodies: list[pymunk.Body], output: int, friction_input: int, length_scale: float) -> None:
-        self._space = space
-        self._bodies = bodies
+        self._space, self._bodies = space, bodies
         self._output = output
         self._length_scale = length_scale
         self.friction_input = friction_input
@@ -209,8 +210,7 @@ class FrictionStopConstraint:
         self.stop_value = 0.0
         self.stop_side = 0
         self.is_force_limited = True
-        self._step = 1.0
-        self._kick_duration = 1.0
+        self._step, self._kick_duration = 1.0, 1.0
         self._gradient_norm = 1.0
         self.closing_rate = 0.0
 
