@@ -19,6 +19,7 @@ from governor_mechanism.engines.initial_state import part_initial_state
 from governor_mechanism.machines.custom import CUSTOM_MACHINE
 from governor_mechanism.mechanics.contact.event_log import compare_event_logs
 from governor_mechanism.mechanics.dynamics.contact_modes import ContactMode, has_contacts
+from governor_mechanism.mechanics.dynamics.contacts import outline_gaps_of
 from governor_mechanism.mechanics.dynamics.equations_of_motion import compute_inverse_dynamics
 from governor_mechanism.mechanics.dynamics.inputs import has_kinks
 from governor_mechanism.model.events import Event, EventKind
@@ -160,7 +161,7 @@ the motion leaves an error that falls with no order.
 """
 
 FIRST_ERROR_RATIO = 0.2
-"""The same of readings and event times in the first runs, whose steps may be too long for any order."""
+"""The same of event times in the first runs, and of readings where outlines touch: their steps may be too long for any order."""
 
 SETTLED_EVENT_DIFFERENCE = 0.05
 """Difference of the last two runs in the time of an event, relative to the time scale, from which on later events may be others."""
@@ -360,7 +361,8 @@ class RichardsonRefinement(Runner):
     def _bound_by_last_runs(self, result: RunResult, last_runs: Sequence[StateHistory], level: int) -> RunResult:
         """Return a result with errors of readings that are no less than a part of the difference of the last two runs."""
         difference = self.evaluator.compare_observables(*(self.evaluator.evaluate(states, result.reported_modes) for states in last_runs))
-        return self.with_least_errors(result, _scale_reading_errors(difference, MIN_READING_ERROR_RATIO if level else FIRST_ERROR_RATIO))
+        ratio = MIN_READING_ERROR_RATIO if level or not outline_gaps_of(self.evaluator.scene) else FIRST_ERROR_RATIO
+        return self.with_least_errors(result, _scale_reading_errors(difference, ratio))
 
     def _certify(self, result: RunResult, coarse: StateHistory, events: ExtrapolatedEvents, level: int, error_ratio: float) -> RunResult:
         """Return a result with its errors, estimated by the difference from coarser extrapolated states."""
