@@ -1,6 +1,7 @@
 """Friction between a convex curve and lines, arcs and corners: against the same disc as a roller, closed forms and scipy."""
 
 import math
+from functools import cache
 
 import numpy as np
 import pytest
@@ -47,14 +48,29 @@ CASES = {
 }
 
 
+@cache
+def eccentric_runs(case):
+    """Return the runs of an eccentric disc as a curve and as a roller, at 1e-9."""
+    outline, place, rates, contact, duration = CASES[case]
+    return [gm.run(disc_scene(outline, place, rates, **one, duration=duration, **contact)) for one in (AS_CURVE, AS_ROLLER)]
+
+
+TIMES_OF_BOUNCES = pytest.mark.xfail(
+    strict=True, reason="the times of the lowest bounces are stated to 1.5e-9 and 1.7e-9; they differ by 3e-10"
+)
+
+
+@pytest.mark.parametrize(
+    "case", ["floor", pytest.param("bowl", marks=TIMES_OF_BOUNCES), pytest.param("hill", marks=TIMES_OF_BOUNCES), "edge of a table"]
+)
+def test_an_eccentric_disc_reaches_its_accuracy(case):
+    curve, roller = eccentric_runs(case)
+    assert curve.outcome is roller.outcome is gm.Outcome.DONE
+
+
 @pytest.mark.parametrize("case", CASES)
 def test_an_eccentric_disc_moves_as_a_curve_as_it_does_as_a_roller(case):
-    outline, place, rates, contact, duration = CASES[case]
-    # 1e-9 is out of reach: the lowest of the bounces round their times by up to 1.7e-9.
-    curve, roller = (
-        gm.run(disc_scene(outline, place, rates, **one, duration=duration, **contact), accuracy=2e-9) for one in (AS_CURVE, AS_ROLLER)
-    )
-    assert curve.outcome is roller.outcome is gm.Outcome.DONE
+    curve, roller = eccentric_runs(case)
     np.testing.assert_allclose(states_of(curve), states_of(roller), atol=2e-9)
     for kind in EventKind:
         assert events_of(curve, kind) == pytest.approx(events_of(roller, kind), abs=2e-9)
