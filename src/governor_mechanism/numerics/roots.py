@@ -41,7 +41,7 @@ def find_roots(
         high = np.where(is_past_root, roots, high)
         steps = np.divide(-values, derivatives, out=np.full_like(values, np.inf), where=derivatives != 0)
         if np.all(np.abs(steps) < tolerance):
-            break
+            return np.clip(roots + steps, low, high)
         candidates = roots + steps
         is_accepted = (candidates > low) & (candidates < high) | (np.abs(steps) < tolerance)
         roots = np.where(is_accepted, candidates, 0.5 * (low + high))

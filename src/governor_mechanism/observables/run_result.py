@@ -200,9 +200,12 @@ class StateHistory:
         return StateHistory(**{name: states[indices] for name, states in vars(self).items()})
 
 
+MonitoredMotion = tuple[StateHistory, tuple[ContactMode, ...], DenseOutput | None]
+"""States and contact modes at the monitor times, and a dense output between them where there is one."""
+
 # Its argument is the largest number of these times; where more are needed, they end before the motion.
-StateProvider = Callable[[int], tuple[StateHistory, tuple[ContactMode, ...], DenseOutput | None]]
-"""Function that computes the states and contact modes at the monitor times, and a dense output between them where there is one."""
+StateProvider = Callable[[int], MonitoredMotion]
+"""Function that computes a monitored motion."""
 
 MAX_EVENT_SAMPLES = 100_000
 """Largest number of samples of a motion in which events are searched that an engine computes for it: each takes some 30 microseconds."""
@@ -337,7 +340,7 @@ class DeferredMotionAnalysis:
     @cached_property
     def _searched_motion(self) -> tuple[BoundedDenseOutput, SampledMotion]:
         """The motion in which events are searched for, and its dense output."""
-        return self._sample(MAX_EVENT_SAMPLES)
+        return self._sample(*self._monitored_motion)
 
     def _note_end_of_search(self, motion: SampledMotion) -> list[str]:
         """Return a sentence if the samples end before the motion."""
@@ -377,32 +380,31 @@ class DeferredMotionAnalysis:
         reported, found = self.result.reported_states.times, dict[int, BodyState]()
         event_times = np.array([event.time for event in self.result.contact_events])
         for k in find_times_near(event_times, reported, times).tolist():
-            monitored, dense_output = self._monitored_motion
-            last = int(np.searchsorted(monitored, times[k], side="right")) - 1
-            state = dense_output(last, float(times[k])) if last + 1 < len(monitored) else None
+            monitored, _, dense_output = self._monitored_motion
+            last = int(np.searchsorted(monitored.times, times[k], side="right")) - 1
+            state = dense_output(last, float(times[k])) if dense_output and last + 1 < len(monitored.times) else None
             if state is not None:
                 found[k] = state
         return found
 
     @cached_property
-    def _monitored_motion(self) -> tuple[FloatArray, BoundedDenseOutput]:
-        """The monitor times, s, and the dense output between them."""
-        states, dense_output = self.result.monitor_states, self.result.dense_output
-        if not isinstance(states, StateHistory):
-            states, _, dense_output = states(MAX_EVENT_SAMPLES)
-        return states.times, BoundedDenseOutput(dense_output)
+    def _monitored_motion(self) -> MonitoredMotion:
+        """States, contact modes and dense output in which events are searched for, and between which frames beside events lie."""
+        return self._monitor(MAX_EVENT_SAMPLES)
 
     def sample_motion(self) -> SampledMotion:
         """Return the motion at the monitor times."""
-        return self._sample(MAX_SAMPLES)[1]
+        return self._sample(*self._monitor(MAX_SAMPLES))[1]
 
-    def _sample(self, max_samples: int) -> tuple[BoundedDenseOutput, SampledMotion]:
-        """Return the motion at the monitor times, at most a number of them if they are computed for it, and its dense output."""
+    def _monitor(self, max_samples: int) -> MonitoredMotion:
+        """Return states, contact modes and dense output at the monitor times, at most a number of them if they are computed for it."""
         states = self.result.monitor_states
-        modes = self.result.contact_modes
-        dense_output = self.result.dense_output
-        if not isinstance(states, StateHistory):
-            states, modes, dense_output = states(max_samples)
+        return (states, self.result.contact_modes, self.result.dense_output) if isinstance(states, StateHistory) else states(max_samples)
+
+    def _sample(
+        self, states: StateHistory, modes: tuple[ContactMode, ...], dense_output: DenseOutput | None
+    ) -> tuple[BoundedDenseOutput, SampledMotion]:
+        """Return a monitored motion with its accelerations, and its dense output, of which a search takes a bounded number of states."""
         bounded_output = BoundedDenseOutput(dense_output)
         dynamics = compute_inverse_dynamics(self.scene, states.times, states.poses, states.velocities, states.lags, modes)
         contact_times = sort_distinct(np.array([event.time for event in self.result.contact_events]))
