@@ -53,7 +53,7 @@ ACCURACIES: tuple[dict[str, tuple[float, ...]], ...] = (
 """Requested accuracies of the runs of the first scenes of each machine."""
 
 MAX_UNJUDGED = 2
-"""Largest number of runs of a scene whose references disagree, of five at most: those near rounding."""
+"""Largest number of runs of a scene whose references disagree so far that their error may be beyond the limit, of five at most."""
 
 
 @cache
@@ -80,7 +80,10 @@ def test_errors_are_within_their_estimates(machine, number):
     checks = check_machine(machine, number)
     assert not violations(checks)
     unjudged = [check for check in checks if not check.is_judged]
-    assert len(unjudged) <= MAX_UNJUDGED, unjudged
+    assert not [check for check in unjudged if check.failure]
+    # near rounding, chance decides on which side of its estimate an error lies, but not on which side of the limit
+    unbounded = [check for check in unjudged if not check.true + check.doubt <= MAX_ERROR_RATIO * check.estimate]
+    assert len(unbounded) <= MAX_UNJUDGED, unbounded
 
 
 @pytest.mark.parametrize("machine", ["air engine", "load steps", "four-bar chain"])

@@ -327,7 +327,8 @@ def _search_dyads(task: PathTask) -> Linkages:
 def _pass_points(task: PathTask) -> Linkages:
     """Return all different linkages through the points, of which there are many if they leave dimensions free."""
     found = _search_dyads(task)
-    return _distinct(found[(found.cost < PASSES) & found.is_proper], task)
+    found = found[(found.cost < PASSES) & found.is_proper]
+    return _distinct(found[np.argsort(found.cost, kind="stable")], task)  # of those that are the same, the one with the smallest gaps
 
 
 def _fit_curve(task: PathTask) -> Linkages:
