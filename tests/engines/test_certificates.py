@@ -8,6 +8,7 @@ from functools import cache
 
 import numpy as np
 import pytest
+from scipy.optimize import brentq
 
 import exact_motions
 import governor_mechanism as gm
@@ -19,6 +20,7 @@ from certificate_checks import (
     check_certificate,
     compare_with_references,
     engines_of,
+    max_difference,
     references_of,
 )
 from certificate_groups import append_checks, format_groups, group_checks, load_checks, save_checks, summarise
@@ -104,6 +106,18 @@ def test_exact_engine_does_not_depend_on_its_panels(monkeypatch):
     monkeypatch.setattr(exact_motions, "MAX_PANEL", 0.2 * exact_motions.MAX_PANEL)
     # The last digit of double precision of an angle of some turns is 2e-15.
     np.testing.assert_allclose(engine.angles_at(times).astype(float), angles.astype(float), rtol=0, atol=2e-15)
+
+
+@pytest.mark.parametrize("accuracy", [1e-6, 1e-9])
+def test_rates_beside_a_change_point_are_as_accurate_as_others(accuracy):
+    drawn = draw_study_scene("four-bar chain", 32, SEED)
+    # Its bars lie in one line 0.7 s after the start.
+    passage = brentq(lambda time: exact_motions.exact_chain(drawn.document, [time]).readings["crank_angle"][0], 0.6, 0.8, xtol=1e-15)
+    before = passage - np.logspace(-2, -6, 5)
+    times = np.concatenate([[0.0], before, (2.0 * passage - before)[::-1], [1.5]])
+    run = MultibodyEngine().run(drawn.scene, times=times, accuracy=accuracy)
+    assert run.outcome is Outcome.DONE
+    assert max_difference(run, exact_motions.exact_chain(drawn.document, times), accuracy) <= run.error_estimate
 
 
 def test_exact_chain_conserves_its_energy():

@@ -48,7 +48,7 @@ def finish_step(problem: Oscillator, time: float, quality: float, stages: Stages
 
 
 @jit_in_place
-def project(problem: Oscillator, time: float, state: FloatArray) -> None:
+def finish_output(problem: Oscillator, step: EventStep, fraction: float, state: FloatArray) -> None:
     """Every state is possible."""
 
 
@@ -76,7 +76,7 @@ def check_step(problem: Oscillator, time: float, h: float, state: FloatArray, st
     return quality
 
 
-FUNCTIONS = evaluate, jit_in_place(make_take_step(evaluate)), finish_step, project, project_errors
+FUNCTIONS = evaluate, jit_in_place(make_take_step(evaluate)), finish_step, finish_output, project_errors
 _integrate = jit_in_place(make_dop853(EquationFunctions(*FUNCTIONS, evaluate_events, sample_events, check_step)))
 
 

@@ -5,7 +5,15 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 from governor_mechanism.integrators import stages as runge_kutta
-from governor_mechanism.integrators.equation import ARMING, LAST_SAMPLE, ROUNDING, EquationFunctions, StepBuffers, may_miss_events
+from governor_mechanism.integrators.equation import (
+    ARMING,
+    LAST_SAMPLE,
+    ROUNDING,
+    EquationFunctions,
+    EventStep,
+    StepBuffers,
+    may_miss_events,
+)
 from governor_mechanism.integrators.stages import END_STAGE, N_STAGES, Equation, StepCounter
 from governor_mechanism.integrators.step_ends import KINK_TIME_ROUNDING, StepEnds, make_step_ends
 from governor_mechanism.integrators.step_record import (
@@ -63,7 +71,7 @@ def make_attempt(functions: EquationFunctions[Equation]) -> Callable[..., None]:
 
 def make_output(functions: EquationFunctions[Equation]) -> Callable[..., float]:
     """Return the function that fills in states within a step, and returns the quality of its stages, negative outside the domain."""
-    evaluate, project = functions.evaluate, functions.project
+    evaluate, finish_output = functions.evaluate, functions.finish_output
 
     def write_outputs(
         equation: Equation,
@@ -86,9 +94,11 @@ def make_output(functions: EquationFunctions[Equation]) -> Callable[..., float]:
             if quality < 0.0:
                 return quality
         runge_kutta.prepare_dense_output(stages, state, h)
+        step = EventStep(t - time_origin, h, state, buffers)
         while n_reached < times.size and times[n_reached] <= t_next:
-            runge_kutta.evaluate_dense_output(stages, state, (times[n_reached] - t) / h, states[n_reached])
-            project(equation, times[n_reached] - time_origin, states[n_reached])
+            fraction = (times[n_reached] - t) / h
+            runge_kutta.evaluate_dense_output(stages, state, fraction, states[n_reached])
+            finish_output(equation, step, fraction, states[n_reached])
             n_reached += 1
         progress.n_reached = n_reached
         return 1.0

@@ -230,7 +230,7 @@ def _is_step_too_long(buffers: StepBuffers) -> bool:
 
 
 class EventStep(NamedTuple):
-    """A step in which events are located: local time (s) and state at its start, its length (s), and its stages and event functions."""
+    """A step whose states are interpolated: local time (s) and state at its start, its length (s), and its stages and event functions."""
 
     local_time: float
     h: float
@@ -254,7 +254,8 @@ class EquationFunctions(Generic[Equation]):
     # fill the state and derivative with which the next step starts, at a time, from the end of a step of a
     # quality; return their quality
     finish_step: Callable[[Equation, float, float, Stages], float]
-    project: Callable[[Equation, float, FloatArray], None]  # move a state at a time into the domain
+    # move a state at a fraction of a step, interpolated, into the domain
+    finish_output: Callable[[Equation, EventStep, float, FloatArray], None]
     # remove from the errors of a step near a singular state what `finish_step` removes
     project_errors: Callable[[Equation, FloatArray], None]
     # fill the event functions at a time and state whose derivative was evaluated last

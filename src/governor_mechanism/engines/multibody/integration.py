@@ -16,12 +16,18 @@ from governor_mechanism.integrators.step_record import (
     LEFT_LIMITS,
     NEAR_SINGULAR_QUALITY,
     OUT_OF_RANGE,
+    STEERING_QUALITY,
     TURNED_BACK,
     UNDETERMINED,
     IntegrationStatus,
 )
 from governor_mechanism.mechanics.dynamics.arrays import StateLayout, System, SystemWorkspace, body_reference_point
-from governor_mechanism.mechanics.dynamics.constrained_solution import apply_jacobian, project_state, subtract_minv_jt
+from governor_mechanism.mechanics.dynamics.constrained_solution import (
+    apply_jacobian,
+    equal_mass_pivot_ratio,
+    project_state,
+    subtract_minv_jt,
+)
 from governor_mechanism.mechanics.dynamics.contact_modes import ContactMode
 from governor_mechanism.mechanics.dynamics.equations_of_motion import JAMMED, evaluate_inputs_at, evaluate_state_derivative
 from governor_mechanism.mechanics.dynamics.event_functions import GAS_KINKS, EventFunctionKind, evaluate_event_functions
@@ -191,11 +197,6 @@ def _finish_step(equation: MultibodyEquation, local_time: float, quality: float,
 
 
 @jit_in_place
-def _project(equation: MultibodyEquation, local_time: float, state: FloatArray) -> None:
-    _project_to(equation, local_time, state, 1.0)
-
-
-@jit_in_place
 def _project_errors(equation: MultibodyEquation, errors: FloatArray) -> None:
     """Remove from the errors of poses and velocities what violates the constraints, at the poses of the last evaluation."""
     rows = equation.system.constraint_rows
@@ -223,6 +224,20 @@ def _sample_motion(layout: StateLayout, h: float, start: FloatArray, stages: Sta
         acceleration = stages.derivatives[i, 0]
         end_acceleration = stages.next_derivative[i, 0]
         sample[k], sample[i] = quintic_hermite_jit(start[k], start[i], acceleration, end[k], end[i], end_acceleration, h, fraction)
+
+
+@jit_in_place
+def _finish_output(equation: MultibodyEquation, step: EventStep, fraction: float, state: FloatArray) -> None:
+    """Project an interpolated state; near a change point its velocities follow from both ends of the step."""
+    _project_to(equation, step.local_time + fraction * step.h, state, 1.0)
+    # At an angle e from a change point, joints determine velocities to 1 / e^2 times the rounding of the poses, and the stages nearest to
+    # it are as uncertain. The ends of the step are farther away.
+    if not 0.0 < step.buffers.progress[0].lowest_quality < STEERING_QUALITY:
+        return
+    if equal_mass_pivot_ratio(equation.system, equation.workspace) < NEAR_SINGULAR_QUALITY:
+        layout, sample = equation.system.state_layout, step.buffers.stages.stage_state
+        _sample_motion(layout, step.h, step.state, step.buffers.stages, fraction, sample)
+        copy_array(state[layout.velocities : layout.work], sample[layout.velocities : layout.work])
 
 
 @jit_in_place
@@ -312,7 +327,7 @@ def _may_leave_limits(equation: MultibodyEquation, h: float, state: FloatArray, 
 
 
 _EQUATION = EquationFunctions(
-    _evaluate, _take_step, _finish_step, _project, _project_errors, _evaluate_events, _sample_events, _check_step, _sample_kinks
+    _evaluate, _take_step, _finish_step, _finish_output, _project_errors, _evaluate_events, _sample_events, _check_step, _sample_kinks
 )
 _integrate_to_event = jit_in_place(make_dop853(_EQUATION))
 

@@ -231,7 +231,7 @@ def _check_step(equation: ReducedEquation, local_time: float, h: float, state: F
 
 
 @jit_in_place
-def _project(equation: ReducedEquation, local_time: float, state: FloatArray) -> None:
+def _finish_output(equation: ReducedEquation, step: EventStep, fraction: float, state: FloatArray) -> None:
     """Leave the state, which is in the domain."""
 
 
@@ -260,7 +260,9 @@ def _sample_events(equation: ReducedEquation, step: EventStep, fraction: float, 
     _evaluate_events(equation, step.local_time + fraction * h, sample, event_values)
 
 
-_EQUATION = EquationFunctions(_evaluate, _take_step, _finish_step, _project, _project_errors, _evaluate_events, _sample_events, _check_step)
+_EQUATION = EquationFunctions(
+    _evaluate, _take_step, _finish_step, _finish_output, _project_errors, _evaluate_events, _sample_events, _check_step
+)
 _integrate_to_event = jit_in_place(dop853.make_dop853(_EQUATION))
 
 
