@@ -107,6 +107,7 @@ def make_body_proxy(mechanism: Mechanism, body: Body) -> BodyProxy:
 class ForceWorkspace(NamedTuple):
     """Results of an evaluation of forces: those on the bodies, and values and Jacobians of the outputs."""
 
+    poses: FloatArray  # poses at which the forces act, m and rad; shape (bodies, 3)
     forces: FloatArray  # N and N m; shape (bodies, 3)
     plane_motion: FloatArray  # shape (1, columns)
     row_values: FloatArray  # shape (outputs, columns)
@@ -117,6 +118,7 @@ class ForceWorkspace(NamedTuple):
 def _make_workspace(n_bodies: int, n_outputs: int) -> ForceWorkspace:
     """Return a workspace of zeros."""
     return ForceWorkspace(
+        poses=np.zeros((n_bodies, 3)),
         forces=np.zeros((n_bodies, 3)),
         plane_motion=np.zeros((1, N_PLANE_COLUMNS)),
         row_values=np.zeros((n_outputs, N_ROW_COLUMNS)),
@@ -156,6 +158,32 @@ def _evaluate_forces(
 
 
 @jit_in_place
+def _evaluate_kick(
+    bodies: RecordArray,
+    force_elements: RecordArray,
+    output_rows: ConstraintRows,
+    output_forces: RecordArray,
+    state: FloatArray,  # poses and velocities; shape (bodies, 2, 3)
+    lead: float,  # time by which the forces act after the poses of the state, s
+    velocities: FloatArray,  # those on which the forces depend; shape (bodies, 3)
+    spindle_speed: float,
+    inputs: FloatArray,
+    kick_scale: float,
+    workspace: ForceWorkspace,
+    kick: FloatArray,  # result: forces times the scale; shape (bodies, 3)
+) -> None:
+    """Evaluate the forces of a kick, at the poses to which the velocities of a state lead, with the outputs there."""
+    for body in range(state.shape[0]):
+        for c in range(3):
+            workspace.poses[body, c] = state[body, 0, c] + lead * state[body, 1, c]
+    tables = (bodies, force_elements, output_rows, output_forces)
+    _evaluate_forces(*tables, workspace.poses, velocities, spindle_speed, inputs, workspace)
+    for body in range(state.shape[0]):
+        for c in range(3):
+            kick[body, c] = workspace.forces[body, c] * kick_scale
+
+
+@jit_in_place
 def _evaluate_dissipated_power(output_forces: RecordArray, values: FloatArray, rates: FloatArray, inputs: FloatArray) -> float:
     """Return the power (W) that dashpots and sliding friction dissipate at values and rates (outputs,) of the outputs."""
     power = 0.0
@@ -190,7 +218,7 @@ class StepInputs:
 
 
 class AppliedForces:
-    """Forces at the pose that the next step is about to reach, and the energy that dashpots and friction have dissipated.
+    """Forces at the pose that the next step is about to reach, `kick_poses`, and the energy that dashpots and friction have dissipated.
 
     `origins` are the centres of the pymunk bodies in body axes (m), to which `system` refers. `output_values` (outputs,) and
     `output_jacobian` (outputs, bodies, 3) belong to the last evaluation, as do the forces that it returns. `output_forces` are
@@ -215,7 +243,8 @@ class AppliedForces:
         self.system = system._replace(bodies=bodies, force_elements=force_elements, output_rows=output_rows)
         self.output_forces = system.output_forces
         self._workspace = _make_workspace(n_bodies, len(output_rows.table))
-        self.output_jacobian = self._workspace.jacobian
+        self.output_jacobian, self.kick_poses = self._workspace.jacobian, self._workspace.poses
+        self.output_values, self.output_gammas, self._has_outputs = np.zeros(0), np.zeros(0), len(output_rows.table) > 0
         self.dissipated_energy, self._previous_step = 0.0, (np.zeros(0), np.zeros(0))
         counts = {"gravity": n_bodies * bool(scene.gravity), "centrifugal": int(np.sum(bodies["plane"] != NO_INDEX))}
         counts["springs, dampers, forces"] = len(mechanism.force_elements)
@@ -226,26 +255,31 @@ class AppliedForces:
         """Forget the previous step: the next one is the half step that starts a motion."""
         self._previous_step = np.zeros(0), np.zeros(0)
 
-    def evaluate(self, poses: FloatArray, velocities: FloatArray, inputs: StepInputs) -> FloatArray:
-        """Return the forces (bodies, 3) at poses and velocities (bodies, 3), and add the energy dissipated in the last step."""
-        forces = self._evaluate(poses, velocities, math.sqrt(inputs.spindle_speed_squared), inputs.values)
+    def evaluate_kick(self, state: FloatArray, lead: float, velocities: FloatArray, inputs: StepInputs, kick: FloatArray) -> None:
+        """Fill the forces (bodies, 3) of a kick, and add the energy dissipated in the last step.
+
+        The kick acts at the poses to which those of a state (bodies, 2, 3) move in `lead` seconds, and depends on velocities (bodies, 3).
+        """
+        system, speed = self.system, math.sqrt(inputs.spindle_speed_squared)
+        tables = system.bodies, system.force_elements, system.output_rows, self.output_forces
+        _evaluate_kick(*tables, state, lead, velocities, speed, inputs.values, inputs.kick_scale, self._workspace, kick)
+        self._keep_outputs()
         if self.output_forces.size:
             self._add_dissipation(inputs)
-        return forces
 
     def evaluate_outputs(self, poses: FloatArray) -> FloatArray:
         """Evaluate the output values and their Jacobian at poses (bodies, 3), and return the values (outputs,)."""
-        self._evaluate(poses, np.zeros_like(poses), 0.0, np.zeros(self.system.n_inputs))
+        system = self.system
+        tables = system.bodies, system.force_elements, system.output_rows, self.output_forces
+        _evaluate_forces(*tables, poses, np.zeros_like(poses), 0.0, np.zeros(system.n_inputs), self._workspace)
+        self._keep_outputs()
         return self.output_values
 
-    def _evaluate(self, poses: FloatArray, velocities: FloatArray, spindle_speed: float, inputs: FloatArray) -> FloatArray:
-        """Evaluate the outputs at poses and velocities (bodies, 3), and return the forces (bodies, 3)."""
-        workspace, system = self._workspace, self.system
-        tables = system.bodies, system.force_elements, system.output_rows, self.output_forces
-        _evaluate_forces(*tables, poses, velocities, spindle_speed, inputs, workspace)
-        self.output_values = workspace.row_values[:, RowColumn.RESIDUAL].copy()
-        self.output_gammas = workspace.row_values[:, RowColumn.GAMMA].copy()
-        return workspace.forces
+    def _keep_outputs(self) -> None:
+        """Keep the outputs of the last evaluation, which the next one overwrites."""
+        if self._has_outputs:
+            self.output_values = self._workspace.row_values[:, RowColumn.RESIDUAL].copy()
+            self.output_gammas = self._workspace.row_values[:, RowColumn.GAMMA].copy()
 
     def output_rates(self, velocities: FloatArray) -> FloatArray:
         """Return the rates (outputs,) of all output variables for velocities (bodies, 3) of the pymunk bodies."""

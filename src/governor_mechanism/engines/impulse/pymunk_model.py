@@ -140,10 +140,11 @@ def _make_reanchored_pin(
     pin = _make_pin(first, second, length_scale)
     segments = make_curve_segments(curve) if curve else None
     offset_from_curve = _offset_from_polar_curve if isinstance(curve, PolarCurve) else _offset_from_curve
+    fixed_point = (first.x, first.y, 0.0) if first.index == GROUND_INDEX else None
 
     def update(poses: Poses, inputs: StepInputs) -> None:
         """Re-anchor the pin at the predicted pose."""
-        x1, y1, body_angle = first.locate(poses)
+        x1, y1, body_angle = fixed_point or first.locate(poses)
         x2, y2, _ = second.locate(poses)
         if segments is None:
             nx, ny = -math.sin(angle + body_angle), math.cos(angle + body_angle)
@@ -153,7 +154,8 @@ def _make_reanchored_pin(
         if drive != NO_INDEX:
             residual = (residual - inputs.values[drive]) * inputs.h / inputs.next_h
         length = length_scale + residual
-        pin.anchor_a = to_body_axes(poses, first.index, (x2 - length * nx, y2 - length * ny))
+        start = x2 - length * nx, y2 - length * ny
+        pin.anchor_a = start if fixed_point else to_body_axes(poses, first.index, start)
 
     return JointConstraints((pin,), (update,))
 
@@ -413,23 +415,22 @@ class PymunkModel:
 
     def _step(self, inputs: StepInputs, half_step: float) -> FloatArray:
         """Apply the forces, `half_step` seconds after the last velocities, and step the space."""
-        poses, velocities = self.state()
-        force_velocities = velocities
-        next_poses = poses + inputs.h * velocities
-        joint_poses = [*next_poses.tolist(), GROUND_POSE] if self._joint_updates or self._contact_constraints else []
-        for update in self._joint_updates:
-            update(joint_poses, inputs)
+        force_velocities = velocities = self._state_values[:, 1].copy()
         if self._extrapolates_velocities:  # from the last two half steps to the kick that ends the step
             previous, self._previous_velocities = self._previous_velocities, velocities
             force_velocities = velocities + half_step / self._velocity_interval * (velocities - previous)
             self._velocity_interval = half_step + 0.5 * inputs.next_h
-        forces = self.forces.evaluate(poses if self.is_plain else next_poses, force_velocities, inputs)
-        np.multiply(forces, inputs.kick_scale, out=self._force_values)
+        lead = 0.0 if self.is_plain else inputs.h
+        self.forces.evaluate_kick(self._state_values, lead, force_velocities, inputs, self._force_values)
         set_space_bodies(self._space, BODY_FORCE, self._force_buffer)
+        joint_poses = self._predict_poses(inputs.h) if self._joint_updates or self._contact_constraints else []
+        for update in self._joint_updates:
+            update(joint_poses, inputs)
         for constraint in self._contact_constraints:
             constraint.update(joint_poses, self.forces.output_values, self.forces.output_gammas, self.forces.output_jacobian, inputs)
         self._count_step(self._present_iterations)
         self._space.step(inputs.h)
+        self._read_state()
         return velocities
 
     def set_iteration_factor(self, factor: int) -> None:
@@ -446,14 +447,24 @@ class PymunkModel:
 
     def state(self) -> tuple[FloatArray, FloatArray]:
         """Return poses (bodies, 3) of the pymunk bodies and velocities half a step ahead of them; see `to_mass_centres`."""
+        return self._state_values[:, 0].copy(), self._state_values[:, 1].copy()
+
+    def _read_state(self) -> None:
+        """Read poses and velocities of the pymunk bodies, which have changed, into the buffer."""
         self._state_buffer.clear()
         get_space_bodies(self._space, BODY_STATE, self._state_buffer)
-        return self._state_values[:, 0].copy(), self._state_values[:, 1].copy()
+
+    def _predict_poses(self, lead: float) -> Poses:
+        """Return the poses to which those in the buffer move in `lead` seconds, and that of the ground."""
+        # Only in a plain model do forces not act there.
+        poses = self._state_values[:, 0] + lead * self._state_values[:, 1] if self.is_plain else self.forces.kick_poses
+        return [*poses.tolist(), GROUND_POSE]
 
     def _set_state(self, poses: FloatArray, velocities: FloatArray) -> None:
         """Set poses and velocities (bodies, 3) of the pymunk bodies."""
         self._start_values[:, 0], self._start_values[:, 1] = poses, velocities
         set_space_bodies(self._space, BODY_STATE, self._start_buffer)
+        self._read_state()
 
     def to_proxy_velocities(self, velocities: FloatArray) -> FloatArray:
         """Convert velocities (bodies, 3) of the mass centres to those of the pymunk bodies; a pin on the ground does not move."""

@@ -9,6 +9,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import replace
 from itertools import groupby
+from typing import NamedTuple
 
 import numpy as np
 
@@ -16,8 +17,8 @@ from governor_mechanism.engines.impulse.contact import ContactModeTracker
 from governor_mechanism.engines.impulse.pymunk_model import PymunkModel
 from governor_mechanism.engines.impulse.records import DetectedEvent, FixedStepProblem, FixedStepSolution, HeldModel, StepExit
 from governor_mechanism.engines.impulse.settings import StepLimitError
-from governor_mechanism.engines.impulse.staggered_stepper import StaggeredStepper
-from governor_mechanism.mechanics.dynamics.contact_modes import has_contacts
+from governor_mechanism.engines.impulse.staggered_stepper import Path, StaggeredStepper
+from governor_mechanism.mechanics.dynamics.contact_modes import ContactMode, has_contacts
 from governor_mechanism.model.events import EventKind
 from governor_mechanism.observables.run_result import StateHistory
 from governor_mechanism.types import FloatArray
@@ -219,6 +220,9 @@ class EventDrivenStepper(StaggeredStepper):
 MIN_PATH_STEPS = 4
 """Steps in an interval from which the limits are checked at each of them: the motion is fast against the monitor times."""
 
+N_PATHS_TOGETHER = 16
+"""Number of these intervals that are checked together, if there are no contacts: those after an exit would be in the log of events."""
+
 EXIT_BISECTIONS = 30
 """Bisections of an exit within a step: to 1e-9 of the step, far less than its error."""
 
@@ -226,86 +230,143 @@ LIMIT_CHECK_INTERVAL = 256
 """Number of monitor times between two checks of the limits of the mechanism."""
 
 
+class MonitoredState(NamedTuple):
+    """State of a run at a monitor time."""
+
+    poses: FloatArray  # of the pymunk bodies, m and rad; shape (bodies, 3)
+    velocities: FloatArray  # shape (bodies, 3)
+    work: float  # of the spindle, J
+    spindle_angle: float  # rad
+    dissipated_energy: float  # J
+
+
 @np.errstate(all="ignore")  # diverging bodies give infinite values before the run is abandoned
 def integrate_over_grid(problem: FixedStepProblem, level: int, iterations: int, n_times: int) -> FixedStepSolution:
     """Integrate over `n_times` of the grid, with the steps of each interval halved `level` times and `iterations` of the joint solver."""
-    # The run is abandoned if its share of the budget is spent, soon after it leaves the limits of the
-    # mechanism, and where a body is too far away. Its states have compatible velocities and the shaft
-    # of a free spindle.
-    settings = problem.settings
-    evaluator = problem.evaluator
-    budget = problem.budget
-    model = PymunkModel(problem.scene, iterations=iterations, plain=settings.plain, count_step=budget.count_step)
-    times = problem.grid.monitor_times
-    step_counts = problem.grid.min_steps << level
-    time_inputs = problem.time_inputs
-    lengths = np.diff(times) / step_counts if step_counts.size else np.ones(1)
-    next_lengths = np.append(lengths[1:], lengths[-1:])[: step_counts.size].tolist()
-    first_h = float(lengths[0])
-    model.start(*problem.start, time_inputs.start_inputs(first_h))
-    time_inputs.reset(model.predict_spindle_inertia)
-    contacts = problem.scene_contacts if has_contacts(problem.scene) else None
-    stepper = StaggeredStepper(problem, model, level, first_h) if contacts is None else EventDrivenStepper(problem, model, level, first_h)
-    # A stop that is struck at the start has changed the velocities.
-    start = stepper.mass_centre_state() if contacts or step_counts.size else problem.start
-    states = [(*start, 0.0, 0.0, stepper.state.dissipated_energy)]
-    contact_modes = [contacts.mode] if contacts else []
-    models = [problem.held_model]
-    first_exit: StepExit | None = None
-    has_limits = bool(evaluator.mechanism.limits) and not settings.plain
-    is_complete = True
-    reached_limit = False
-    max_distance = settings.max_distance_ratio * evaluator.mechanism.length_scale
-    for index, next_h in enumerate(next_lengths[: n_times - 1]):
-        stepper.path = [] if has_limits and step_counts[index] >= MIN_PATH_STEPS else None
-        start_poses = states[-1][0]
+    run = GridRun(problem, level, iterations)
+    run.integrate(n_times)
+    return run.solution()
+
+
+class GridRun:
+    """A run over the monitor times, with its states there.
+
+    It is abandoned if its share of the budget is spent, soon after it leaves the limits of the mechanism, and where a body is too far away.
+    """
+
+    def __init__(self, problem: FixedStepProblem, level: int, iterations: int) -> None:
+        self._problem, self._budget, self._times = problem, problem.budget, problem.grid.monitor_times
+        self._model = PymunkModel(problem.scene, iterations=iterations, plain=problem.settings.plain, count_step=problem.budget.count_step)
+        self._step_counts = problem.grid.min_steps << level
+        self._lengths = np.diff(self._times) / self._step_counts if self._step_counts.size else np.ones(1)
+        self._contacts = problem.scene_contacts if has_contacts(problem.scene) else None
+        first_h = float(self._lengths[0])
+        self._model.start(*problem.start, problem.time_inputs.start_inputs(first_h))
+        problem.time_inputs.reset(self._model.predict_spindle_inertia)
+        make_stepper = EventDrivenStepper if self._contacts else StaggeredStepper
+        self._stepper = make_stepper(problem, self._model, level, first_h)
+        self._states, self._contact_modes, self._held_models = list[MonitoredState](), list[ContactMode](), list[HeldModel | None]()
+        self._keep_state()
+        self._paths = list[tuple[int, Path]]()
+        self._is_complete, self._reached_limit = True, False
+        self._first_exit: StepExit | None = None
+
+    def _keep_state(self) -> None:
+        """Keep the present state."""
+        state, spindle = self._stepper.state, self._problem.time_inputs.spindle
+        self._states.append(MonitoredState(state.poses, state.velocities, spindle.work, spindle.angle, state.dissipated_energy))
+        self._contact_modes += [self._contacts.mode] if self._contacts else []
+        self._held_models.append(self._problem.held_model)
+
+    def integrate(self, n_times: int) -> None:
+        """Integrate over `n_times` of the grid, or until the run is abandoned."""
+        mechanism, settings = self._problem.evaluator.mechanism, self._problem.settings
+        has_limits = bool(mechanism.limits) and not settings.plain
+        max_distance = settings.max_distance_ratio * mechanism.length_scale
+        next_lengths = np.append(self._lengths[1:], self._lengths[-1:])[: self._step_counts.size].tolist()
+        for index, next_h in enumerate(next_lengths[: n_times - 1]):
+            self._stepper.path = [] if has_limits and self._step_counts[index] >= MIN_PATH_STEPS else None
+            if not self._integrate_interval(index, next_h):
+                break
+            self._keep_state()
+            if np.max(np.abs(self._stepper.state.poses[:, :2])) > max_distance:
+                break  # it flies away, or its joints are torn
+            if self._stepper.path:
+                self._paths.append((index, self._stepper.path))
+            if len(self._paths) >= (1 if self._contacts else N_PATHS_TOGETHER):
+                self._check_paths()
+            if self._first_exit or (len(self._states) % LIMIT_CHECK_INTERVAL == 0 and self._is_outside()):
+                break
+        self._check_paths()
+
+    def _integrate_interval(self, index: int, next_h: float) -> bool:
+        """Integrate over an interval, followed by a step of `next_h` seconds; return whether the run goes on."""
+        start, end = float(self._times[index]), float(self._times[index + 1])
         try:
-            is_complete = stepper.integrate(float(times[index]), float(times[index + 1]), int(step_counts[index]), next_h)
+            self._is_complete = self._stepper.integrate(start, end, int(self._step_counts[index]), next_h)
         except StepLimitError:
-            reached_limit = True
-            break
+            self._reached_limit = True
+            return False
         except (ValueError, OverflowError, np.linalg.LinAlgError):  # a body diverged to a position that is not finite
-            break
-        poses, velocities = stepper.mass_centre_state()
-        if not (is_complete and np.isfinite(poses).all()):
-            break
-        states.append((poses, velocities, time_inputs.spindle.work, time_inputs.spindle.angle, stepper.state.dissipated_energy))
-        contact_modes += [contacts.mode] if contacts else []
-        models.append(problem.held_model)
-        if np.max(np.abs(poses[:, :2])) > max_distance:
-            break  # it flies away, or its joints are torn
-        if stepper.path:
-            first_exit = _find_step_exit(problem, model, float(times[index]), start_poses, stepper.path, len(states) - 1)
-            if first_exit is not None:
-                break
-        if len(states) % LIMIT_CHECK_INTERVAL == 0:
-            recent_poses, recent_velocities = (np.array([row[k] for row in states[-LIMIT_CHECK_INTERVAL:]]) for k in (0, 1))
-            if evaluator.find_first_out_of_range(recent_poses) or evaluator.find_first_stall(recent_poses, recent_velocities):
-                break
-    n_steps = int(step_counts[: len(states) - 1].sum()) + stepper.n_split_steps
-    raw_poses, velocities, work, spindle_angle, dissipated_energy = (np.array(column) for column in zip(*states, strict=True))
-    times, lags = times[: len(states)], np.zeros((len(states), 0))
-    history = StateHistory(times=times, poses=raw_poses, velocities=velocities, work=work, dissipated_energy=dissipated_energy, lags=lags)
-    return FixedStepSolution(
-        states=_with_compatible_velocities(problem, history, models, spindle_angle),
-        raw_poses=raw_poses,
-        events=tuple(contacts.events) if contacts else (),
-        contact_modes=tuple(contact_modes),
-        has_chatter=not is_complete,
-        first_exit=first_exit,
-        reached_limit=reached_limit,
-        n_steps=n_steps,
-        evaluation_counts={law: count * n_steps for law, count in model.forces.evaluation_counts.items()},
-    )
+            return False
+        return self._is_complete and bool(np.isfinite(self._stepper.state.poses).all())
+
+    def _check_paths(self) -> None:
+        """Look for an exit along the steps of the last intervals; what follows it is forgotten."""
+        if self._first_exit is None:
+            self._first_exit = _find_step_exit(self._problem, self._model, self._times, self._states, self._paths)
+            self._paths.clear()
+        if self._first_exit is not None:
+            del self._states[self._first_exit.time_index + 1 :], self._held_models[self._first_exit.time_index + 1 :]
+            self._is_complete, self._reached_limit = True, False
+
+    def _is_outside(self) -> bool:
+        """Return whether the last states leave the limits of the mechanism."""
+        recent = (np.array(column) for column in list(zip(*self._states[-LIMIT_CHECK_INTERVAL:], strict=True))[:2])
+        poses, velocities = self._model.to_mass_centres(*recent)
+        evaluator = self._problem.evaluator
+        return bool(evaluator.find_first_out_of_range(poses) or evaluator.find_first_stall(poses, velocities))
+
+    def solution(self) -> FixedStepSolution:
+        """Return the states of the run, with velocities that the joints allow and the shaft of a free spindle, and how it ended."""
+        model, n_times = self._model, len(self._states)
+        poses, velocities, work, spindle_angle, dissipated_energy = (np.array(column) for column in zip(*self._states, strict=True))
+        raw_poses, velocities = model.to_mass_centres(poses, velocities)
+        if not (self._contacts or self._step_counts.size):
+            raw_poses[0], velocities[0] = self._problem.start
+        times, lags = self._times[:n_times], np.zeros((n_times, 0))
+        history = StateHistory(
+            times=times, poses=raw_poses, velocities=velocities, work=work, dissipated_energy=dissipated_energy, lags=lags
+        )
+        n_steps = int(self._step_counts[: n_times - 1].sum()) + self._stepper.n_split_steps
+        return FixedStepSolution(
+            states=_with_compatible_velocities(self._problem, history, self._held_models, spindle_angle),
+            raw_poses=raw_poses,
+            events=tuple(self._contacts.events) if self._contacts else (),
+            contact_modes=tuple(self._contact_modes),
+            has_chatter=not self._is_complete,
+            first_exit=self._first_exit,
+            reached_limit=self._reached_limit,
+            n_steps=n_steps,
+            evaluation_counts={law: count * n_steps for law, count in model.forces.evaluation_counts.items()},
+        )
 
 
 def _find_step_exit(
-    problem: FixedStepProblem, model: PymunkModel, start: float, start_poses: FloatArray, path: list[tuple[float, FloatArray]], index: int
+    problem: FixedStepProblem, model: PymunkModel, times: FloatArray, states: list[MonitoredState], paths: list[tuple[int, Path]]
 ) -> StepExit | None:
+    """Return the first exit from the limits along the steps of intervals, by their numbers, or None."""
+    poses = np.array([poses for _, path in paths for _, poses in path])
+    if not len(poses) or problem.evaluator.find_first_out_of_range(model.to_mass_centres(poses, poses)[0]) is None:
+        return None
+    exits = (_find_exit_on_path(problem, model, [(float(times[index]), states[index].poses), *path], index + 1) for index, path in paths)
+    return next((one for one in exits if one is not None), None)
+
+
+def _find_exit_on_path(problem: FixedStepProblem, model: PymunkModel, path: Path, index: int) -> StepExit | None:
     """Return the first exit from the limits along the steps of an interval that ends at monitor time `index`, or None."""
-    times = np.array([start, *(time for time, _ in path)])
-    poses = np.array([one for _, one in path])
-    poses = np.concatenate([start_poses[np.newaxis], model.to_mass_centres(poses, np.zeros_like(poses))[0]])
+    times, poses = np.array([time for time, _ in path]), np.array([poses for _, poses in path])
+    poses = model.to_mass_centres(poses, poses)[0]
     found = problem.evaluator.find_first_out_of_range(poses)
     if found is None or found[0] == 0:
         return None

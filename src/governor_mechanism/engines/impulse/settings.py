@@ -61,7 +61,7 @@ class WorkBudget:
     """Largest work of all runs of a request and that spent so far, in steps with the first number of solver iterations or their time."""
 
     def __init__(self, settings: ImpulseSettings, scene: Scene, n_varying_inputs: int) -> None:
-        self._n_joints = len(scene.mechanism.joints)
+        self._work_of_iteration = ITERATION_WORK * len(scene.mechanism.joints)
         self._work_without_iterations = 1.0 + CONTACT_WORK * has_contacts(scene) + OUTPUT_FORCE_WORK * len(output_forces_of(scene))
         self._work_without_iterations += VARYING_INPUT_WORK * n_varying_inputs
         self._unit = self._step_work(settings.iterations)
@@ -70,7 +70,7 @@ class WorkBudget:
         self.spent, self._run_end = 0.0, float(self.limit)
 
     def _step_work(self, iterations: int) -> float:
-        return self._work_without_iterations + ITERATION_WORK * self._n_joints * iterations
+        return self._work_without_iterations + self._work_of_iteration * iterations
 
     def steps_per_step(self, iterations: int) -> float:
         """Return as how many steps one with a number of iterations counts."""
@@ -92,7 +92,7 @@ class WorkBudget:
 
     def count_step(self, iterations: int) -> None:
         """Count a step."""
-        self.spent += self.steps_per_step(iterations)
+        self.spent += (self._work_without_iterations + self._work_of_iteration * iterations) / self._unit  # without a call for each step
 
     def count_interval(self) -> None:
         """Count the beginning of an interval of steps."""

@@ -10,6 +10,9 @@ from governor_mechanism.engines.impulse.records import FixedStepProblem, StepSta
 from governor_mechanism.numerics.interpolation import interpolate_samples
 from governor_mechanism.types import FloatArray
 
+Path = list[tuple[float, FloatArray]]
+"""Times (s) and poses (bodies, 3) of the pymunk bodies along the steps of an interval."""
+
 N_WARM_STARTS = 3
 """Number of repetitions of a start, so that the joint solver begins from its converged impulses."""
 
@@ -30,8 +33,8 @@ class StaggeredStepper:
         self.is_holding = False
         self._warm_up_steps_left = 0
         self.n_split_steps = 0
-        self.path: list[tuple[float, FloatArray]] | None = None
-        """Times (s) and poses (bodies, 3) of the pymunk bodies after each step, where they are asked for."""
+        self.path: Path | None = None
+        """The steps of the present interval, where they are asked for."""
         self._problem, self._budget = problem, problem.budget
         self._restart_iteration_factor = problem.settings.restart_iteration_factor
         # A bias of the holding force shows in the difference of levels with other iterations.

@@ -1,6 +1,6 @@
 """Time-dependent inputs of a fixed-step run: spindle speed (prescribed or free), loads, friction limits and drives."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -84,20 +84,27 @@ class TimeInputs:
 
     def prepare_interval(self, start: float, end: float, n_steps: int, next_h: float) -> None:
         """Prepare `n_steps` steps from start to end (s), followed by one of `next_h`."""
-        times = start + (end - start) * np.arange(n_steps + 1) / n_steps
-        times[-1] = end
         self._h = (end - start) / n_steps
         self._next_h = next_h
         self._n_steps = n_steps
         self.has_jump = end in self._jump_times
+        self._values: Sequence[FloatArray] | FloatArray = [self._start_values] * n_steps
+        self._speeds_squared = [self._speed_program.start_speed**2] * n_steps
+        if self.n_varying:
+            self._sample_inputs(start, end, n_steps, next_h)
+
+    def _sample_inputs(self, start: float, end: float, n_steps: int, next_h: float) -> None:
+        """Sample the inputs that vary at the steps of an interval."""
+        times = start + (end - start) * np.arange(n_steps + 1) / n_steps
+        times[-1] = end
         following_h = 0.0 if self._uses_left_limits else next_h
-        self._values = np.tile(self._start_values, (n_steps, 1))
+        values = np.tile(self._start_values, (n_steps, 1))
         for index, function in self._varying_functions:
             if index in self._drive_indices:
-                self._values[:, index] = function(np.append(times[2:], end + next_h))
+                values[:, index] = function(np.append(times[2:], end + next_h))
             else:
-                self._values[:, index] = _sample_at_kicks(function, times, following_h)
-        self._speeds_squared = [self._speed_program.start_speed**2] * n_steps
+                values[:, index] = _sample_at_kicks(function, times, following_h)
+        self._values = values
         if not self._speed_program.is_constant:
             right_limits = self._speed_program(times) ** 2
             left_limits = self._speed_program(times, left_limit=True) ** 2
