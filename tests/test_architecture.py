@@ -65,7 +65,7 @@ INNER_FOLDERS = {
         {"selection"},
         {"__init__"},
     ],
-    "engines/impulse": [{"applied_forces"}, {"pymunk_model"}, {"*"}],
+    "engines/impulse": [{"applied_forces"}, {"pymunk_contact"}, {"pymunk_model"}, {"*"}],
     "papers": [
         {"erratum"},
         {"dubois", "redtenbacher", "zehnder"},
@@ -120,7 +120,7 @@ ROOMS_OF_MANY = {"closed_form", "effects", "machines", "render/machines", "verif
 """Folders with one file for each closed form, effect, machine or joint, whose files are read one at a time."""
 
 ONLY = {
-    "pymunk": {"engines/impulse/applied_forces.py", "engines/impulse/pymunk_model.py"},
+    "pymunk": {f"engines/impulse/{one}.py" for one in ("applied_forces", "pymunk_contact", "pymunk_model")},
     "matplotlib": {"render", "papers"},
     "PIL": {"render"},
     "imageio": {"render"},

@@ -244,7 +244,8 @@ class AppliedForces:
         self.output_forces = system.output_forces
         self._workspace = _make_workspace(n_bodies, len(output_rows.table))
         self.output_jacobian, self.kick_poses = self._workspace.jacobian, self._workspace.poses
-        self.output_values, self.output_gammas, self._has_outputs = np.zeros(0), np.zeros(0), len(output_rows.table) > 0
+        self._has_outputs = len(output_rows.table) > 0
+        self.output_values = self.output_gammas = np.zeros(0)
         self.dissipated_energy, self._previous_step = 0.0, (np.zeros(0), np.zeros(0))
         counts = {"gravity": n_bodies * bool(scene.gravity), "centrifugal": int(np.sum(bodies["plane"] != NO_INDEX))}
         counts["springs, dampers, forces"] = len(mechanism.force_elements)
@@ -255,11 +256,15 @@ class AppliedForces:
         """Forget the previous step: the next one is the half step that starts a motion."""
         self._previous_step = np.zeros(0), np.zeros(0)
 
-    def evaluate_kick(self, state: FloatArray, lead: float, velocities: FloatArray, inputs: StepInputs, kick: FloatArray) -> None:
-        """Fill the forces (bodies, 3) of a kick, and add the energy dissipated in the last step.
-
-        The kick acts at the poses to which those of a state (bodies, 2, 3) move in `lead` seconds, and depends on velocities (bodies, 3).
-        """
+    def evaluate_kick(
+        self,
+        state: FloatArray,  # poses and velocities; shape (bodies, 2, 3)
+        lead: float,  # time in which its velocities move the poses to where the kick acts, s
+        velocities: FloatArray,  # those on which the forces depend; shape (bodies, 3)
+        inputs: StepInputs,
+        kick: FloatArray,  # result: forces times the scale of the kick; shape (bodies, 3)
+    ) -> None:
+        """Fill the forces of a kick, and add the energy dissipated in the last step."""
         system, speed = self.system, math.sqrt(inputs.spindle_speed_squared)
         tables = system.bodies, system.force_elements, system.output_rows, self.output_forces
         _evaluate_kick(*tables, state, lead, velocities, speed, inputs.values, inputs.kick_scale, self._workspace, kick)

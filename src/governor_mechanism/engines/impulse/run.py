@@ -249,13 +249,12 @@ def integrate_over_grid(problem: FixedStepProblem, level: int, iterations: int, 
 
 
 class GridRun:
-    """A run over the monitor times, with its states there.
+    """A run over the monitor times, with its states there."""
 
-    It is abandoned if its share of the budget is spent, soon after it leaves the limits of the mechanism, and where a body is too far away.
-    """
-
+    # It is abandoned if its share of the budget is spent, soon after it leaves the limits of the mechanism,
+    # and where a body is too far away.
     def __init__(self, problem: FixedStepProblem, level: int, iterations: int) -> None:
-        self._problem, self._budget, self._times = problem, problem.budget, problem.grid.monitor_times
+        self._problem, self._times = problem, problem.grid.monitor_times
         self._model = PymunkModel(problem.scene, iterations=iterations, plain=problem.settings.plain, count_step=problem.budget.count_step)
         self._step_counts = problem.grid.min_steps << level
         self._lengths = np.diff(self._times) / self._step_counts if self._step_counts.size else np.ones(1)
@@ -265,7 +264,9 @@ class GridRun:
         problem.time_inputs.reset(self._model.predict_spindle_inertia)
         make_stepper = EventDrivenStepper if self._contacts else StaggeredStepper
         self._stepper = make_stepper(problem, self._model, level, first_h)
-        self._states, self._contact_modes, self._held_models = list[MonitoredState](), list[ContactMode](), list[HeldModel | None]()
+        self._states = list[MonitoredState]()
+        self._contact_modes = list[ContactMode]()
+        self._held_models = list[HeldModel | None]()
         self._keep_state()
         self._paths = list[tuple[int, Path]]()
         self._is_complete, self._reached_limit = True, False
