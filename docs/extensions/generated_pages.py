@@ -14,7 +14,6 @@ from itertools import chain
 from pathlib import Path
 from typing import Any
 
-from PIL import Image
 from sphinx.application import Sphinx
 from sphinx.util import logging
 
@@ -22,10 +21,6 @@ from made_from import EXAMPLES, digest_drawing, digest_files, is_made_from, keep
 
 logger = logging.getLogger(__name__)
 
-CARD_FRAME_RATE = 12.5
-"""Frames of the film of a card in a second: half as many as of a large one, whose size is above all that of its frames."""
-POSTER_MOMENT = 0.35
-"""Moment of the poster as a fraction of the film: a mechanism has left its start and not yet come to its end."""
 POSTER_QUALITY = 80
 """Of WebP: lines on paper show no fringes, at some 8 kB."""
 
@@ -108,16 +103,11 @@ def _make_pages(scenes: Sequence[tuple[str, Path, str]]) -> None:
 def _make_page(name: str, folder: Path, digest: str) -> None:
     """Make page, film and poster of a scene, and keep the digest of its sources."""
     import governor_mechanism as gm
-    from gallery import choose_film_options, run_scene  # of docs/pictures
-    from generators.gallery import CARD_SIZE
+    from gallery import make_card_film, run_scene  # of docs/pictures
 
-    run = run_scene(name)
-    gm.film(run, folder / f"{name}.html")
-    small = {"layout": "machine", "size": CARD_SIZE, "footer": False, "frames_per_second": CARD_FRAME_RATE}
-    film = gm.film(run, folder / f"{name}.gif", **{**choose_film_options(name, run), **small})
-    with Image.open(film) as frames:
-        frames.seek(int(POSTER_MOMENT * frames.n_frames))
-        frames.convert("RGB").save(film.with_suffix(".webp"), quality=POSTER_QUALITY)
+    gm.film(run_scene(name), folder / f"{name}.html")
+    film, poster = make_card_film(name, folder)
+    poster.save(film.with_suffix(".webp"), quality=POSTER_QUALITY)
     keep_digest(name, digest)
 
 

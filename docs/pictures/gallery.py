@@ -14,6 +14,8 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
+from PIL import Image, ImageSequence
+
 import governor_mechanism as gm
 from governor_mechanism.render.figure_files import FigureFiles
 from governor_mechanism.render.figures.time_series import readings_figure
@@ -51,6 +53,12 @@ FILM_OPTIONS: dict[str, dict[str, Any]] = {
 }
 """Options of the films of some scenes; an end is that of the run if this ends earlier."""
 
+CARD_SIZE, CARD_FRAME_RATE = 320, 12.5
+"""Width of the film of a card, pixels, and its height if it is not wider than high; and its frame rate: half that of a large one,
+whose size is above all that of its frames."""
+POSTER_MOMENT = 0.35
+"""Moment of a poster as a fraction of the film: a mechanism has left its start and not yet come to its end."""
+
 CATALOGUE_FILMS = ("jansen",)
 """Scenes of the catalogue with a film."""
 
@@ -63,10 +71,9 @@ PAIR_FILM, PAIR_SCENES = "porter_cyclic_pair", {"porter_cyclic": "without dashpo
 STUDIES = (
     "equilibria porter --resistance '40 N' --range arm_angle=20deg:45deg",
     "equilibria watt_improved",
-    "equilibria parabolic",
     "effects porter_dry_friction",
     "effects porter_heavy_rods",
-    "accuracy porter --for 1e-6",
+    "accuracy porter",
     "accuracy watt_improved --for 1e-6",
     "accuracy hartung_dubois --for 1e-6",
     "accuracy slide_valve_marks --for 1e-6",
@@ -97,6 +104,7 @@ def main() -> None:
     for name in shipped_scenes():
         run = run_scene(name)
         make_film(name, FOLDER)
+        write_poster(name)
         readings_figure(run).save(FOLDER / f"{name}.png")
         write_machine_figures(run, FigureFiles(folder=FOLDER), name)
         print(f"{name}: {run.message}")
@@ -120,6 +128,22 @@ def make_film(name: str, folder: Path, **smaller: Any) -> Path:
     run = run_scene(OUTSIDE_SCENE if is_outside else name)
     options = choose_film_options(name, run, shows_rotation=is_outside) | ({"view": "both"} if is_outside else {})
     return gm.film(run, folder / f"{name}.gif", **{**options, **smaller})
+
+
+def make_card_film(name: str, folder: Path) -> tuple[Path, Image.Image]:
+    """Write the film of the card of a scene into a folder, small and therefore without words, and return it with its poster."""
+    run = run_scene(name)
+    options = choose_film_options(name, run) | {"layout": "bare", "size": CARD_SIZE, "frames_per_second": CARD_FRAME_RATE}
+    film = gm.film(run, folder / f"{name}.gif", **options)
+    with Image.open(film) as frames:
+        pictures = [frame.convert("RGB") for frame in ImageSequence.Iterator(frames)]
+    return film, pictures[int(POSTER_MOMENT * len(pictures))]
+
+
+def write_poster(name: str) -> None:
+    """Write the poster of a scene."""
+    with tempfile.TemporaryDirectory() as folder:
+        make_card_film(name, Path(folder))[1].save(FOLDER / f"{name}_poster.png")
 
 
 @lru_cache(maxsize=2)

@@ -150,6 +150,9 @@ def test_the_gallery_has_every_scene_with_its_page():
         assert f'"pages/{name}.html"' in text
         assert f'"_generated/scenes/{name}.html#scene-file"' in text
         assert f"models/{name}.toml\n:language: toml" in pages[f"scenes/{name}.md"]
+    # Its film has no words; that its motion is magnified, the card says.
+    magnified = re.findall(r'"pages/(\w+)\.webp" alt=""><span class="note">motion magnified 10 ×<', text)
+    assert magnified == ["porter_cyclic", "porter_cyclic_damped"]
 
 
 def test_the_gallery_offers_what_its_scenes_have():

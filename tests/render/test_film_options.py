@@ -7,12 +7,14 @@ import xml.etree.ElementTree as ElementTree
 
 import numpy as np
 import pytest
+from matplotlib.figure import Figure
+from matplotlib.text import Text
 
 import governor_mechanism as gm
 from decoding import data_of, decode_film, page_data_of, painter_of, pixel_of, words_of
 from drawing_checks import of_role
 from governor_mechanism.model.results.pictures import FilmKeywords, FilmLayout, FilmOptions, Theme
-from governor_mechanism.render.artists import themed_colour
+from governor_mechanism.render.artists import Brush, themed_colour
 from governor_mechanism.render.film.frame_painter import ForceArrows
 from governor_mechanism.render.film.moving_parts import CurvePanel
 from governor_mechanism.render.film.painters import make_painter
@@ -20,7 +22,7 @@ from governor_mechanism.render.film.svg_animation import TOLERANCE, key_frames
 from governor_mechanism.render.film.timing import MIN_FRAMES_PER_TURN, select_timing
 from governor_mechanism.render.frame_data import FrameData, find_forces
 from governor_mechanism.render.geometry.attached import shapes_of
-from governor_mechanism.render.geometry.primitives import Lines, Polygon
+from governor_mechanism.render.geometry.primitives import Circle, Lines, Polygon, TextShape
 from governor_mechanism.render.motion_layers import MotionLayers
 from governor_mechanism.render.page.page_data import roles_of
 from governor_mechanism.render.page.views import show_run
@@ -87,6 +89,30 @@ def test_the_frame_of_a_wide_machine_alone_is_as_high_as_the_machine_needs(slide
     assert rows[0] < 0.2 * height
     assert rows[-1] > 0.55 * height
     assert np.diff(rows).max() < 0.1 * size
+
+
+@pytest.mark.parametrize("scene", ["porter_clearance", "slide_valve_marks", "governed_engine"])
+def test_a_bare_film_has_no_words_nor_keys(scene):
+    """But the same drawing, at least as large: words would be illegible in a small picture, and take room."""
+    run = gm.run(gm.load(scene).replace({"run.duration": "0.1 s"}), certify=False)
+    bare, worded = (
+        make_painter((run,), (0.0, 0.1), np.array([0.0, 0.1]), 1.0, FilmOptions(layout=layout)) for layout in ("bare", "machine")
+    )
+    seen, all_seen = ([one for one in painter.canvases[0].figure.findobj() if one.get_visible()] for painter in (bare, worded))
+    assert not [one for one in seen if isinstance(one, Text) and one.get_text()]
+    assert [one for one in all_seen if isinstance(one, Text) and one.get_text()]
+    assert bare.draw(1).shape[0] < worded.draw(1).shape[0] or bare.canvases[0].view.scale > worded.canvases[0].view.scale
+
+
+def test_keys_are_not_seen_without_their_words():
+    axes = Figure().add_subplot()
+    shapes = [
+        Polygon("live steam key", ((0.0, 0.0), (1.0, 0.0), (0.0, 1.0))),
+        Circle("ball", 0.0, 0.0, 1.0),
+        TextShape("scale", 0.0, 0.0, "a", 1.0),
+    ]
+    seen = [[one.get_visible() for one in Brush(axes, 1.0, shows_words=shows).paint(shapes)] for shows in (True, False)]
+    assert seen == [[True, True, True], [False, True, False]]
 
 
 def test_machines_alone_side_by_side_have_one_height(slider_crank, porter):

@@ -169,7 +169,7 @@ def test_the_plots_of_a_magnified_film_stay_true(porter):
     painter = painter_of(porter, exaggerate=2.0)
     panel = next(panel for panel in painter.panels if isinstance(panel, CurvePanel))
     assert_allclose(panel.curves[0][:, 1], np.degrees(porter.readings["arm_angle"]))
-    assert "motion magnified 2x" in words_of(painter.figure)
+    assert "motion magnified 2 ×" in words_of(painter.figure)
     # No lift can be read off where the motion is magnified.
     roles = [{shape.role for shape in data.drawing.static_shapes} for data in (data_of(porter), painter.frame_data)]
     assert ["scale" in shown for shown in roles] == [True, False]

@@ -7,6 +7,7 @@ from collections import defaultdict
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 
+from gallery import FILM_OPTIONS  # of docs/pictures
 from generators.markdown import escape
 from governor_mechanism.model.part import FreeSpindle, Part
 from governor_mechanism.model.scene import Scene
@@ -16,9 +17,6 @@ from governor_mechanism.scenes.library import load_scene, shipped_scenes
 FILM_FOLDERS = ("../renders/gallery", "../renders")
 """Folders with large films, from docs/: those of `make gallery`, and the tracked ones, which other pages show."""
 DOCS = Path(__file__).parents[2]
-
-CARD_SIZE = 320
-"""Width of poster and film of a card, pixels, and its height if it is not wider than high."""
 
 COMMON_EFFECTS = {"gravity", "centrifugal"}
 """Effects that tell nothing apart."""
@@ -98,6 +96,8 @@ def _card(name: str, scene: Scene) -> str:
     data = " ".join(f'data-{key}="{html.escape("|".join(of_scene(scene)))}"' for key, of_scene in FILTERS.items())
     page = f"_generated/scenes/{name}.html"
     poster = f'<img src="pages/{name}.webp" alt="">'
+    if magnification := FILM_OPTIONS.get(name, {}).get("exaggerate"):
+        poster += f'<span class="note">motion magnified {magnification:g} ×</span>'
     command = f'<div class="highlight-text notranslate"><div class="highlight"><pre>governor-mechanism open {name}</pre></div></div>'
     lines = [
         f'<article class="scene" id="scene-{name}" {data}>',

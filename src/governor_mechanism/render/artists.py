@@ -20,7 +20,7 @@ from matplotlib.text import Text as Words
 from numpy.typing import NDArray
 
 from governor_mechanism.model.results.pictures import Theme
-from governor_mechanism.render.geometry.primitives import SMALL_TEXT, Circle, DrawnShape, Lines, Polygon, TextShape
+from governor_mechanism.render.geometry.primitives import SMALL_TEXT, Circle, DrawnShape, Lines, Polygon, TextShape, is_wording
 from governor_mechanism.render.style import DARK_COLOURS, PAPER, ROLE_STYLES, SANS_FONT
 
 
@@ -28,18 +28,21 @@ class Brush:
     """Creates artists for shapes on axes in metres.
 
     Consecutive circles of one role share an artist, and so do lines: an artist costs more than its shape. `points_per_pixel` is the
-    number of points in a pixel of a 480-pixel frame.
+    number of points in a pixel of a 480-pixel frame. Without `shows_words`, words and the keys of their colours are not seen.
     """
 
-    def __init__(self, axes: Axes, points_per_pixel: float, *, base_zorder: float = 2) -> None:
+    def __init__(self, axes: Axes, points_per_pixel: float, *, base_zorder: float = 2, shows_words: bool = True) -> None:
         self._axes = axes
         self._points_per_pixel = points_per_pixel
         self._base_zorder = base_zorder
+        self._shows_words = shows_words
 
     def paint(self, shapes: Sequence[DrawnShape]) -> list[Artist]:
         """Add artists for the shapes, back to front, and return them."""
-        artists = [self._make_artist(group) for group in group_shapes(shapes)]
-        for order, artist in enumerate(artists):
+        groups = group_shapes(shapes)
+        artists = [self._make_artist(group) for group in groups]
+        for order, (artist, (first, *_)) in enumerate(zip(artists, groups, strict=True)):
+            artist.set_visible(self._shows_words or not is_wording(first))
             artist.set_zorder(self._base_zorder + order / 1000)
             self._axes.add_artist(artist)
             if isinstance(artist, Text):

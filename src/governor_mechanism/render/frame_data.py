@@ -17,6 +17,7 @@ from governor_mechanism.model.joints import GROUND, Point
 from governor_mechanism.model.motion_readings import joints_of_reactions
 from governor_mechanism.model.output_variables import PointCoordinate
 from governor_mechanism.model.part import TURNING_PLANE, Part
+from governor_mechanism.model.results.pictures import FilmLayout
 from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.numerics.interpolation import integrate_samples, interpolate_samples
 from governor_mechanism.observables.motion_readings import point_velocity
@@ -149,9 +150,10 @@ def shows_bodies(data: FrameData) -> bool:
     return isinstance(data.drawing, GovernorDrawing | GenericDrawing)
 
 
-def enclosing_box(column: Sequence[FrameData]) -> BoundingBox:
-    """Return the smallest bounding box (m) that contains a part in several runs."""
-    return enclose_boxes(data.drawing.bounds for data in column)
+def enclosing_box(column: Sequence[FrameData], layout: FilmLayout) -> BoundingBox:
+    """Return the smallest bounding box (m) that contains a part in several runs as a layout shows it."""
+    is_bare = layout is FilmLayout.BARE
+    return enclose_boxes(data.drawing.bare_bounds if is_bare else data.drawing.bounds for data in column)
 
 
 def on_one_scale(column: Sequence[FrameData], shown: FrameData) -> list[FrameData]:

@@ -105,8 +105,9 @@ class FilmFormat(StrEnum):
 
 
 class FilmLayout(StrEnum):
-    """Layout of a film: the machine alone, with plots in a square, or with plots beside it in 16:9."""
+    """Layout of a film: the machine without words, alone, with plots in a square, or with plots beside it in 16:9."""
 
+    BARE = "bare"
     MACHINE = "machine"
     MACHINE_AND_PLOTS = "machine+plots"
     WIDE = "wide"
@@ -313,9 +314,10 @@ class FilmOptions:
     layout: FilmLayout = film_option(
         FilmLayout.MACHINE_AND_PLOTS,
         TEXT,
-        '"machine" alone, in a lower frame if it is wider than high, "machine+plots" in a square, or "wide": 16:9 with the plots beside.',
+        '"machine" alone, in a lower frame if it is wider than high, "bare": so and without any words, which small pictures would make '
+        'illegible, "machine+plots" in a square, or "wide": 16:9 with the plots beside.',
         read=_one_of("layout", FilmLayout),
-        help="Layout of the film: the machine alone, or with plots in a square or in 16:9.",
+        help="Layout of the film: the machine alone, bare of words (for small pictures), or with plots in a square or in 16:9.",
     )
     readings: tuple[str, ...] = film_option(
         (),
@@ -430,10 +432,11 @@ class FilmOptions:
 
     def _require_combination(self) -> None:
         """Raise FilmOptionError for options that do not go together."""
-        if self.readings and self.layout is FilmLayout.MACHINE:
-            raise FilmOptionError(
-                "a film of the {layout} 'machine' plots no readings; leave {readings} out, or choose the {layout} 'machine+plots' or 'wide'"
-            )
+        if self.readings and self.layout in (FilmLayout.MACHINE, FilmLayout.BARE):
+            template = "a film of the {layout} {found!r} plots no readings; leave {readings} out, or choose 'machine+plots' or 'wide'"
+            raise FilmOptionError(template, found=str(self.layout))
+        if self.labels and self.layout is FilmLayout.BARE:
+            raise FilmOptionError("{labels} are words, which the {layout} 'bare' leaves out; leave one of the two out")
         overlays = [name for name in ("labels", "forces", "traces", "paths", "layers") if getattr(self, name)]
         if overlays and self.view is FilmView.OUTSIDE:
             raise FilmOptionError(

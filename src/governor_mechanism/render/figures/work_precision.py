@@ -62,7 +62,7 @@ def work_precision_figure(
     reference = study.reference
     accuracy_text = f"against {reference.engine} at tolerance {reference.tolerance:g}, error {reference.error:.0e}"
     page.write_footnote(f"{accuracy_text}; {reference.confirmation}", y=0.91, size=8, va="center")
-    page.write_footnote(_KEY, y=0.018)
+    page.write_footnote(_KEY if requested_error is None else f"{_KEY}; ring: fastest within the request", y=0.018)
     return page
 
 
@@ -71,7 +71,7 @@ def _position(point: WorkPrecisionPoint, study: AccuracyStudy) -> tuple[float, f
     return 1e3 * float(np.median(point.wall_times)), max(point.max_error, study.reference.resolvable_error)
 
 
-_KEY = "at each point its tolerance or step; point: median time; bar: shortest to longest of repeats; ring: fastest within the request"
+_KEY = "at each point its tolerance or step; point: median time; bar: shortest to longest of repeats"
 
 _TIME_DIRECTIONS = ((-1, -1), (-1, 0), (1, -1), (1, 0), (1, 1), (-1, 1), (0, -1))
 """Directions of a time from its point, the preferred one first."""

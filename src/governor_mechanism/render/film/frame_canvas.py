@@ -12,7 +12,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.lines import Line2D
 from matplotlib.text import Text as Words
 
-from governor_mechanism.model.results.pictures import DEFAULT_OPTIONS, FilmOptions
+from governor_mechanism.model.results.pictures import DEFAULT_OPTIONS, FilmLayout, FilmOptions
 from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.render.artists import Brush, artist_paths, group_shapes, recolour
 from governor_mechanism.render.figures.page import Page, plain_labels
@@ -206,6 +206,7 @@ class FrameCanvas:
         )
         self._width = self._right + self._shift
         self._options = options
+        self._shows_words = options.layout is not FilmLayout.BARE
         width, height = (length / layout.REFERENCE_SIZE * size / FRAME_DPI for length in (self._width, self._height))
         self.figure = Page(width, height, dpi=FRAME_DPI)
         self._canvas = cast(Any, FigureCanvasAgg(self.figure))  # its methods have no types
@@ -271,8 +272,8 @@ class FrameCanvas:
         axes = self._add_axes(view.rect)
         axes.set_axis_off()
         axes.set(xlim=view.box[:2], ylim=view.box[2:])
-        Brush(axes, self._points_per_pixel).paint(static_shapes)
-        return Brush(axes, self._points_per_pixel, base_zorder=3)
+        Brush(axes, self._points_per_pixel, shows_words=self._shows_words).paint(static_shapes)
+        return Brush(axes, self._points_per_pixel, base_zorder=3, shows_words=self._shows_words)
 
     def _add_axes(self, rect: PixelRect) -> Axes:
         """Add axes in a rectangle (pixels of 480)."""
@@ -286,7 +287,8 @@ class FrameCanvas:
         number_position = (position[0] - width - _unit_gap(unit, height), position[1])
         text = self.add_text(max(texts, key=len), number_position, height, ha="right", **style)
         max_width = self._width_of(text)
-        self.counters.append(CachedNumber(text, texts))
+        if self._shows_words:
+            self.counters.append(CachedNumber(text, texts))
         return float(number_position[0]) - max_width
 
     def _add_title_and_footer(self, run: Trajectory, title: str, frame_data: FrameData, note: str = "") -> None:
@@ -318,7 +320,9 @@ class FrameCanvas:
         return max((self.measure_text(label, SMALL_TEXT) for label in labels), default=0.0) + layout.TICK_WIDTH
 
     def _add_line(self, start: Vec2, end: Vec2, colour: str) -> None:
-        """Add a thin line between two positions (pixels of 480)."""
+        """Add a thin line between two positions (pixels of 480), to which words belong."""
+        if not self._shows_words:
+            return
         xs, ys = zip(start, end, strict=True)
         columns = [(x + self._shift) / self._width for x in xs]
         rows = [1 - y / self._height for y in ys]
@@ -340,12 +344,12 @@ class FrameCanvas:
         return plot_panel(axes, panel, data, self._points_per_pixel, has_time_labels=has_time_labels)
 
     def add_text(self, content: str, position: Vec2, height: float, *, max_width: float | None = None, **style: Any) -> Words:
-        """Add text at a position and of a height (pixels of 480), fitted into `max_width` pixels."""
+        """Add text at a position and of a height (pixels of 480), fitted into `max_width` pixels; unseen in a frame without words."""
         settings = {"color": INK, "fontfamily": SANS_FONT, "va": "center_baseline", "parse_math": False} | style
         x = (position[0] + self._shift) / self._width
         y = 1 - position[1] / self._height
         text = Words(x, y, content, fontsize=height * self._points_per_pixel)
-        text.set(transform=self.figure.transFigure, **settings)
+        text.set(transform=self.figure.transFigure, visible=self._shows_words, **settings)
         self.figure.add_artist(text)
         if max_width is not None:
             self._shrink_to_width(text, max_width * self._size / layout.REFERENCE_SIZE)

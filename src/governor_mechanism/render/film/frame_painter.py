@@ -10,7 +10,7 @@ import numpy as np
 
 from governor_mechanism.mechanics.kinematics.constraint_rows import point_path
 from governor_mechanism.model.part import TURNING_PLANE
-from governor_mechanism.model.results.pictures import DEFAULT_OPTIONS, FilmOptions, FilmView
+from governor_mechanism.model.results.pictures import DEFAULT_OPTIONS, FilmLayout, FilmOptions, FilmView
 from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.render.film import layout
 from governor_mechanism.render.film.frame_canvas import LINE_PITCH, FrameCanvas, HeadingRow, PlotHeading
@@ -300,7 +300,7 @@ class FramePainter(FrameCanvas):
             self.add_text(format_name(frame_data.part.name), (x + shift, y), 12.5, fontfamily=SERIF_FONT, max_width=260)
             return shift, layout.PART_NAME_HEIGHT
         if self._options.exaggerate > 1.0:
-            words = f"motion magnified {self._options.exaggerate:.4g}x"
+            words = f"motion magnified {self._options.exaggerate:.4g} ×"
             self.add_text(words, (x + shift, y), 12, color=VERMILLION, fontweight="bold")
             return shift, layout.PART_NAME_HEIGHT
         return shift, 0.0
@@ -309,7 +309,8 @@ class FramePainter(FrameCanvas):
         """Return what is drawn over the plane of part `index`, and the largest view that has space for it; for `place` see above."""
         frame_data, (shift, above) = self._shown_parts[index], place
         rect = shift_rect(self._places.elevation, shift + self._shift, above)
-        overlay = ElevationOverlay(frame_data, enclosing_box(on_one_scale(self._columns[index], frame_data)), self._options)
+        box = enclosing_box(on_one_scale(self._columns[index], frame_data), self._options.layout)
+        overlay = ElevationOverlay(frame_data, box, self._options)
         names_height, words_height = heights_of_words(frame_data, overlay)
         left, top, right, bottom = shift_rect(rect, 0.0, names_height)
         return overlay, fit_view(overlay.box, (left, top, right - self._names_width, bottom - words_height))
@@ -327,7 +328,7 @@ class FramePainter(FrameCanvas):
             path = None
         parts = [*frame_data.moving_parts(), *overlay.parts()]
         if path is not None and ends is not None:
-            parts.insert(0, Flexible(shapes_at=lambda k: [self._traced_path(frame_data, path, ends, k)]))
+            parts.insert(0, Flexible(shapes_at=lambda k: [Lines("trace", (last_second(frame_data, path, ends, k),))]))
         return self._make_shape_panel(view, overlay.static_shapes, parts)
 
     def _outside_box(self, index: int) -> BoundingBox:
@@ -348,10 +349,6 @@ class FramePainter(FrameCanvas):
         self._add_view_words(["seen from outside", *_speed_words(frame_data)], place[0])
         self.outside_view = view
         return self._make_sorted_panel(view, rotation_arrow(frame_data, self._outside_box(index)), seen.shapes_at, seen.order_at)
-
-    def _traced_path(self, data: FrameData, path: FloatArray, ends: FloatArray, k: int) -> Lines:
-        """Return the part in the last second of film before frame k of a path (s, 2) m, which ends at its point (f, 2) m of the frame."""
-        return Lines("trace", (last_second(data, path, ends, k),))
 
     def _make_plan(self, rect: PixelRect) -> Panel:
         """Return the panel of the turning plane seen from above, and write its caption."""
@@ -496,5 +493,5 @@ def _aspect_ratio(columns: Sequence[Sequence[FrameData]]) -> float:
     """Return the smallest width relative to the height of what is drawn in the runs of one part; 1 for several parts."""
     if len(columns) > 1:
         return 1.0
-    boxes = [enclosing_box(on_one_scale(columns[0], data)) for data in columns[0]]
+    boxes = [enclosing_box(on_one_scale(columns[0], data), FilmLayout.MACHINE_AND_PLOTS) for data in columns[0]]
     return min((right - left) / (top - bottom) for left, right, bottom, top in boxes)

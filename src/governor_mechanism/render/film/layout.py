@@ -96,10 +96,14 @@ MACHINE_WIDTH, MIN_MACHINE_HEIGHT = REFERENCE_SIZE - 16.0, 120.0
 """Width (pixels) that a machine alone has at its disposal, and the smallest height of its place."""
 MACHINE_TOP, BELOW_MACHINE = 42.0, 44.0
 """Heights (pixels) of what stands above and below a machine alone: title, and scale bar and footer."""
+BARE_MARGIN = 8.0
+"""Distance (pixels) of a machine without words from the edges of its frame."""
 
 
 def machine_frame_height(drawing_height: float, options: FilmOptions) -> float:
     """Return the height (pixels) of the frame of a machine alone that is wider than high, with its lines of words; at most a square."""
+    if options.layout is FilmLayout.BARE:
+        return min(drawing_height + 2 * BARE_MARGIN, REFERENCE_SIZE)
     below = BELOW_MACHINE - (0.0 if options.footer else FOOTER_HEIGHT)
     return min(MACHINE_TOP + max(drawing_height, MIN_MACHINE_HEIGHT) + below, REFERENCE_SIZE)
 
@@ -122,6 +126,10 @@ def frame_layout(options: FilmOptions, has_dial: bool, aspect_ratio: float = 1.0
                 readings=None,
                 dial=None,
             )
+        case FilmLayout.BARE:
+            right, bottom = REFERENCE_SIZE - BARE_MARGIN, height - BARE_MARGIN
+            rect = (BARE_MARGIN, BARE_MARGIN, right, bottom)
+            return FrameLayout(height=height, part_pitch=right, elevation=rect, caption=rect, readings=None, dial=None)
         case FilmLayout.WIDE:
             right = 404.0 if has_dial else 500.0
             places = FrameLayout(

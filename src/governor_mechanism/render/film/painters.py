@@ -39,7 +39,10 @@ _AIR = 8.0
 
 ROOM_RECT: PixelRect = (8.0, 42.0, 8.0 + room.WIDTH, 42.0 + room.HEIGHT)
 """Place of the elevation in a frame of two parts."""
+BARE_ROOM_RECT: PixelRect = (8.0, layout.BARE_MARGIN, 8.0 + room.WIDTH, layout.BARE_MARGIN + room.HEIGHT)
+"""Place of the elevation in a frame without words."""
 FRAME_WIDTHS = {
+    FilmLayout.BARE: (room.WIDTH + 16.0, 0.0),
     FilmLayout.MACHINE: (room.WIDTH + 16.0, 0.0),
     FilmLayout.MACHINE_AND_PLOTS: (layout.REFERENCE_SIZE, layout.PART_PITCH),
     FilmLayout.WIDE: (layout.WIDE_WIDTH - layout.PART_PITCH, layout.PART_PITCH),
@@ -49,12 +52,12 @@ FRAME_WIDTHS = {
 
 def machine_height(parts: ShownParts, compared: Sequence[ShownParts], options: FilmOptions) -> float:
     """Return the height (pixels of 480) of a frame in which the parts of a run, without plots, take the whole width; at most a square."""
-    if options.layout is not FilmLayout.MACHINE or any(any(views_of(data, options.view)) for data in parts):
+    if options.layout not in (FilmLayout.MACHINE, FilmLayout.BARE) or any(any(views_of(data, options.view)) for data in parts):
         return REFERENCE_SIZE
     above = layout.PART_NAME_HEIGHT if len(parts) > 1 or options.exaggerate > 1.0 else 0.0
     heights = []
     for data, column in zip(parts, zip(*compared, strict=True), strict=True):
-        overlay = ElevationOverlay(data, enclosing_box(on_one_scale(column, data)), options)
+        overlay = ElevationOverlay(data, enclosing_box(on_one_scale(column, data), options.layout), options)
         left, right, bottom, top = overlay.box
         drawing = (top - bottom) / (right - left) * layout.MACHINE_WIDTH
         heights.append(above + drawing + 2 * _AIR + sum(heights_of_words(data, overlay)))
@@ -97,7 +100,9 @@ class EngineRoomPainter(FrameCanvas):
         animated: bool = True,
     ) -> None:
         width, shift = FRAME_WIDTHS[options.layout]
-        super().__init__(size, shift, options, width)
+        is_bare = options.layout is FilmLayout.BARE
+        self._room_rect = BARE_ROOM_RECT if is_bare else ROOM_RECT
+        super().__init__(size, shift, options, width, self._room_rect[3] + layout.BARE_MARGIN if is_bare else REFERENCE_SIZE)
         self._run = run
         self._governed = governed
         self._data = governor
@@ -121,7 +126,7 @@ class EngineRoomPainter(FrameCanvas):
 
     def _make_elevation(self) -> Panel:
         """Return the panel of the engine room, and write the names of load and supply, and when a belt breaks."""
-        view = PixelView(rect=ROOM_RECT, scale=1.0, x=0.5 * room.WIDTH, y=0.5 * room.HEIGHT)
+        view = PixelView(rect=self._room_rect, scale=1.0, x=0.5 * room.WIDTH, y=0.5 * room.HEIGHT)
         state_at = self.room.states(self._data.times, self._data.poses)
         states = [state_at(k) for k in range(len(self._data.times))]
         if self.room.has_load:
@@ -141,7 +146,7 @@ class EngineRoomPainter(FrameCanvas):
 
     def _place(self, point: Vec2) -> Vec2:
         """Return the place in the frame of a point of the room."""
-        return ROOM_RECT[0] + point[0] - self._shift, ROOM_RECT[3] - point[1]
+        return self._room_rect[0] + point[0] - self._shift, self._room_rect[3] - point[1]
 
     def _add_caption(self, bands: Sequence[RangeBand]) -> None:
         """Write scale bars of engine and governor, how time and rotation are shown, and what the bands of plots are."""
@@ -154,7 +159,7 @@ class EngineRoomPainter(FrameCanvas):
         texts = [format_film_speed(slow_down)]
         if (slowing := self.room.rotation_slowing(self._data.times)) > 1:
             texts.append(f"{slowing} turns drawn as 1")
-        right = ROOM_RECT[2] - self._shift
+        right = self._room_rect[2] - self._shift
         self.add_text(", ".join(text for text in texts if text), (right, y), SMALL_TEXT, color=MUTED, ha="right", max_width=right - x)
         if bands:
             position, width = (self._right - 12.0, y + 3.5), self._right - 16.0 - right  # below the times of the plots
@@ -162,7 +167,7 @@ class EngineRoomPainter(FrameCanvas):
 
     def _make_plots(self) -> list[CurvePanel]:
         """Return the plots, stacked over a common time axis, and write their names and numbers."""
-        if self._options.layout is FilmLayout.MACHINE:
+        if self._options.layout in (FilmLayout.MACHINE, FilmLayout.BARE):
             return []
         plots = choose_room_panels(self._run, self._governed, self.room, self._data.time_span, self._options.readings)
         left, top, _, bottom = layout.READINGS_RECT

@@ -64,6 +64,11 @@ class TextShape:
 DrawnShape = Circle | Polygon | Lines | TextShape
 
 
+def is_wording(shape: DrawnShape) -> bool:
+    """Return whether a shape is a text, or the sample of a key, which means nothing without the text beside it."""
+    return isinstance(shape, TextShape) or shape.role.endswith(" key")
+
+
 def bounding_box(shapes: Iterable[DrawnShape]) -> BoundingBox:
     """Return the smallest box (m) around shapes, text with its reserved width; around none one that changes no other box: +-inf."""
     points = [point for shape in shapes for point in _extent_points(shape)]

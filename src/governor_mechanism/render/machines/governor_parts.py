@@ -255,7 +255,7 @@ def _shoe_key_shapes(governor: GovernorDrawing, left: float, middle: float, unit
         return
     half = 0.0275 * unit
     for role, text, y in (("held shoe", "holds", middle + _KEY_ROW * unit), ("shoe", "slides", middle - _KEY_ROW * unit)):
-        yield make_rectangle(role, left, left + 2.0 * half, y - half, y + half)
+        yield make_rectangle(f"{role} key", left, left + 2.0 * half, y - half, y + half)
         yield TextShape("scale", left + 3.0 * half, y, text, 0.3 * unit)
 
 

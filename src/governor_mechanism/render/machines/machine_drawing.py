@@ -18,6 +18,7 @@ from governor_mechanism.render.geometry.primitives import (
     drawn_ball_radius,
     drawn_point_paths,
     enclose_boxes,
+    is_wording,
 )
 from governor_mechanism.render.geometry.recording import enclose_recorded, record_parts
 from governor_mechanism.render.part_run import PartRun
@@ -131,9 +132,22 @@ class MachineDrawing(PartRun, ABC):
     @cached_property
     def bounds(self) -> BoundingBox:
         """The box (m) that contains every shape of the run, with a margin."""
-        rows = select_extreme_rows(drawn_point_paths(self.part.mechanism, self.poses))
-        moments = [Moment(self.poses[k], float(self.run.times[k])) for k in rows]
-        moving = enclose_recorded(record_parts(self.moving, moments))
-        left, right, bottom, top = enclose_boxes([bounding_box(self.static_shapes), moving])
+        return self._enclose(self.static_shapes)
+
+    @cached_property
+    def bare_bounds(self) -> BoundingBox:
+        """The box (m) that contains every shape of the run but words and keys, with a margin."""
+        return self._enclose(shape for shape in self.static_shapes if not is_wording(shape))
+
+    def _enclose(self, resting: Iterable[DrawnShape]) -> BoundingBox:
+        """Return the box (m) around resting shapes and all that moves, with a margin."""
+        left, right, bottom, top = enclose_boxes([bounding_box(resting), self._moving_box])
         margin = _MARGIN_RATIO * max(right - left, top - bottom)
         return left - margin, right + margin, bottom - margin, top + margin
+
+    @cached_property
+    def _moving_box(self) -> BoundingBox:
+        """The box (m) that contains all that moves."""
+        rows = select_extreme_rows(drawn_point_paths(self.part.mechanism, self.poses))
+        moments = [Moment(self.poses[k], float(self.run.times[k])) for k in rows]
+        return enclose_recorded(record_parts(self.moving, moments))

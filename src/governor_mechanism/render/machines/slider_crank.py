@@ -102,7 +102,7 @@ class SliderCrankDrawing(GenericDrawing):
         lowest = -self.crank - _KEY_DISTANCE * u
         left, length = -self.crank, force * self._metres_per_newton
         number = f"{force / 1e3:g} kN" if force >= 1e3 else f"{force:g} N"
-        yield from make_arrow("reaction", ((left, lowest), (left + length, lowest)), _HEAD_SIZE * u)
+        yield from make_arrow("reaction key", ((left, lowest), (left + length, lowest)), _HEAD_SIZE * u)
         x = left + length + 0.04 * u
         yield TextShape("scale", x, lowest, number, _LETTER_WIDTH * len(number) * u)
         yield TextShape("scale", left, lowest - _LINE_HEIGHT * u, _KEY, _LETTER_WIDTH * len(_KEY) * u)

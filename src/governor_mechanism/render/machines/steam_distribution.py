@@ -119,7 +119,7 @@ def key_shapes(corner: Vec2, unit: float) -> Iterator[DrawnShape]:
     left, half = corner[0], 0.5 * _SQUARE_HEIGHT * unit
     for row, (phase, name) in enumerate(PHASE_NAMES.items()):
         y = _row_height(corner, unit, row)
-        yield make_rectangle(phase, left, left + _SQUARE_WIDTH * unit, y - half, y + half)
+        yield make_rectangle(f"{phase} key", left, left + _SQUARE_WIDTH * unit, y - half, y + half)
         yield TextShape("scale", left + _WORD_PLACE * unit, y, name, _WORD_WIDTH * unit)
 
 

@@ -171,10 +171,12 @@ _COLOURS = (*SERIES_COLOURS, "#8a5fa8", "#8a6a00", "#5b6b7a")
 _MARKERS = ("o", "s", "^", "D", "v", "P", "X")
 """Colours and markers of the gears."""
 
-_N_MARKED = 3
+_N_MARKED = 5
 """Every which point of a line has its marker."""
 
-_WIDEST_LINE, _NARROWEST_LINE = 4.2, 1.4
+_LEAST_SPAN = 0.1
+"""Share of its values over which an ordinate must change to fill its panel: a constant would show its rounding."""
+_WIDEST_LINE, _NARROWEST_LINE = 3.2, 1.2
 """Widths of the first and the last line, points: lines on each other stay visible."""
 
 _COUNT_WORDS = {2: "Two", 3: "Three", 4: "Four", 5: "Five", 6: "Six", 7: "Seven"}
@@ -229,5 +231,5 @@ def _draw_panel(
     low, high = panel.get_ylim()
     if low <= 0 <= high:
         panel.axhline(0.0, color=MUTED, linewidth=0.8)
-    else:
+    elif high - low < _LEAST_SPAN * max(abs(low), abs(high)):
         panel.set_ylim(min(1.08 * low, 0.0), max(1.08 * high, 0.0))
