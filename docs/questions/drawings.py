@@ -13,8 +13,10 @@ import governor_mechanism as gm
 
 FOLDER = Path(__file__).parent / "drawings"
 INK, GREY, FADED, BLUE, ORANGE, PALE, GROUND = "#1f2933", "#7b8794", "#c9cfd5", "#1668c8", "#c4540a", "#cfe2f6", "#fbfaf4"
-WIDTH, HEIGHT = 720, 400
-LEFT, RIGHT, TOP, BOTTOM = 70, 700, 20, 350
+WIDTH, HEIGHT = 720, 420
+SHOWN_WIDTH, TEXT_HEIGHT = 560, 22
+"""Width of the drawing on a page with room for it, and height of its words, which a telephone shows at half their size, pixels."""
+LEFT, RIGHT, TOP, BOTTOM = 84, 684, 44, 360
 """Ends of the field with curves, pixels."""
 
 RPM = 30.0 / math.pi
@@ -68,21 +70,28 @@ class Plot:
         self.elements.append(f'<path d="M{LEFT} {TOP}V{BOTTOM}H{RIGHT}" fill="none" stroke="{GREY}" stroke-width="1.2"/>')
         for value in x_ticks:
             across, _ = self.place(value, self.y[0])
-            self.elements.append(f'<text x="{across:.1f}" y="{BOTTOM + 20}" text-anchor="middle" fill="{GREY}">{value:g}</text>')
+            self.elements.append(f'<text x="{across:.1f}" y="{BOTTOM + 25}" text-anchor="middle" fill="{GREY}">{_number(value)}</text>')
         for value in y_ticks:
             _, down = self.place(self.x[0], value)
-            self.elements.append(f'<text x="{LEFT - 8}" y="{down + 5:.1f}" text-anchor="end" fill="{GREY}">{value:g}</text>')
-        self.elements.append(f'<text x="{RIGHT}" y="{BOTTOM + 42}" text-anchor="end" fill="{INK}">{x_name}</text>')
-        self.elements.append(f'<text x="{LEFT + 10}" y="{TOP + 6}" fill="{INK}">{y_name}</text>')
+            self.elements.append(f'<text x="{LEFT - 8}" y="{down + 8:.1f}" text-anchor="end" fill="{GREY}">{_number(value)}</text>')
+        self.elements.append(f'<text x="{RIGHT}" y="{BOTTOM + 51}" text-anchor="end" fill="{INK}">{x_name}</text>')
+        self.elements.append(f'<text x="{LEFT}" y="{TOP - 18}" fill="{INK}">{y_name}</text>')
 
     def save(self, name: str) -> Path:
         """Write the file."""
         path = FOLDER / f"{name}.svg"
-        head = f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {WIDTH} {HEIGHT}" width="{WIDTH}" height="{HEIGHT}"'
-        style = f'font-family="DejaVu Sans, Verdana, sans-serif" font-size="17"><rect width="{WIDTH}" height="{HEIGHT}" fill="{GROUND}"/>'
+        head = f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {WIDTH} {HEIGHT}"'
+        head += f' width="{SHOWN_WIDTH}" height="{SHOWN_WIDTH * HEIGHT / WIDTH:.0f}"'
+        ground = f'<rect width="{WIDTH}" height="{HEIGHT}" fill="{GROUND}"/>'
+        style = f'font-family="DejaVu Sans, Verdana, sans-serif" font-size="{TEXT_HEIGHT}">{ground}'
         clip = f'<clipPath id="field"><rect x="{LEFT}" y="{TOP}" width="{RIGHT - LEFT}" height="{BOTTOM - TOP}"/></clipPath>'
         path.write_text("\n".join([f"{head} {style}", clip, *self.elements, "</svg>", ""]), encoding="utf-8")
         return path
+
+
+def _number(value: float) -> str:
+    """Return a number at an axis."""
+    return f"{value:g}".replace("-", "−")
 
 
 def draw_hunting() -> Path:
@@ -93,8 +102,8 @@ def draw_hunting() -> Path:
         run = gm.run(SCENES[name]())
         plot.curve(run.times, run.readings["engine.shaft_speed"] * RPM, colour, width=2.0)
     plot.words(6.2, 119.6, "half the load goes", GREY)
-    plot.words(17.0, 124.4, "dashpot of 10 N s/m: hunts", ORANGE)
-    plot.words(17.0, 121.6, "dashpot of 60 N s/m: settles", BLUE)
+    plot.words(30.0, 124.4, "dashpot of 10 N s/m: hunts", ORANGE, "end")
+    plot.words(30.0, 121.6, "dashpot of 60 N s/m: settles", BLUE, "end")
     return plot.save("hunting")
 
 
@@ -105,7 +114,7 @@ def draw_friction() -> Path:
     band = gm.insensitivity_band(scene, over=angles, resistance="40 N")
     lifts = 1000.0 * 0.6 * (1.0 - np.cos(np.radians(np.arange(22.0, 40.25, 0.5))))  # of two rods of 300 mm
     plot = Plot((90.0, 135.0), (40.0, 125.0))
-    plot.axes("speed, rpm", "lift of the sleeve, mm", range(90, 136, 10), range(40, 121, 20))
+    plot.axes("speed, rpm", "lift of the sleeve, mm", range(90, 136, 10), range(60, 121, 20))
     plot.area([*(band.falling_speed * RPM), *(band.rising_speed[::-1] * RPM)], [*lifts, *lifts[::-1]], PALE)
     run = gm.run(scene)
     plot.curve(run.readings["spindle_speed"] * RPM, 1000.0 * run.readings["sleeve_lift"], BLUE)
@@ -142,7 +151,7 @@ def draw_lead() -> Path:
     plot = Plot((-30.0, 30.0), (-8.0, 24.0))
     plot.axes(
         "crank angle from the dead centre, degrees",
-        "opening of the port, mm, with leads of 0, 6 and 12 mm",
+        "opening of the port, mm, for leads of 0, 6, 12 mm",
         range(-30, 31, 10),
         range(-5, 21, 5),
     )
@@ -175,8 +184,8 @@ def draw_line() -> Path:
     used = slice(12, 53)
     plot.curve(1.0 + magnified * (pen[used, 0] - 1.0), pen[used, 1], BLUE, width=3.5)
     plot.dot(1.0, 0.5, BLUE)
-    plot.words(1.16, 0.62, "path of the pen over ±20 degrees,", BLUE)
-    plot.words(1.16, 0.52, "deviations drawn 50 times", BLUE)
+    plot.words(1.16, 0.47, "path of the pen over ±20°,", BLUE)
+    plot.words(1.16, 0.32, "deviations drawn 50 times", BLUE)
     return plot.save("line")
 
 
