@@ -8,8 +8,8 @@ Which flywheels and which dashpots settle, and which hunt.
 import governor_mechanism as gm
 
 vary = [
-    "part.governor.effects.dashpot.sleeve=5 N s/m:60 N s/m:6",
-    "part.engine.dimensions.inertia=300 kg m^2:1500 kg m^2:6",
+    "part.governor.effects.dashpot.sleeve=5 N s/m:60 N s/m:13",
+    "part.engine.dimensions.inertia=300 kg m^2:1500 kg m^2:13",
 ]
 chart = gm.stability_map("governed_engine_mean_torque", vary)
 print(chart)

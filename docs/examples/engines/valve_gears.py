@@ -8,7 +8,7 @@ keeps the lead.
 
 import governor_mechanism as gm
 
-gears = gm.valve_gears(["stephenson_arc_middle", "gooch"], count=5)
+gears = gm.valve_gears(["stephenson_arc_middle", "gooch"], count=13)
 print(gears)
 gears.plot().save("gears.png")
 

@@ -213,7 +213,7 @@ _PIXEL = 0.45
 def assemblies_figure(assemblies: Assemblies) -> Page:
     """Draw all assemblies on one scale, with their numbers; that in which the scene starts has a coloured one."""
     count = min(len(assemblies), MAX_SHOWN)
-    n_columns = max(3, math.ceil(math.sqrt(1.6 * count)))
+    n_columns = 2 if count in (1, 2, 4) else max(3, math.ceil(math.sqrt(1.6 * count)))
     n_rows = math.ceil(count / n_columns)
     width = 2 * _MARGIN + n_columns * _CELL
     height = _HEADING + n_rows * _CELL + _FOOT
@@ -223,19 +223,19 @@ def assemblies_figure(assemblies: Assemblies) -> Page:
     poses = assemblies.poses[:count]
     drawings = [GenericDrawing(run=motion_at_rest(assemblies.scene, one[None]), part=assemblies.scene.part) for one in poses]
     left, right, bottom, top = enclose_boxes([drawing.bounds for drawing in drawings])
-    half = 0.55 * max(right - left, top - bottom)
+    size = max(right - left, top - bottom)
     for k, drawing in enumerate(drawings):
         row, column = divmod(k, n_columns)
         rect = (_MARGIN + column * _CELL) / width, (_FOOT + (n_rows - 1 - row) * _CELL) / height, _CELL / width, _CELL / height
         panel = page.add_panel(rect, grid=None)
         panel.axison = False
-        panel.show_region(((left + right) / 2, (bottom + top) / 2), half)
+        panel.show_region(((left + right) / 2, (bottom + top) / 2 - 0.06 * size), 0.58 * size)  # below, the words have room
         moment = drawing.first_moment
         Brush(panel, _PIXEL).paint([*drawing.static_shapes, *drawing.moving_shapes(moment.pose, moment.time)])
         colour, weight = (VERMILLION, "bold") if k + 1 == assemblies.taken else (MUTED, "normal")
         panel.write_note(str(k + 1), (0.04, 0.92), xycoords="axes fraction", fontsize=11, color=colour, fontweight=weight)
         if "to" in (travel := assemblies.travels[k]):
-            panel.write_note(f"drive {travel}", (0.04, 0.02), xycoords="axes fraction", fontsize=8, color=MUTED)
+            panel.write_note(f"drive {travel}".replace("-", "−"), (0.04, 0.02), xycoords="axes fraction", fontsize=8, color=MUTED)
     page.write_footnote(_footnote(assemblies), y=0.1 / height)
     return page
 
@@ -255,7 +255,8 @@ def _footnote(assemblies: Assemblies) -> str:
 FORCE_AXES: Final = ("plane", "body")
 """Axes of a polar plot: those of the plane, or those of the second body of the joint, which turn with it."""
 
-_MAX_FORCE_PANELS, _N_FORCE_COLUMNS = 6, 3
+_MAX_FORCE_PANELS, _N_FORCE_COLUMNS = 6, {1: 1, 2: 2, 4: 2}
+"""Largest number of panels, and number of columns by that of joints; of others there are three."""
 _PANEL_SIZE = 3.3
 _ONLY_PANEL_SIZE = 5.4
 _FORCES_HEADER_HEIGHT = 1.1
@@ -279,8 +280,8 @@ def joint_force_figure(
 ) -> Page:
     """Return the polar plots of joint forces."""
     shown = _choose_joints(run, joints, axes)
-    n_columns = min(len(shown), _N_FORCE_COLUMNS)
-    n_rows = math.ceil(min(len(shown), _MAX_FORCE_PANELS) / _N_FORCE_COLUMNS)
+    n_columns = _N_FORCE_COLUMNS.get(len(shown), 3)
+    n_rows = math.ceil(min(len(shown), _MAX_FORCE_PANELS) / n_columns)
     side = _ONLY_PANEL_SIZE if n_columns == 1 else _PANEL_SIZE
     notes = [_describe_forces(run, shown, axes), *note_coarse_turns(run)]
     width = n_columns * side
@@ -298,9 +299,9 @@ def joint_force_figure(
         wspace=0.42,
         hspace=0.48,
     )
-    for number, name in enumerate(shown[:_MAX_FORCE_PANELS]):
-        force = _forces_in_axes(run, name, axes)
-        unit, factor = choose_multiple("N", force)
+    forces = {name: _forces_in_axes(run, name, axes) for name in shown[:_MAX_FORCE_PANELS]}
+    unit, factor = choose_multiple("N", np.concatenate(list(forces.values())))
+    for number, (name, force) in enumerate(forces.items()):
         panel = page.add_panel(grid[divmod(number, n_columns)], f"x [{unit}]", f"y [{unit}]", label_size=9.0)
         _draw_force(panel, name, force * factor)
     for number, note in enumerate(reversed(notes)):

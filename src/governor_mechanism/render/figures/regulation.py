@@ -323,7 +323,7 @@ def _draw_map(page: Page, panel: Panel, study: StabilityMap, colour_bar: tuple[f
     if cyclic:
         panel.plot(*zip(*cyclic, strict=True), "o", color=VERMILLION, markeredgecolor=PAPER, markersize=6, label="simulated, cyclic torque")
     place = study.place[0] * x_factor, study.place[1] * y_factor
-    if np.isfinite(place).all():
+    if x.min() <= place[0] <= x.max() and y.min() <= place[1] <= y.max():
         panel.plot(*place, "*", color=BLUE, markeredgecolor=PAPER, markersize=13, label="the scene")
     panel.set(xlim=(x.min(), x.max()), ylim=(y.min(), y.max()))
     add_legend(panel, {"color": INK, "math_fontfamily": "stix"}, **_LEGEND)
@@ -345,7 +345,8 @@ def _draw_plane(page: Page, study: StabilityMap) -> None:
         panel.plot(first[rows], second[rows], marker, color=colour, markersize=3.5, linewidth=0, label=label)
     curve = np.linspace(1.0 / _PLANE_LIMIT, _PLANE_LIMIT, 200)
     panel.plot(curve, 1.0 / curve, color=INK, linewidth=1.4, label="$x\\,y = 1$")
-    panel.set(xlim=(0.0, _PLANE_LIMIT), ylim=(0.0, _PLANE_LIMIT))
+    widest = float(first[is_shown].max(initial=1.0))
+    panel.set(xlim=(0.0, min(1.5 * widest, _PLANE_LIMIT)), ylim=(0.0, _PLANE_LIMIT))
     above = {"loc": "lower left", "bbox_to_anchor": (0.0, 1.0), "ncols": 3, "columnspacing": 1.4, "frameon": False}
     add_legend(panel, {"color": INK, "math_fontfamily": "stix"}, **{**_LEGEND, **above})
 

@@ -175,8 +175,6 @@ _RIGHT = 0.975
 _COLUMN_GAP = 0.17
 _ROW_GAP = 0.62
 """Edges of the plots relative to the width, and their distances relative to the width and the height of a plot."""
-_MIN_PLOTTED_ERROR = 1e-18
-"""Lower bound of plotted errors, because a logarithmic axis has no zero."""
 _ROUNDING = 1e-12
 """Value relative to the scale of a reading below which it is zero but for rounding."""
 _LETTER_PIXELS = 6.6
@@ -381,14 +379,15 @@ def _label_time(panel: Panel) -> None:
 def _plot_error(page: Page, cell: SubplotSpec, times: FloatArray, values: FloatArray, heading: str, reference_scale: float) -> Panel:
     """Plot a quantity that is zero in an exact run on a logarithmic axis; below 4 machine epsilons of the reference scale it is zero."""
     panel = _add_panel(page, cell, heading)
-    if values.max() <= 4 * np.finfo(float).eps * reference_scale:
+    zero = 4 * np.finfo(float).eps * reference_scale
+    if values.max() <= zero:
         panel.set(xlim=(times[0], max(times[-1], times[0] + 1e-9)), yticks=[])
         note = panel.write_note("zero to rounding", (0.5, 0.5), xycoords="axes fraction", fontsize=9, ha="center", va="center")
         note.set(color=MUTED, backgroundcolor=PAPER)
         return panel
     panel.set_yscale("log")
-    panel.plot(times, np.maximum(values, _MIN_PLOTTED_ERROR), color=VERMILLION, linewidth=0.9)
-    low, high = (10.0 ** math.floor(math.log10(max(v, _MIN_PLOTTED_ERROR))) for v in (np.percentile(values, 5), values.max()))
+    panel.plot(times, np.maximum(values, zero), color=VERMILLION, linewidth=0.9)
+    low, high = (10.0 ** math.floor(math.log10(max(v, zero))) for v in (np.percentile(values, 5), values.max()))
     panel.set_ylim(low, 10 * high)
     panel.yaxis.set_major_locator(LogLocator(numticks=5))
     panel.yaxis.set_minor_locator(NullLocator())
