@@ -39,7 +39,8 @@ SMALLER_FILMS = (
     (12.5, 440),
     (10.0, 440),
     (25 / 3, 440),
-    (25 / 3, 400),
+    (20 / 3, 440),
+    (100 / 17, 440),
     (20 / 3, 400),
 )
 """Frame rate (1/s) and height (pixels) of smaller and smaller films. No film gets more frames than it has; in a lower one words overlap."""

@@ -8,7 +8,7 @@ keeps the lead.
 
 import governor_mechanism as gm
 
-gears = gm.valve_gears(["stephenson_arc_middle", "gooch"], count=13)
+gears = gm.valve_gears(["stephenson_arc_middle", "gooch"], count=25)
 print(gears)
 gears.plot().save("gears.png")
 
