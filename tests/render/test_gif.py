@@ -42,7 +42,9 @@ def test_equal_frames_are_merged_and_lengthened():
     assert_array_equal(shown, np.array([red, green, red])[..., :3])
 
 
-def test_a_pale_edge_is_restored_after_something_passed_before_it():
+@pytest.mark.parametrize("first", ["still", "covered"])
+def test_a_pale_edge_is_restored_after_something_passed_before_it(first):
+    """Also if that stands before it in the first frame: most frames show the edge."""
     ground, line, edge = (252, 251, 246), (213, 212, 206), (232, 231, 226)
     dark, blend = (0, 90, 45), (200, 200, 194)  # of what passes, and of its own edge
     still, covered, leaving = (np.full((20, 30, 4), 255, dtype=np.uint8) for _ in range(3))
@@ -50,9 +52,10 @@ def test_a_pale_edge_is_restored_after_something_passed_before_it():
     still[:, 10, :3], still[:, (9, 11), :3] = line, edge
     covered[:], leaving[:] = still, still
     covered[5:15, 5:15, :3], leaving[5:15, 5:15, :3] = dark, blend
-    frames = (still, covered, leaving, still)
-    shown, _ = write_and_read([(frame, 4) for frame in frames], Palette([ground, line, dark], [still, leaving]))
-    assert_array_equal(shown[3], shown[0])
+    frames = [still, covered, leaving, still][first == "covered" :]
+    shown, _ = write_and_read([(frame, 4) for frame in frames], Palette([ground, line, dark], [frames[0], leaving, still, still]))
+    whole, _ = write_and_read([(still, 4)], Palette([ground, line, dark], [still, leaving]))
+    assert_array_equal(shown[-1], whole[0])
 
 
 def test_a_frame_longer_than_the_gif_limit_is_split():

@@ -30,7 +30,7 @@ BLEND_TOLERANCE = 64
 """Difference per channel, of 255, below which two blends count as equal: a quarter of an edge's contrast. It makes the file a sixth
 smaller."""
 RESTORED_TOLERANCE = 12
-"""The same where a pixel comes back to the colour it had first, as edges at rest do: less than the contrast of a pale line."""
+"""The same where a pixel comes back to its colour at rest, as edges that stand still do: less than the contrast of a pale line."""
 MAX_CLOSED_GAP = 6
 """Longest row of unchanged pixels between changed ones that is written again. It makes large moving shapes some 4 % smaller."""
 MAX_FRAME_DELAY = 65535
@@ -61,6 +61,8 @@ class Palette:
         self.colours: NDArray[np.uint8] = np.concatenate([exact_table, blend_table])
         self._nearest_index = self._build_lookup_table(len(exact_table))
         tolerances = BLEND_TOLERANCE, RESTORED_TOLERANCE
+        self.resting_indices = self.indices_of(_find_resting(samples).ravel())
+        """Palette indices (pixels) of what most sample frames show, or else the first."""
         self._must_change = ~np.stack([self._find_replaceable(len(exact_table), one) for one in tolerances]).reshape(-1)
 
     def _build_lookup_table(self, n_exact: int) -> NDArray[np.uint8]:
@@ -85,7 +87,7 @@ class Palette:
         return replaceable
 
     def must_change(self, shown: PaletteIndices, entries: PaletteIndices, returns: NDArray[np.bool_]) -> NDArray[np.bool_]:
-        """Return where the shown indices (n,) may not stay in place of others, which come back to their first colours or not."""
+        """Return where the shown indices (n,) may not stay in place of others, which come back to their colours at rest or not."""
         count = len(self.colours)
         # One look-up in a flat table, as those by several indices take several times as long.
         return self._must_change.take((returns * np.int32(count) + shown) * np.int32(count) + entries)
@@ -98,6 +100,14 @@ class Palette:
 def pack_pixels(pixels: RgbaPixels) -> PackedPixels:
     """Return RGBA pixels (..., 4) as integers (...)."""
     return np.ascontiguousarray(pixels).view(np.dtype(np.uint32).newbyteorder("<"))[..., 0]
+
+
+def _find_resting(samples: Sequence[RgbaPixels]) -> PackedPixels:
+    """Return the pixels on which most sample frames agree; those of the first where none do."""
+    packed = np.stack([pack_pixels(sample) for sample in samples])
+    most = np.argmax([(packed == one).sum(axis=0) for one in packed], axis=0)
+    resting: PackedPixels = np.take_along_axis(packed, most[None], axis=0)[0]
+    return resting
 
 
 def _with_opacity(colours: NDArray[np.uint8]) -> RgbaPixels:
@@ -124,7 +134,6 @@ class GifWriter:
         self.size = 0
         self._last_pixels: PackedPixels | None = None
         self._shown_indices: PaletteIndices = np.empty((0, 0), dtype=np.uint8)
-        self._first_indices: PaletteIndices = np.empty(0, dtype=np.uint8)
         self._pending_patch: tuple[int, int, PaletteIndices] | None = None
         self._delay = 0
 
@@ -135,7 +144,6 @@ class GifWriter:
             self._write_header(frame.shape[1], frame.shape[0])
             self._shown_indices = self._palette.indices_of(pixels)
             self._pending_patch = (0, 0, self._shown_indices.copy())
-            self._first_indices = self._shown_indices.reshape(-1).copy()
             self._last_pixels = pixels.copy()
         else:
             patch = self._changed_patch(pixels.ravel(), np.flatnonzero(pixels != self._last_pixels))
@@ -156,8 +164,8 @@ class GifWriter:
         """Return left, top and indices of the smallest rectangle of changed pixels (n,); unchanged ones in it are transparent."""
         entries = self._palette.indices_of(pixels[pixel_indices])
         shown_indices = self._shown_indices.reshape(-1)
-        # What comes back to its first colour is restored more exactly: else edges that stand still get ragged where something passed.
-        returns = entries == self._first_indices[pixel_indices]
+        # What comes back to its colour at rest is restored more exactly: else edges that stand still get ragged where something passed.
+        returns = entries == self._palette.resting_indices[pixel_indices]
         differs = self._palette.must_change(shown_indices[pixel_indices], entries, returns)
         pixel_indices, entries = pixel_indices[differs], entries[differs]
         if not pixel_indices.size:
