@@ -178,6 +178,7 @@ def test_a_page_shows_the_best_film_there_is(tmp_path, monkeypatch):
     assert "](../../../renders/porter.gif)" in shown["porter"]
     assert "](../../../renders/gallery/watt.gif)" in shown["watt"]
     assert shown["proell"] == '<img src="../../pages/proell.gif" alt="Film of the scene proell: A &amp; B">'
+    assert gallery.show_scene("porter_cyclic", "A").endswith("\n\n*motion magnified 10 ×*")
 
 
 def test_drawings_are_made_again_when_the_code_that_draws_changes(tmp_path, monkeypatch):

@@ -96,8 +96,8 @@ def _card(name: str, scene: Scene) -> str:
     data = " ".join(f'data-{key}="{html.escape("|".join(of_scene(scene)))}"' for key, of_scene in FILTERS.items())
     page = f"_generated/scenes/{name}.html"
     poster = f'<img src="pages/{name}.webp" alt="">'
-    if magnification := FILM_OPTIONS.get(name, {}).get("exaggerate"):
-        poster += f'<span class="note">motion magnified {magnification:g} ×</span>'
+    if magnified := _magnification_note(name):
+        poster += f'<span class="note">{magnified}</span>'
     command = f'<div class="highlight-text notranslate"><div class="highlight"><pre>governor-mechanism open {name}</pre></div></div>'
     lines = [
         f'<article class="scene" id="scene-{name}" {data}>',
@@ -109,6 +109,12 @@ def _card(name: str, scene: Scene) -> str:
         "</article>",
     ]
     return "\n".join(lines) + "\n"
+
+
+def _magnification_note(name: str) -> str:
+    """Return what the small film of a scene, which has no words, cannot say of itself; nothing if its motion is true."""
+    magnification = FILM_OPTIONS.get(name, {}).get("exaggerate")
+    return f"motion magnified {magnification:g} ×" if magnification else ""
 
 
 def _scene_page(name: str, scene: Scene) -> str:
@@ -129,4 +135,5 @@ def show_scene(name: str, title: str) -> str:
     for folder in FILM_FOLDERS:
         if (DOCS / folder / f"{name}.gif").is_file():
             return f"![Film of the scene {name}: {escape(title)}](../../{folder}/{name}.gif)"
-    return f'<img src="../../pages/{name}.gif" alt="Film of the scene {name}: {html.escape(title)}">'
+    film = f'<img src="../../pages/{name}.gif" alt="Film of the scene {name}: {html.escape(title)}">'
+    return "\n\n".join([film, *([f"*{note}*"] if (note := _magnification_note(name)) else [])])
