@@ -67,7 +67,7 @@ def draw(effects, events=(), duration=1.0, **options):
 def test_only_listed_effects_are_drawn(name):
     effects, expected_roles = LISTED[name]
     bare, shown = draw([]).roles(), draw(effects).roles()
-    assert shown - bare == expected_roles
+    assert {role for role in shown - bare if not role.endswith(" key")} == expected_roles
     assert bare - shown == ({"link"} if "rod" in expected_roles else set())
 
 

@@ -43,7 +43,7 @@ def test_the_arrows_of_a_slider_crank_accelerate_its_crosshead(slider_crank):
     The distance of the crosshead is r cos a + sqrt(l^2 - r^2 sin^2 a), at 120 rpm.
     """
     run, still = slider_crank.run, slider_crank.still
-    ((_, key),) = arrows_of(still, "reaction")
+    ((_, key),) = arrows_of(still, "reaction key")
     number, unit = next(shape.text for shape in still if isinstance(shape, TextShape)).split()
     newton = math.hypot(*key) / (float(number) * {"N": 1.0, "kN": 1e3}[unit])
     r, rod, speed = 0.3, 1.5, 4 * math.pi

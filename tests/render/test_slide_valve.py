@@ -113,7 +113,7 @@ def test_only_the_steam_that_is_there_is_painted(drawn):
 def test_the_key_has_the_colour_of_each_phase_beside_its_name(drawn):
     words = {shape.text: shape for shape in drawn.still if isinstance(shape, TextShape)}
     for role, name in PHASE_NAMES.items():
-        word, boxes = words[name], [bounding_box([shape]) for shape in of_role(drawn.still, role, Polygon)]
+        word, boxes = words[name], [bounding_box([shape]) for shape in of_role(drawn.still, f"{role} key", Polygon)]
         assert any(left < right < word.x and low < word.y < high for left, right, low, high in boxes)
 
 

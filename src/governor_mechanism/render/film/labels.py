@@ -27,6 +27,7 @@ from governor_mechanism.render.geometry.primitives import (
     Vec2,
     arc_points,
     bounding_box,
+    is_wording,
 )
 from governor_mechanism.render.machines.generic.drawing import GenericDrawing
 from governor_mechanism.render.page.part_names import name_part
@@ -92,7 +93,9 @@ def _labels_of_roles(data: FrameData, middle: int) -> list[Label]:
 
 
 def _anchor(shape: DrawnShape) -> Vec2 | None:
-    """Return a point in the middle of a shape, or None for an empty one or words."""
+    """Return a point in the middle of a shape, or None for an empty one, words or a key."""
+    if is_wording(shape):
+        return None
     match shape:
         case Circle(_, x, y, _):
             return x, y

@@ -64,9 +64,13 @@ class TextShape:
 DrawnShape = Circle | Polygon | Lines | TextShape
 
 
+KEY = " key"
+"""End of the role of a sample in a key: that of what it stands for, and this."""
+
+
 def is_wording(shape: DrawnShape) -> bool:
     """Return whether a shape is a text, or the sample of a key, which means nothing without the text beside it."""
-    return isinstance(shape, TextShape) or shape.role.endswith(" key")
+    return isinstance(shape, TextShape) or shape.role.endswith(KEY)
 
 
 def bounding_box(shapes: Iterable[DrawnShape]) -> BoundingBox:

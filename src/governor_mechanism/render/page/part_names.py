@@ -2,6 +2,8 @@
 
 from typing import Final
 
+from governor_mechanism.render.geometry.primitives import KEY
+
 PART_NAMES: Final[dict[str, tuple[str, str]]] = {
     "axis": ("axis", "The line about which the spindle turns, or along which a part slides."),
     "spindle": ("spindle", "The upright shaft that carries the governor and turns with the engine."),
@@ -159,5 +161,5 @@ def name_part(role: str, machine: str, body: str) -> tuple[str, str]:
     """Return the name and the sentence of a shape by its role and machine, or by the name of its body if that is given; or nothing."""
     if body and role in BODY_ROLES:
         return body, ""
-    named = SAME_AS.get(role, role)
+    named = SAME_AS.get(role, role).removesuffix(KEY)
     return MACHINE_NAMES.get(machine, {}).get(named) or PART_NAMES.get(named) or GROUP_NAMES.get(role.split()[0], ("", ""))
