@@ -326,7 +326,8 @@ def _draw_map(page: Page, panel: Panel, study: StabilityMap, colour_bar: tuple[f
     if x.min() <= place[0] <= x.max() and y.min() <= place[1] <= y.max():
         panel.plot(*place, "*", color=BLUE, markeredgecolor=PAPER, markersize=13, label="the scene")
     panel.set(xlim=(x.min(), x.max()), ylim=(y.min(), y.max()))
-    add_legend(panel, {"color": INK, "math_fontfamily": "stix"}, **_LEGEND)
+    if panel.get_legend_handles_labels()[0]:
+        add_legend(panel, {"color": INK, "math_fontfamily": "stix"}, **_LEGEND)
     bar_axes = page.add_axes(colour_bar)
     bar = page.colorbar(mesh, cax=bar_axes)
     bar.ax.tick_params(labelsize=8, colors=MUTED)
