@@ -97,7 +97,7 @@ def test_a_ball_on_a_heavy_arm_is_drawn_at_the_arms_end_and_in_its_own_size():
     _, ball, *_ = balls = of_role(drawn.at(7), "ball")
     assert (ball.x, ball.y) == pytest.approx(tuple(bare.poses[7, 0, :2]), abs=1e-12)
     assert {one.radius for one in balls} == {0.05}
-    mark = of_role(drawn.drawing.dial_shapes(drawn.run.poses[7], 0.0, 0.1, 1.0), "mark")[0]
+    mark = of_role(drawn.drawing.dial_shapes(drawn.run.poses[7], 0.0, 1.0), "mark")[0]
     assert mark.x == pytest.approx(bare.poses[7, 0, 0], abs=1e-12)
 
 

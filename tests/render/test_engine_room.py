@@ -11,7 +11,8 @@ import governor_mechanism as gm
 from decoding import decode_film, words_of
 from drawing_checks import assert_within, of_role
 from governor_mechanism.render.figures.time_series import choose_overview
-from governor_mechanism.render.film.painters import EngineRoomPainter, write_still
+from governor_mechanism.render.film.engine_room_painter import EngineRoomPainter
+from governor_mechanism.render.film.painters import write_still
 from governor_mechanism.render.frame_data import FrameData
 from governor_mechanism.render.geometry.attached import shapes_of as placed_shapes
 from governor_mechanism.render.geometry.primitives import Circle, Lines, bounding_box

@@ -97,7 +97,7 @@ def test_both_halves_are_drawn_alike(drawn):
 def test_the_plan_turns_with_the_spindle():
     drawn = draw(PAPER_DIMENSIONS, duration=0.02)
     pose = np.array(drawn.run.scene.part.mechanism.initial_guess)
-    upright, turned = (drawn.drawing.dial_shapes(pose, angle, 0.0, 0.3) for angle in (0.0, math.pi / 2))
+    upright, turned = (drawn.drawing.dial_shapes(pose, angle, 0.3) for angle in (0.0, math.pi / 2))
     for before, after in zip(upright, turned, strict=True):
         if isinstance(before, Polygon) and isinstance(after, Polygon):
             found = np.array(before.points) @ np.array([[0.0, 1.0], [-1.0, 0.0]])

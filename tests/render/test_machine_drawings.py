@@ -12,6 +12,8 @@ from decoding import painter_of, pixel_of
 from drawing_checks import Drawn, assert_shapes_keep, assert_within, of_role
 from governor_mechanism.machines.pendulum import PendulumGovernor
 from governor_mechanism.model.part import Part
+from governor_mechanism.render.film.frame_painter import plan_parts
+from governor_mechanism.render.frame_data import FrameData
 from governor_mechanism.render.geometry.attached import Attached, BodyAxes, Flexible, Moment, fixed, shapes_of
 from governor_mechanism.render.geometry.outlines import first_free_position, make_bar, make_hatching
 from governor_mechanism.render.geometry.primitives import (
@@ -49,7 +51,10 @@ def porter():
 
 
 def test_shapes_do_not_import_a_plotting_library():
-    code = "import governor_mechanism.render.machines.registry, sys; print([m for m in ('matplotlib', 'PIL') if m in sys.modules])"
+    code = (
+        "import sys; from governor_mechanism.render.machines import registry, valve_gear; list(registry.MACHINE_DRAWINGS.values());"
+        "print([m for m in ('matplotlib', 'PIL') if m in sys.modules])"
+    )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "[]"
 
@@ -68,7 +73,7 @@ def test_the_view_fits_the_extent_into_its_rectangle_without_distortion(porter):
 
 def test_shapes_keep_their_kinds_and_roles_within_the_view(drawn):
     assert_shapes_keep(drawn)
-    plans = {tuple((type(s), s.role) for s in drawn.drawing.dial_shapes(pose, 0.3, 0.1, 1.0)) for pose in drawn.run.poses}
+    plans = {tuple((type(s), s.role) for s in drawn.drawing.dial_shapes(pose, 0.3, 1.0)) for pose in drawn.run.poses}
     assert len(plans) == 1
 
 
@@ -148,17 +153,21 @@ def test_the_scale_covers_the_travel_and_its_numbers_stand_apart_even_at_rest():
 def test_the_plan_turns_anticlockwise_with_the_spindle_and_stays_within_its_ring(porter):
     drawing, poses = porter.drawing, porter.run.poses
     ring = drawing.dial_ring_radius()
-    (mark, *_) = of_role(drawing.dial_shapes(poses[0], math.pi / 2, 0.2, ring), "mark")
+    (mark, *_) = of_role(drawing.dial_shapes(poses[0], math.pi / 2, ring), "mark")
     assert (mark.x, mark.y) == (pytest.approx(0.0, abs=1e-12), pytest.approx(poses[0, 0, 0]))
-    balls = (ball for pose in poses for ball in of_role(drawing.dial_shapes(pose, 1.0, 0.2, ring), "ball"))
+    balls = (ball for pose in poses for ball in of_role(drawing.dial_shapes(pose, 1.0, ring), "ball"))
     assert all(math.hypot(ball.x, ball.y) + ball.radius < ring for ball in balls)
 
 
 def test_a_speed_beyond_the_frames_closes_the_ring(porter):
-    arc = porter.drawing.dial_shapes(porter.run.poses[0], 0.7, 40.0, 1.0)[0]
-    assert isinstance(arc, Lines)
-    angles = np.unwrap([math.atan2(y, x) for x, y in arc.lines[0]])
-    assert np.ptp(angles) == pytest.approx(2 * math.pi)
+    data = FrameData(porter.run, porter.run.scene.part, (0.0, 1.0), np.array([0.0, 1.0]))
+    assert np.ptp(data.spindle_angle) > 2 * math.pi
+    arrow, head, *_ = shapes_of(plan_parts(data, 1.0), 1)
+    assert isinstance(arrow, Lines)
+    angles = np.unwrap([math.atan2(y, x) for x, y in arrow.lines[0]])
+    # The head has the rest, up to where the line begins.
+    assert 2 * math.pi - 0.26 < np.ptp(angles) < 2 * math.pi
+    assert min(math.dist(arrow.lines[0][0], point) for point in head.points) == pytest.approx(0.0, abs=1e-12)
 
 
 def test_a_machine_is_drawn_by_what_is_registered_for_it(monkeypatch):

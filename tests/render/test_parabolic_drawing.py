@@ -53,7 +53,7 @@ def test_the_pointer_shows_the_lift_and_the_balls_their_guide(drawn):
 
 
 def test_the_plan_marks_one_ball_and_its_hub_is_not_a_ball(drawn):
-    shapes = drawn.drawing.dial_shapes(drawn.run.poses[0], 0.3, 0.0, drawn.drawing.dial_ring_radius())
+    shapes = drawn.drawing.dial_shapes(drawn.run.poses[0], 0.3, drawn.drawing.dial_ring_radius())
     (mark,) = of_role(shapes, "mark")
     assert math.hypot(mark.x, mark.y) == pytest.approx(drawn.run.readings["ball_radius"][0])
     assert all(math.hypot(ball.x, ball.y) >= 0.01 for ball in of_role(shapes, "ball"))

@@ -17,6 +17,7 @@ from matplotlib.path import Path
 from matplotlib.patheffects import withStroke
 from matplotlib.text import Annotation, Text
 from matplotlib.text import Text as Words
+from matplotlib.transforms import Bbox, BboxTransformFrom, BboxTransformTo, TransformedBbox
 from numpy.typing import NDArray
 
 from governor_mechanism.model.results.pictures import Theme
@@ -24,14 +25,32 @@ from governor_mechanism.render.geometry.primitives import SMALL_TEXT, Circle, Dr
 from governor_mechanism.render.style import DARK_COLOURS, PAPER, ROLE_STYLES, SANS_FONT
 
 
+class Picture:
+    """Place in a figure for shapes in metres: what a brush needs of `Axes`, which are slow to make and to draw.
+
+    `rect` is its left and lower edge, width and height in fractions of the figure, and `box` what it shows, m.
+    """
+
+    def __init__(self, figure: Figure, rect: tuple[float, float, float, float], box: Bbox) -> None:
+        self._figure = figure
+        self.bbox = TransformedBbox(Bbox.from_bounds(*rect), figure.transFigure)
+        self.transData = BboxTransformFrom(box) + BboxTransformTo(self.bbox)
+
+    def add_artist(self, artist: Artist) -> Artist:
+        """Add an artist, which is seen within the place."""
+        artist.set_transform(self.transData)
+        artist.set_clip_box(self.bbox)
+        return self._figure.add_artist(artist)
+
+
 class Brush:
-    """Creates artists for shapes on axes in metres.
+    """Creates artists for shapes on axes or in a picture, in metres.
 
     Consecutive circles of one role share an artist, and so do lines: an artist costs more than its shape. `points_per_pixel` is the
     number of points in a pixel of a 480-pixel frame. Without `shows_words`, words and the keys of their colours are not seen.
     """
 
-    def __init__(self, axes: Axes, points_per_pixel: float, *, base_zorder: float = 2, shows_words: bool = True) -> None:
+    def __init__(self, axes: Axes | Picture, points_per_pixel: float, *, base_zorder: float = 2, shows_words: bool = True) -> None:
         self._axes = axes
         self._points_per_pixel = points_per_pixel
         self._base_zorder = base_zorder
@@ -65,28 +84,18 @@ class Brush:
                 height = SMALL_TEXT * self._points_per_pixel
                 return Words(x, y, words, color=style.stroke, fontsize=height, fontfamily=SANS_FONT, va="center")
             case Lines():
-                line = Line2D(*_line_points(group).T, color=style.stroke, linewidth=width, solid_capstyle="butt")
+                line = Line2D(*path_points(group).T, color=style.stroke, linewidth=width, solid_capstyle="butt")
                 if style.dashes:
                     line.set_dashes([length * self._points_per_pixel / width for length in style.dashes])
                 return line
             case _:
                 fill = style.fill if style.opacity == 1.0 else to_rgba(style.fill, style.opacity)
-                return PathPatch(_outline_path(group), facecolor=fill, edgecolor=style.stroke, linewidth=width, joinstyle="round")
+                return PathPatch(path_of(group), facecolor=fill, edgecolor=style.stroke, linewidth=width, joinstyle="round")
 
 
 def artist_paths(shapes: Sequence[DrawnShape]) -> list[Path | None]:
     """Return the paths (m) of the artists that `Brush.paint` makes for shapes; None for a text."""
-    return [_path_of(group) for group in group_shapes(shapes)]
-
-
-def _path_of(group: Sequence[DrawnShape]) -> Path | None:
-    match group[0]:
-        case TextShape():
-            return None
-        case Lines():
-            return Path(_line_points(group))
-        case _:
-            return _outline_path(group)
+    return [None if isinstance(group[0], TextShape) else path_of(group) for group in group_shapes(shapes)]
 
 
 def group_shapes(shapes: Sequence[DrawnShape]) -> list[list[DrawnShape]]:
@@ -99,23 +108,28 @@ def group_shapes(shapes: Sequence[DrawnShape]) -> list[list[DrawnShape]]:
     return [[shape for _, shape in group] for _, group in groupby(enumerate(shapes), group_key)]
 
 
-def _line_points(group: Sequence[DrawnShape]) -> NDArray[np.float64]:
-    """Return the points (n, 2) m of all polylines in one row, separated by NaN."""
-    lines = (line for shape in group if isinstance(shape, Lines) for line in shape.lines)
-    return np.array([point for line in lines for point in (*line, (np.nan, np.nan))], dtype=float).reshape(-1, 2)
-
-
 _UNIT_CIRCLE = Path.unit_circle()
 
 
-def _outline_path(group: Sequence[DrawnShape]) -> Path:
-    """Return the path of circles or of a polygon."""
-    circles = [(shape.radius, shape.x, shape.y) for shape in group if isinstance(shape, Circle)]
+def path_of(group: Sequence[DrawnShape]) -> Path:
+    """Return the path (m) of the artist of a group of shapes that are no texts."""
+    points = path_points(group)
+    match group[0]:
+        case Circle():
+            return Path(points, np.tile(np.asarray(_UNIT_CIRCLE.codes), len(group)))
+        case _:
+            return Path(points, closed=isinstance(group[0], Polygon))
+
+
+def path_points(group: Sequence[DrawnShape]) -> NDArray[np.float64]:
+    """Return the points (n, 2) m of the path of the artist of a group; polylines are separated by NaN."""
+    circles = [np.asarray(_UNIT_CIRCLE.vertices) * shape.radius + (shape.x, shape.y) for shape in group if isinstance(shape, Circle)]
     if circles:
-        vertices = np.concatenate([np.asarray(_UNIT_CIRCLE.vertices) * radius + (x, y) for radius, x, y in circles])
-        return Path(vertices, np.tile(np.asarray(_UNIT_CIRCLE.codes), len(circles)))
+        return np.concatenate(circles)
     points = [point for shape in group if isinstance(shape, Polygon) for point in (*shape.points, *shape.points[:1])]
-    return Path(np.array(points, dtype=float).reshape(-1, 2), closed=True)
+    lines = (line for shape in group if isinstance(shape, Lines) for line in shape.lines)
+    points += [point for line in lines for point in (*line, (np.nan, np.nan))]
+    return np.array(points, dtype=float).reshape(-1, 2)
 
 
 OVER_COLOUR_MAP = "over a colour map"

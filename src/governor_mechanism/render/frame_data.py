@@ -23,8 +23,6 @@ from governor_mechanism.numerics.interpolation import integrate_samples, interpo
 from governor_mechanism.observables.motion_readings import point_velocity
 from governor_mechanism.render.geometry.attached import DrawnPart, Moment, at_own_moments
 from governor_mechanism.render.geometry.primitives import BoundingBox, Vec2, enclose_boxes
-from governor_mechanism.render.machines.generic.drawing import GenericDrawing
-from governor_mechanism.render.machines.governor_parts import GovernorDrawing
 from governor_mechanism.render.machines.machine_drawing import MachineDrawing
 from governor_mechanism.render.machines.registry import DRAWN_WITH_WHEEL, drawing_of
 from governor_mechanism.render.part_run import find_shaft_wheel, magnify_motion
@@ -146,8 +144,8 @@ def turns_with_spindle(data: FrameData) -> bool:
 
 
 def shows_bodies(data: FrameData) -> bool:
-    """Return whether a drawing shows the bodies where they are; a diagram of a valve gear, for one, has a map of its own."""
-    return isinstance(data.drawing, GovernorDrawing | GenericDrawing)
+    """Return whether a drawing shows the bodies where they are."""
+    return data.drawing.shows_bodies
 
 
 def enclosing_box(column: Sequence[FrameData], layout: FilmLayout) -> BoundingBox:

@@ -4,7 +4,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import zip_longest
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
@@ -13,7 +13,6 @@ from governor_mechanism.model.results.trajectory import Trajectory
 from governor_mechanism.render.frame_data import FrameData, ShownParts
 from governor_mechanism.render.geometry.primitives import Vec2
 from governor_mechanism.render.machines.engine_room.arrangement import CUT_OFF, EngineRoomParts, engine_torque, load_steps, mean_speed
-from governor_mechanism.render.machines.engine_room.drawing import EngineRoomDrawing
 from governor_mechanism.render.range_bands import PlotSize, RangeBand, count_turns, find_range_band
 from governor_mechanism.render.shown_readings import (
     READING_NOISE_RATIO,
@@ -27,6 +26,9 @@ from governor_mechanism.render.shown_readings import (
 )
 from governor_mechanism.render.style import CURVE_COLOURS, SERIES_COLOURS
 from governor_mechanism.types import FloatArray
+
+if TYPE_CHECKING:
+    from governor_mechanism.render.machines.engine_room.drawing import EngineRoomDrawing  # slow to import, and only for engine rooms
 
 _BLUE, _VERMILLION, _GREEN, _PURPLE, _PALE_BLUE, _BROWN = range(len(CURVE_COLOURS))
 """Indices of the colours of curves."""
@@ -211,7 +213,7 @@ def _sampled_values(data: FrameData, name: str) -> FloatArray:
 def choose_room_panels(
     run: Trajectory,
     governed: EngineRoomParts,
-    room: EngineRoomDrawing,
+    room: "EngineRoomDrawing",
     time_span: Vec2,  # the shown time, s
     chosen: Sequence[str] = (),  # names of the readings to plot, if they are not the main ones
 ) -> list[PlotPanel]:
@@ -226,7 +228,7 @@ class _RoomRun:
 
     run: Trajectory
     governed: EngineRoomParts
-    room: EngineRoomDrawing
+    room: "EngineRoomDrawing"
     time_span: Vec2
 
     @cached_property

@@ -7,15 +7,15 @@ from dataclasses import dataclass
 from typing import Any, Protocol, Self, cast
 
 import numpy as np
-from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.lines import Line2D
 from matplotlib.text import Text as Words
+from matplotlib.transforms import Bbox
 
 from governor_mechanism.model.results.pictures import DEFAULT_OPTIONS, FilmLayout, FilmOptions
 from governor_mechanism.model.results.trajectory import Trajectory
-from governor_mechanism.render.artists import Brush, artist_paths, group_shapes, recolour
-from governor_mechanism.render.figures.page import Page, plain_labels
+from governor_mechanism.render.artists import Brush, Picture, artist_paths, group_shapes, recolour
+from governor_mechanism.render.figures.page import Page, PanelRect, plain_labels
 from governor_mechanism.render.film import layout
 from governor_mechanism.render.film.gif_encoder import RgbaPixels
 from governor_mechanism.render.film.moving_parts import (
@@ -268,18 +268,18 @@ class FrameCanvas:
         return SortedPanel(artists, lambda k: [path for shape in shapes_at(k) for path in artist_paths([shape])], parts, groups, order_at)
 
     def _paint_still(self, view: PixelView, static_shapes: Sequence[DrawnShape]) -> Brush:
-        """Draw static shapes on new axes, and return the brush for what moves in front of them."""
-        axes = self._add_axes(view.rect)
-        axes.set_axis_off()
-        axes.set(xlim=view.box[:2], ylim=view.box[2:])
-        Brush(axes, self._points_per_pixel, shows_words=self._shows_words).paint(static_shapes)
-        return Brush(axes, self._points_per_pixel, base_zorder=3, shows_words=self._shows_words)
+        """Draw static shapes in a new picture, and return the brush for what moves in front of them."""
+        left, right, bottom, top = view.box
+        picture = Picture(self.figure, self._rect_in_figure(view.rect), Bbox([[left, bottom], [right, top]]))
+        # Behind all words, and behind lines of the frame.
+        Brush(picture, self._points_per_pixel, base_zorder=-2, shows_words=self._shows_words).paint(static_shapes)
+        return Brush(picture, self._points_per_pixel, base_zorder=-1, shows_words=self._shows_words)
 
-    def _add_axes(self, rect: PixelRect) -> Axes:
-        """Add axes in a rectangle (pixels of 480)."""
+    def _rect_in_figure(self, rect: PixelRect) -> PanelRect:
+        """Return the place in the figure of a rectangle (pixels of 480)."""
         left, right = (x / self._width for x in rect[::2])
         top, bottom = (y / self._height for y in rect[1::2])
-        return self.figure.add_panel((left, 1 - bottom, right - left, bottom - top), grid=None)
+        return left, 1 - bottom, right - left, bottom - top
 
     def add_number(self, texts: list[str], unit: str, position: Vec2, height: float, **style: Any) -> float:
         """Add a number that changes with every frame before a unit that ends at `position` (pixels of 480); return its left edge."""
@@ -340,7 +340,8 @@ class FrameCanvas:
     def _make_plot(self, panel: PlotPanel, data: FrameData, place: PixelRect, *, has_time_labels: bool) -> CurvePanel:
         """Return the plot of a panel at a place in which its axes have room at the right, and below for times."""
         left, top, right, bottom = place
-        axes = self._add_axes(layout.shift_rect((left, top, right - 3.0, bottom - layout.PLOT_BOTTOM), self._shift))
+        rect = layout.shift_rect((left, top, right - 3.0, bottom - layout.PLOT_BOTTOM), self._shift)
+        axes = self.figure.add_panel(self._rect_in_figure(rect), grid=None)
         return plot_panel(axes, panel, data, self._points_per_pixel, has_time_labels=has_time_labels)
 
     def add_text(self, content: str, position: Vec2, height: float, *, max_width: float | None = None, **style: Any) -> Words:

@@ -37,7 +37,7 @@ from governor_mechanism.render.frame_data import (
     shows_bodies,
     turns_with_spindle,
 )
-from governor_mechanism.render.geometry.attached import DrawnPart, Flexible, axes_shifted, axes_turned
+from governor_mechanism.render.geometry.attached import Attached, DrawnPart, Flexible, axes_shifted, axes_turned
 from governor_mechanism.render.geometry.outlines import make_arrow
 from governor_mechanism.render.geometry.primitives import (
     SMALL_TEXT,
@@ -95,19 +95,19 @@ def plan_parts(data: FrameData, ring_radius: float) -> list[DrawnPart]:
     """
     angles = data.spindle_angle
     sense = math.copysign(1.0, float(angles[-1] - angles[0]))
-    is_turning = bool(np.ptp(angles) > 0.0)
+    steps = np.abs(np.diff(angles, prepend=angles[:1]))
+    lengths = np.clip(steps, _PLAN_ARROW, 2 * math.pi).tolist() if np.ptp(angles) > 0.0 else [0.0] * len(angles)
 
-    def arrow(k: int) -> Iterable[DrawnShape]:
-        step = float(angles[k]) - float(angles[max(k - 1, 0)])
-        length = min(max(abs(step), _PLAN_ARROW), 2 * math.pi) if is_turning else 0.0
-        return make_arrow("sweep", arc_points((0.0, 0.0), -sense * length, sense * length, ring_radius, 32), 0.24 * ring_radius)
-
-    def plane(k: int) -> Iterable[DrawnShape]:
-        _, *shapes = data.drawing.dial_shapes(data.poses[k], 0.0, 0.0, ring_radius)
-        return shapes
+    def arrow(k: int) -> tuple[DrawnShape, ...]:
+        arc = arc_points((0.0, 0.0), -sense * lengths[k], sense * lengths[k], ring_radius, 32)
+        return make_arrow("sweep", arc, 0.24 * ring_radius)
 
     frame = axes_turned((0.0, 0.0), lambda k: float(angles[k]))
-    return [Flexible(shapes_at=arrow, frame=frame), Flexible(shapes_at=plane, frame=frame)]
+    keeps_length = len(set(lengths)) == 1
+    return [
+        Attached(frame=frame, shapes=arrow(0)) if keeps_length else Flexible(shapes_at=arrow, frame=frame),
+        Flexible(shapes_at=lambda k: data.drawing.dial_shapes(data.poses[k], 0.0, ring_radius), frame=frame),
+    ]
 
 
 def trace_shapes(data: FrameData) -> list[DrawnShape]:

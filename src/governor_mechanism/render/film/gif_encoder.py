@@ -162,7 +162,7 @@ class GifWriter:
 
     def _changed_patch(self, pixels: PackedPixels, pixel_indices: NDArray[np.intp]) -> tuple[int, int, PaletteIndices] | None:
         """Return left, top and indices of the smallest rectangle of changed pixels (n,); unchanged ones in it are transparent."""
-        entries = self._palette.indices_of(pixels[pixel_indices])
+        entries = self._palette.indices_of(pixels.take(pixel_indices))
         shown_indices = self._shown_indices.reshape(-1)
         # What comes back to its colour at rest is restored more exactly: else edges that stand still get ragged where something passed.
         returns = entries == self._palette.resting_indices[pixel_indices]
@@ -171,7 +171,8 @@ class GifWriter:
         if not pixel_indices.size:
             return None
         shown_indices[pixel_indices] = entries
-        rows, columns = np.divmod(pixel_indices, self._shown_indices.shape[1])
+        rows = pixel_indices // self._shown_indices.shape[1]  # some times faster than with its remainders
+        columns = pixel_indices - rows * self._shown_indices.shape[1]
         left, top = int(columns.min()), int(rows.min())
         box = slice(top, int(rows.max()) + 1), slice(left, int(columns.max()) + 1)
         patch = np.full(self._shown_indices.shape, self._palette.transparent_index, dtype=np.uint8)
@@ -218,7 +219,8 @@ class GifWriter:
 
 def _find_short_gaps(pixel_indices: NDArray[np.intp], rows: NDArray[np.intp]) -> NDArray[np.intp]:
     """Return the unchanged pixels in short gaps between changed ones (n,) of a row, in ascending order: they compress better unhidden."""
-    steps = np.where(rows[1:] == rows[:-1], np.diff(pixel_indices), 1)
-    is_short = (steps > 1) & (steps <= MAX_CLOSED_GAP + 1)
-    starts, steps = pixel_indices[:-1][is_short], steps[is_short]
+    steps = np.diff(pixel_indices)
+    before = np.flatnonzero((steps > 1) & (steps <= MAX_CLOSED_GAP + 1))
+    before = before[rows[before] == rows[before + 1]]
+    starts, steps = pixel_indices[before], steps[before]
     return np.concatenate([starts[steps > k] + k for k in range(1, MAX_CLOSED_GAP + 1)])

@@ -29,7 +29,6 @@ from governor_mechanism.render.geometry.primitives import (
     bounding_box,
     is_wording,
 )
-from governor_mechanism.render.machines.generic.drawing import GenericDrawing
 from governor_mechanism.render.page.part_names import name_part
 from governor_mechanism.render.shown_readings import format_name
 from governor_mechanism.types import BoolArray, FloatArray, IntArray
@@ -62,13 +61,13 @@ class Label:
 
 def find_labels(data: FrameData) -> list[Label]:
     """Return the names of the parts, of bodies of one's own mechanism, or by the roles of their shapes."""
-    middle = len(data.times) // 2
-    labels = _labels_of_bodies(data, data.drawing) if isinstance(data.drawing, GenericDrawing) else _labels_of_roles(data, middle)
+    from governor_mechanism.render.machines.generic.drawing import GenericDrawing  # slow to import, and only for names
+
+    if isinstance(data.drawing, GenericDrawing):
+        labels = [Label(name=format_name(name), points=points) for name, points in data.drawing.named_places(data.poses).items()]
+    else:
+        labels = _labels_of_roles(data, len(data.times) // 2)
     return labels[:MAX_LABELS]
-
-
-def _labels_of_bodies(data: FrameData, drawing: GenericDrawing) -> list[Label]:
-    return [Label(name=format_name(name), points=points) for name, points in drawing.named_places(data.poses).items()]
 
 
 def _labels_of_roles(data: FrameData, middle: int) -> list[Label]:

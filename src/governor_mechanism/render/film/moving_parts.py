@@ -16,7 +16,7 @@ from matplotlib.patches import Polygon as PolygonPatch
 from matplotlib.path import Path
 from matplotlib.text import Text
 
-from governor_mechanism.render.artists import artist_paths, group_shapes
+from governor_mechanism.render.artists import artist_paths, group_shapes, path_of, path_points
 from governor_mechanism.render.figures.page import plain_labels
 from governor_mechanism.render.film.gif_encoder import RgbaPixels
 from governor_mechanism.render.frame_data import FrameData
@@ -153,8 +153,15 @@ class PartPaths:
         for group, shape in zip(self._changing_groups, shapes_of(self._changing_parts, k), strict=True):
             changed.setdefault(group, []).append(shape)
         for group, shapes in changed.items():
-            if group >= 0:
-                (self._paths[group],) = artist_paths(shapes)
+            former = self._paths[group] if group >= 0 else None
+            if former is None:
+                continue
+            points = path_points(shapes)
+            vertices = np.asarray(former.vertices)
+            if len(points) == len(vertices):
+                vertices[:] = points  # faster than a new path
+            else:
+                self._paths[group] = path_of(shapes)
         return self._paths
 
     def _axes_at(self, k: int) -> FloatArray:

@@ -39,7 +39,6 @@ from governor_mechanism.render.film.options import (
     require_video_writer,
 )
 from governor_mechanism.render.film.painters import Painter, make_painter
-from governor_mechanism.render.film.svg_animation import write_animation
 from governor_mechanism.render.film.timing import Timing, select_room_timing, select_slow_down, select_time_span, select_timing
 from governor_mechanism.render.frame_data import find_parts
 from governor_mechanism.render.machines.engine_room.arrangement import settled_time
@@ -177,6 +176,8 @@ def open_webm(path: Path, film: FilmFrames) -> AbstractContextManager[AddFrame]:
 @contextmanager
 def open_svg(path: Path, film: FilmFrames) -> Iterator[AddFrame]:
     """Open an animated drawing, which is written from all frames at once."""
+    from governor_mechanism.render.film.svg_animation import write_animation  # slow to import, and only for drawings
+
     yield lambda k: 0
     write_animation(path, film.painter.canvases[0], film.duration, film.n_frames)
 

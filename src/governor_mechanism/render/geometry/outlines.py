@@ -16,6 +16,7 @@ from governor_mechanism.render.geometry.primitives import (
     PoseTuple,
     Vec2,
     arc_points,
+    axes_to_plane,
     convex_hull,
     place_points,
 )
@@ -189,6 +190,12 @@ def helical_spring_lines(start: Vec2, end: Vec2, half_width: float, hidden_half_
     points = [(start[0] + along * c + across * s, start[1] + along * s - across * c) for along, across in offsets]
     is_visible = [math.sin(a) >= -1e-9 or abs(across) >= hidden_half_width for a, (_, across) in zip(angles, offsets, strict=True)]
     return tuple(piece for piece in visible_pieces(points, is_visible) if len(piece) > 1)
+
+
+def spiral_points(centre: Vec2, start_angle: float, wound_angle: float, u: float) -> tuple[Vec2, ...]:
+    """Return a spiral spring inward of `start_angle` (rad), wound up by `wound_angle` (rad) from two and a half turns."""
+    sweep = 5 * math.pi - wound_angle
+    return tuple(axes_to_plane((*centre, start_angle - sweep * (1 - k / 72)), (0.03 + 0.07 * k / 72) * u, 0.0) for k in range(73))
 
 
 def select_extreme_rows(values: FloatArray) -> list[int]:

@@ -69,6 +69,7 @@ class PistonSizes:
 class GovernorDrawing(MachineDrawing):
     """What the drawings of all governors have in common. `spindle_ratio` is the half width of the spindle, as a fraction of the arm."""
 
+    shows_bodies = True
     spindle_ratio: ClassVar[float]
     cylinder: ClassVar[CylinderSizes]
     piston: ClassVar[PistonSizes]
@@ -389,21 +390,21 @@ class ThrottleGear:
     pivot_distance: float  # distance of the lever's fixed pivot from the axis, m
     valve_height: float  # highest height of the throttle valve, m
 
-    @property
+    @cached_property
     def pivot(self) -> Vec2:
         """Fixed pivot of the lever (m), at the middle height of the pin."""
         return self.side * self.pivot_distance, 0.5 * (self.pin_range[0] + self.pin_range[1])
 
-    @property
+    @cached_property
     def _half_lift(self) -> float:
         return max(0.5 * (self.pin_range[1] - self.pin_range[0]), _MIN_HALF_LIFT * self.unit)
 
-    @property
+    @cached_property
     def outer_arm(self) -> float:
         """Length of the lever beyond its pivot (m), such that the valve turns by its swing over the lift."""
         return _VALVE_ARM * self.unit * math.sin(_SWING) / math.sin(math.atan2(self._half_lift, self.pivot_distance))
 
-    @property
+    @cached_property
     def valve(self) -> Vec2:
         """Axis of the valve (m); its arm is level, and the rod upright, when the lever is level."""
         x, y = self.pivot

@@ -13,7 +13,6 @@ from governor_mechanism.render.geometry.primitives import (
     Circle,
     DrawnShape,
     Lines,
-    arc_points,
     bounding_box,
     drawn_ball_radius,
     drawn_point_paths,
@@ -43,8 +42,10 @@ class MachineDrawing(PartRun, ABC):
 
     Shapes are listed back to front. Every pose gives the same number of shapes, of the same kinds and roles.
     `panel_readings` are the readings of the side panel, most important first; `plan_caption` is the text at the plan view, line by line.
+    `shows_bodies` is whether bodies are drawn where they are; a diagram of a valve gear, for one, has a map of its own.
     """
 
+    shows_bodies: ClassVar[bool] = False
     panel_readings: ClassVar[tuple[str, ...]] = ()
     plan_caption: ClassVar[tuple[str, ...]] = ("from above",)
 
@@ -108,16 +109,11 @@ class MachineDrawing(PartRun, ABC):
         """Return the path (n, 2) (m) to draw, if there is one, for poses (n, bodies, 3)."""
         return None
 
-    def dial_shapes(self, pose: FloatArray, angle: float, angle_change: float, ring_radius: float) -> tuple[DrawnShape, ...]:
-        """Return the rotating plane from above, turned anticlockwise by `angle` (rad), inside a ring of radius `ring_radius` (m).
-
-        `angle_change` (rad) is the rotation since the last frame. It is drawn as an arc on the ring, so that a speed too high for the
-        frame rate shows as a closed ring and not as a false slow rotation.
-        """
-        sweep_angle = math.copysign(min(abs(angle_change), 2 * math.pi), angle_change)
-        arc = arc_points((0.0, 0.0), angle, -sweep_angle, ring_radius, 32)
-        hub = Circle("hub", 0.0, 0.0, 0.05 * ring_radius)
-        return Lines("sweep", (arc,)), Lines("hand", (((0.0, 0.0), arc[0]),)), *self.plan_shapes(pose, angle), hub
+    def dial_shapes(self, pose: FloatArray, angle: float, ring_radius: float) -> tuple[DrawnShape, ...]:
+        """Return the rotating plane from above, turned anticlockwise by `angle` (rad), with a hand to its ring of a radius (m)."""
+        end = (ring_radius * math.cos(angle), ring_radius * math.sin(angle))
+        hand = Lines("hand", (((0.0, 0.0), end),))
+        return hand, *self.plan_shapes(pose, angle), Circle("hub", 0.0, 0.0, 0.05 * ring_radius)
 
     def dial_ring_radius(self) -> float:
         """Return the radius (m) of a ring that contains the plan view at every pose of the run."""

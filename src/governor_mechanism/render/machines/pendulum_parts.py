@@ -25,6 +25,7 @@ from governor_mechanism.render.geometry.outlines import (
     make_burst,
     make_hatched_block,
     make_rectangle,
+    spiral_points,
 )
 from governor_mechanism.render.geometry.primitives import (
     CAST_IRON_DENSITY,
@@ -34,10 +35,10 @@ from governor_mechanism.render.geometry.primitives import (
     Lines,
     Polygon,
     Vec2,
+    axes_to_plane,
     drawn_ball_radius,
 )
 from governor_mechanism.render.machines import governor_parts as parts
-from governor_mechanism.render.machines.generic.force_elements import spiral_points
 from governor_mechanism.render.machines.governor_parts import LIFT_READING, CylinderSizes, GovernorDrawing, PistonSizes
 from governor_mechanism.render.machines.machine_drawing import Dimension
 from governor_mechanism.types import FloatArray
@@ -170,9 +171,9 @@ class PendulumProportions(GovernorDrawing):
     def sides(self, pose: FloatArray) -> list[PendulumSide]:
         """Return the left and the right half at a pose (bodies, 3)."""
         height = float((self.taut_link_height if self.clearance else self.sleeve_height)(pose))
-        joint_ratio, sides = self.arm_joint / self.arm, []
+        joint_ratio, centre, sides = self.arm_joint / self.arm, self._arm_end, []
         for name, sign in ((LEFT_BALL, -1.0), (RIGHT_BALL, 1.0)):
-            x, y = self.ball_centres(pose, name).tolist()
+            x, y = axes_to_plane(pose[self.part.mechanism.body_index(name)].tolist(), centre.x, centre.y)
             pivot_x = sign * self.offset
             link_joint = (pivot_x + joint_ratio * (x - pivot_x), joint_ratio * y)
             link_end = (sign * self.lug_offset, height)

@@ -3,10 +3,7 @@
 from governor_mechanism.later_module import LaterClasses
 from governor_mechanism.model.part import Part
 from governor_mechanism.model.results.trajectory import Trajectory
-from governor_mechanism.render.machines.generic.drawing import GenericDrawing
 from governor_mechanism.render.machines.machine_drawing import MachineDrawing
-from governor_mechanism.render.machines.valve_gear import ValveGearDrawing
-from governor_mechanism.render.machines.valve_gear_proportions import is_valve_gear, may_be_valve_gear
 
 MACHINE_DRAWINGS: LaterClasses[type[MachineDrawing]] = LaterClasses(
     __package__,
@@ -29,14 +26,22 @@ DRAWN_WITH_WHEEL = frozenset({"stephenson"})
 """Machines whose drawings show the flywheel of another part on their shaft."""
 
 
-def find_drawing_class(part: Part) -> type[MachineDrawing]:
-    """Return the class that draws a part; a run in which a valve gear does not move as one is drawn as any mechanism is."""
-    return MACHINE_DRAWINGS.get(part.machine, ValveGearDrawing if may_be_valve_gear(part) else GenericDrawing)
+def find_drawing_class(part: Part, run: Trajectory | None = None) -> type[MachineDrawing]:
+    """Return the class that draws a part; a valve gear that does not move as one in its run is drawn as any mechanism is."""
+    if (listed := MACHINE_DRAWINGS.get(part.machine)) is not None:
+        return listed
+    # Drawings of listed machines do without these imports, which take long.
+    if part.mechanism.valve is not None:
+        from governor_mechanism.render.machines.valve_gear import ValveGearDrawing
+        from governor_mechanism.render.machines.valve_gear_proportions import is_valve_gear, may_be_valve_gear
+
+        if may_be_valve_gear(part) and (run is None or is_valve_gear(run, part)):
+            return ValveGearDrawing
+    from governor_mechanism.render.machines.generic.drawing import GenericDrawing
+
+    return GenericDrawing
 
 
 def drawing_of(run: Trajectory, part: Part, slow_down: float = 1.0, magnification: float = 1.0) -> MachineDrawing:
     """Return the drawing of a part of a run whose seconds take `slow_down` seconds of film, and whose motion is magnified by a factor."""
-    drawing = find_drawing_class(part)
-    if drawing is ValveGearDrawing and not is_valve_gear(run, part):
-        drawing = GenericDrawing
-    return drawing(run=run, part=part, slow_down=slow_down, magnification=magnification)
+    return find_drawing_class(part, run)(run=run, part=part, slow_down=slow_down, magnification=magnification)

@@ -257,6 +257,8 @@ _SYMMETRY_RATIO = 0.04
 class GenericDrawing(MechanismExtents):
     """Drawing of any mechanism."""
 
+    shows_bodies = True
+
     @property
     def points_without_pins(self) -> Collection[Point]:
         """Points of joints that are drawn without a pin."""

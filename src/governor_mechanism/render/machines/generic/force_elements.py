@@ -19,7 +19,7 @@ from governor_mechanism.model.joints import GROUND, Distance, Pin, Point, Rotati
 from governor_mechanism.model.output_variables import PointCoordinate
 from governor_mechanism.numerics.once_per_object import once_per_object
 from governor_mechanism.render.geometry.attached import Attached, DrawnPart, Frame, Moment
-from governor_mechanism.render.geometry.outlines import make_arrow, make_burst, make_rectangle, make_wall
+from governor_mechanism.render.geometry.outlines import make_arrow, make_burst, make_rectangle, make_wall, spiral_points
 from governor_mechanism.render.geometry.primitives import (
     Circle,
     DrawnShape,
@@ -149,12 +149,6 @@ def wall_shapes(placed: PlacedMechanism) -> Iterator[DrawnShape]:
             occupied.append((x, y))
             other_x, other_y = placed.position(other)
             yield make_wall((x, y), math.atan2(other_y - y, other_x - x), 0.10 * placed.unit, 0.035 * placed.unit)
-
-
-def spiral_points(centre: Vec2, start_angle: float, wound_angle: float, u: float) -> tuple[Vec2, ...]:
-    """Return a spiral spring inward of `start_angle` (rad), wound up by `wound_angle` (rad) from two and a half turns."""
-    sweep = 5 * math.pi - wound_angle
-    return tuple(axes_to_plane((*centre, start_angle - sweep * (1 - k / 72)), (0.03 + 0.07 * k / 72) * u, 0.0) for k in range(73))
 
 
 def torsional_element_parts(placed: PlacedMechanism) -> Iterator[DrawnPart]:
