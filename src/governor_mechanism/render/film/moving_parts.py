@@ -214,8 +214,8 @@ def _style_axes(axes: Axes, time_span: Vec2, points_per_pixel: float) -> None:
     """Style the axes: thin spines, faint grid lines."""
     axes.spines[:].set_linewidth(0.8 * points_per_pixel)
     axes.set_xticks(time_span, labels=[f"{time_span[0]:.4g}", f"{time_span[1]:.4g} s"])
-    axes.tick_params(length=3 * points_per_pixel, width=0.8 * points_per_pixel, pad=2 * points_per_pixel)
-    axes.tick_params(labelsize=SMALL_TEXT * points_per_pixel)
+    pixel = points_per_pixel
+    axes.tick_params(length=3 * pixel, width=0.8 * pixel, pad=2 * pixel, labelsize=SMALL_TEXT * pixel)
     axes.grid(axis="y", color=RULE, linewidth=0.7 * points_per_pixel)
     axes.set_axisbelow(True)
     # The time labels stay within the width of the plot, so that they never leave the frame.

@@ -119,11 +119,12 @@ def once_per_moment(method: Callable[[Any, Any], R]) -> Callable[[Any, Any], R]:
     def kept(self: Any, moment: Any) -> R:
         # By identity: a pose has no hash. The moment is kept too, so that no other one takes its identity.
         results: dict[int, tuple[Any, R]] = self.__dict__.setdefault(name, {})
-        if id(moment) not in results:
+        found = results.get(id(moment))
+        if found is None:
             if len(results) >= _MAX_KEPT:
                 results.clear()
-            results[id(moment)] = (moment, method(self, moment))
-        return results[id(moment)][1]
+            found = results[id(moment)] = (moment, method(self, moment))
+        return found[1]
 
     return kept
 
