@@ -26,6 +26,9 @@ EXITS: dict[str, dict[str, str]] = {
     "mechanics/dynamics/equations_of_motion.py: _add_rubbing": {
         "if body != GROUND_INDEX:": "outlines and rollers are those of bodies; a body of the ground is welded"
     },
+    "numerics/hermite_curve.py: _find_roots_of_pieces": {
+        "for _ in range(MAX_NEWTON_STEPS):": "it ends after some five steps of Newton, or 50 of bisection"
+    },
     "numerics/linear_equations.py: diagonalise": {
         "for _ in range(MAX_JACOBI_SWEEPS):": "no rotation is left before: random matrices need six sweeps"
     },

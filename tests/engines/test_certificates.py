@@ -109,7 +109,7 @@ def test_exact_engine_does_not_depend_on_its_panels(monkeypatch):
 
 
 @pytest.mark.parametrize("accuracy", [1e-6, 1e-9])
-def test_rates_beside_a_change_point_are_as_accurate_as_others(accuracy):
+def test_rates_beside_a_singular_position_are_as_accurate_as_others(accuracy):
     drawn = draw_study_scene("four-bar chain", 32, SEED)
     # Its bars lie in one line 0.7 s after the start.
     passage = brentq(lambda time: exact_motions.exact_chain(drawn.document, [time]).readings["crank_angle"][0], 0.6, 0.8, xtol=1e-15)

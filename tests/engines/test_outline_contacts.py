@@ -22,6 +22,7 @@ from contact_scenes import (
     run_ball,
     start_of,
 )
+from governor_mechanism.engines import ImpulseEngine
 from governor_mechanism.model.events import EventKind
 from governor_mechanism.studies.hard_cases.study import HARD_CASES
 
@@ -92,6 +93,16 @@ def test_a_ball_passes_the_joins_of_edges_at_any_accuracy_without_an_event(accur
             np.testing.assert_allclose(run.readings[name], values, atol=run.error_estimate * run.scales[name])
             np.testing.assert_allclose(run.rates[name], rates, atol=10 * run.error_estimate)
         assert run.cost.rejected < 100  # a step over a join would be tried again and again
+
+
+def test_impulse_passes_an_arc_shorter_than_its_steps():
+    """The steps of all runs of a certificate are shorter on the arc, else all would turn its corner in one step and agree."""
+    case = HARD_CASES["fillet"]
+    run = ImpulseEngine().run(gm.Scene.from_dict(case.make_document(0.021)))
+    for name, (values, rates) in case.solve(0.021, run.times).items():
+        np.testing.assert_allclose(run.readings[name], values, atol=run.error_estimate * run.scales[name])
+        np.testing.assert_allclose(run.rates[name], rates, atol=10 * run.error_estimate)
+    assert run.error_estimate < 1e-3
 
 
 @pytest.mark.parametrize("mirrored", [False, True])

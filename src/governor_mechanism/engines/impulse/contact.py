@@ -11,12 +11,13 @@ from governor_mechanism.engines.impulse.records import DetectedEvent, FixedStepP
 from governor_mechanism.engines.impulse.staggered_stepper import StaggeredStepper
 from governor_mechanism.mechanics.contact.event_log import select_start_events
 from governor_mechanism.mechanics.contact.tolerances import STICTION_RATE_TOLERANCE
+from governor_mechanism.mechanics.curves.outline_kernels import NO_FEATURE
 from governor_mechanism.mechanics.dynamics.arrays import N_ENERGY_STATES, System, from_mass_centres, to_mass_centres
 from governor_mechanism.mechanics.dynamics.contact_modes import initial_mode
 from governor_mechanism.mechanics.dynamics.contacts import contacts_of
 from governor_mechanism.mechanics.dynamics.event_functions import KINKS, EventFunctionKind
 from governor_mechanism.mechanics.dynamics.output_forces import SLIDING_FRICTION
-from governor_mechanism.mechanics.kinematics.constraint_kernels import evaluate_join, keep_features, release_features
+from governor_mechanism.mechanics.kinematics.constraint_kernels import evaluate_ends, evaluate_join, keep_features, release_features
 from governor_mechanism.mechanics.kinematics.time_functions import stack_local_cubics
 from governor_mechanism.model.events import EventKind
 from governor_mechanism.types import NO_INDEX, FloatArray
@@ -59,6 +60,19 @@ class OutlineJoins:
         """Return the event function of a join: how far a contact is beyond its edge."""
         return float(evaluate_join(self._rows, row, *self._origin_motion(state)))
 
+    def passage_duration(self, since: float) -> float:
+        """Return in what time (s) the first contact comes to an end of its edge, by the motion in a short time `since` the present one."""
+        durations = [math.inf]
+        poses, velocities = self._origin_motion(self._stepper.state) if self._contacts else (np.zeros(0), np.zeros(0))
+        for _, row, _ in self._contacts:
+            if self._rows.table[row]["kept_feature"] == NO_FEATURE:
+                continue
+            now, soon = (evaluate_ends(self._rows, row, poses + time * velocities, velocities) for time in (0.0, since))
+            durations += [
+                -before * since / (after - before) for before, after in zip(now, soon, strict=True) if before < 0.0 and after > before
+            ]
+        return min(durations)
+
     def _origin_motion(self, state: StepState) -> tuple[FloatArray, FloatArray]:
         """Return poses and velocities of the origins of the bodies; that of a free spindle touches nothing."""
         centres, velocities = self._stepper.model.to_mass_centres(state.poses, state.velocities)
@@ -83,7 +97,7 @@ class ContactModeTracker:
         self._gaps = set(np.flatnonzero(table["is_gap"]).tolist())
         arguments = zip(contacts_of(problem.scene), self.contact_outputs.tolist(), self._friction_inputs.tolist(), strict=True)
         self.constraints = list(starmap(stepper.model.make_contact_constraint, arguments))
-        self._joins = OutlineJoins(stepper)
+        self.joins = OutlineJoins(stepper)
         self.last_release_time = -math.inf
         self.change_mode()
         self.scene_contacts.events = select_start_events(self.scene_contacts.events)
@@ -96,7 +110,7 @@ class ContactModeTracker:
     def change_mode(self, events: Sequence[DetectedEvent] = ()) -> None:
         """Select the contact mode at the present time, after events there, and set springs, sliding friction and constraints to it."""
         if events and all(event.kind is None for event in events):
-            self._joins.keep(self.scene_contacts.model[0])  # the forces on the next edge decide what it releases
+            self.joins.keep(self.scene_contacts.model[0])  # the forces on the next edge decide what it releases
             return
         was_resting, scene_contacts = self.resting, self.scene_contacts
         released = {event.index for event in events if event.kind in (EventKind.SLIP, EventKind.SEPARATION)}
@@ -150,11 +164,11 @@ class ContactModeTracker:
             sign = float(record["sign"])
             threshold = float(record["threshold"])
             self._crossings.append(OutputCrossing(event_kind, index, output, sign, threshold))
-        self._joins.keep(system)
+        self.joins.keep(system)
 
     def detect_events(self, end: StepState) -> list[DetectedEvent]:
         """Return the events that a step to a state has passed."""
-        detected = list(self._joins.detect(end))
+        detected = list(self.joins.detect(end))
         passed_joins = {event.index for event in detected}
         for k, constraint in enumerate(self.constraints):
             if k in passed_joins:

@@ -29,6 +29,9 @@ MIN_REMAINDER_RATIO = 1e-4
 BOUNCE_DURATION_FACTOR = 1.2
 """Multiple of the predicted duration of a short bounce after which it is over."""
 
+PASSAGE_STEP_RATIO = 1e-3
+"""Part of a step over which the speed along an edge is measured."""
+
 MIN_SUBSTEP_RATIO, TIME_ROUNDING_RATIO = 1e-9, 4e-15
 """Shortest substep relative to a step, and relative to the elapsed time (rounding)."""
 
@@ -203,11 +206,11 @@ class EventDrivenStepper(StaggeredStepper):
         return max(MIN_SUBSTEP_RATIO, TIME_ROUNDING_RATIO * self.state.time / h)
 
     def _restart_after_event(self, h: float) -> float:
-        """Restart before a step of `h` seconds; return the duration (s) of the shortest bounce that has just begun, or infinity."""
+        """Restart before a step of `h` seconds; return the duration (s) of the shortest bounce or edge that begins, or infinity."""
         self.restart(h)
         rates_after_kick = self.forces.output_rates(self.model.state()[1])
         accelerations = (rates_after_kick - self.state.rates) / (0.5 * h)
-        durations = [math.inf]
+        durations = [self._contact_tracker.joins.passage_duration(PASSAGE_STEP_RATIO * h)]
         for k, side in self._contact_tracker.rebound_sides.items():
             output = self._contact_tracker.contact_outputs[k]
             deceleration = side * float(accelerations[output])

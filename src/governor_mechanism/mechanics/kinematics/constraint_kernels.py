@@ -434,6 +434,14 @@ def evaluate_join(rows: ConstraintRows, i: int, poses: FloatArray, velocities: F
 
 
 @jit_in_place
+def evaluate_ends(rows: ConstraintRows, i: int, poses: FloatArray, velocities: FloatArray) -> tuple[float, float]:
+    """Return how far what touches an outline is beyond both ends of the feature that row i keeps."""
+    row = rows.table[i]
+    extent = extent_of_feature(rows.curve_segments, row.kept_feature, _locate_touch(row, rows.curve_segments, poses, velocities))
+    return extent.beyond_start, extent.beyond_end
+
+
+@jit_in_place
 def evaluate_other_gap(rows: ConstraintRows, i: int, poses: FloatArray, velocities: FloatArray) -> float:
     """Return the gap of row i for the nearest one of its points that is not kept."""
     row = rows.table[i]
