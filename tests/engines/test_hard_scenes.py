@@ -130,6 +130,16 @@ def test_a_stall_names_a_driver_only_where_there_is_one():
     assert "without end" in describe_stall(gm.load("porter_dry_friction"), IntegrationStatus.ENDLESS_EVENTS)
 
 
+def test_a_first_run_that_misses_is_refined_though_its_finer_runs_round_more_at_change_points():
+    """The bound of that rounding, above the request for the second run, is far below the error of the first."""
+    case = HARD_CASES["change-point-passes"]
+    run = MultibodyEngine().run(gm.Scene.from_dict(case.make_document(200.0)), accuracy=1e-6)
+    assert run.outcome is gm.Outcome.DONE
+    for name, (values, rates) in case.solve(200.0, run.times).items():
+        np.testing.assert_allclose(run.readings[name], values, rtol=0, atol=run.error_estimate * run.scales[name])
+        np.testing.assert_allclose(run.rates[name], rates, rtol=0, atol=10 * run.error_estimate)
+
+
 def test_a_start_on_no_branch_of_a_change_point_is_refused():
     with pytest.raises(gm.MechanismError, match="change point, where motion branches"):
         run_scene(SCENES["PARALLELOGRAM_ON_ITS_LINE"], "multibody")
