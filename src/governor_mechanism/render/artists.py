@@ -26,12 +26,14 @@ from governor_mechanism.render.style import DARK_COLOURS, PAPER, ROLE_STYLES, SA
 
 
 class Picture:
-    """Place in a figure for shapes in metres: what a brush needs of `Axes`, which are slow to make and to draw.
+    """Place in a figure for shapes in metres: what a brush needs of `Axes`, which are slow to make and to draw."""
 
-    `rect` is its left and lower edge, width and height in fractions of the figure, and `box` what it shows, m.
-    """
-
-    def __init__(self, figure: Figure, rect: tuple[float, float, float, float], box: Bbox) -> None:
+    def __init__(
+        self,
+        figure: Figure,
+        rect: tuple[float, float, float, float],  # left and lower edge, width and height, in fractions of the figure
+        box: Bbox,  # what is seen in it, m
+    ) -> None:
         self._figure = figure
         self.bbox = TransformedBbox(Bbox.from_bounds(*rect), figure.transFigure)
         self.transData = BboxTransformFrom(box) + BboxTransformTo(self.bbox)

@@ -36,39 +36,19 @@ FRAME_WIDTHS = {
 
 
 class EngineRoomPainter(FrameCanvas):
-    """Frames of a governed engine.
-
-    Parameters
-    ----------
-    run
-        The run.
-    governed
-        Its governed engine.
-    engine
-        The engine at the frame times.
-    governor
-        The governor at the frame times.
-    size
-        Height of the frame, pixels.
-    title
-        Title; None takes that of the scene.
-    options
-        What is shown.
-    animated
-        Whether moving artists are left out of the static background.
-    """
+    """Frames of a governed engine."""
 
     def __init__(
         self,
         run: Trajectory,
         governed: EngineRoomParts,
-        engine: FrameData,
+        engine: FrameData,  # at the frame times, as the governor
         governor: FrameData,
-        size: int = 480,
+        size: int = 480,  # height of the frame, pixels
         *,
-        title: str | None = None,
+        title: str | None = None,  # None takes that of the scene
         options: FilmOptions = DEFAULT_OPTIONS,
-        animated: bool = True,
+        animated: bool = True,  # whether moving artists are left out of the static background
     ) -> None:
         width, shift = FRAME_WIDTHS[options.layout]
         is_bare = options.layout is FilmLayout.BARE

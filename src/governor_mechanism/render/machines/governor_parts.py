@@ -464,14 +464,13 @@ class ThrottleGear:
         def valve_axes(moment: Any) -> PoseTuple:
             return self.valve_axes(pin_height(moment))
 
-        arm = _VALVE_ARM * self.unit
         yield _part(strap_axes, self._strap())
         yield _part(lever_axes, *self._lever_shapes())
         yield _part(valve_axes, *self._valve_shapes())
         yield _part(rod_axes, make_bar("throttle rod", (0.0, 0.0), (self.rod_length, 0.0), _ROD_WIDTH * self.unit))
         yield _part(strap_axes, self._pin((0.0, 0.0)))
         yield _part(lever_axes, self._pin((0.0, 0.0)), self._pin((-self.outer_arm, 0.0)))
-        yield _part(valve_axes, self._pin((arm, 0.0)), self._pin((0.0, 0.0)))
+        yield _part(valve_axes, self._pin((_VALVE_ARM * self.unit, 0.0)), self._pin((0.0, 0.0)))
 
     def _strap(self) -> Polygon:
         half = 0.5 * _STRAP_HEIGHT * self.unit
