@@ -12,7 +12,7 @@ from governor_mechanism.mechanics.curves import outline_kernels
 from governor_mechanism.mechanics.curves.outlines import bounding_circle, chains_of, edges_of, is_inside, make_pieces, outline_points
 from governor_mechanism.mechanics.dynamics.arrays import from_mass_centres
 from governor_mechanism.mechanics.dynamics.lowering import make_system
-from governor_mechanism.mechanics.kinematics.constraint_kernels import evaluate_join, keep_features, release_features
+from governor_mechanism.mechanics.kinematics.constraint_kernels import evaluate_ends, evaluate_join, keep_features, release_features
 from governor_mechanism.mechanics.kinematics.output_variables import evaluate_output
 from governor_mechanism.model.curves import CornerOutline, CurveOutline
 from governor_mechanism.model.joints.base import RowKind
@@ -208,6 +208,7 @@ def test_a_roller_that_keeps_no_edge_is_beyond_the_end_of_none():
     keep_features(rows, *motion)
     assert rows.table["kept_feature"][i] != outline_kernels.NO_FEATURE
     assert -1.0 < evaluate_join(rows, i, *motion) <= 0.0
+    assert max(evaluate_ends(rows, i, *motion)) == evaluate_join(rows, i, *motion)  # of both ends the nearer one
     release_features(rows)
     assert evaluate_join(rows, i, *motion) == -1.0
 
