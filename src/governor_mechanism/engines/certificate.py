@@ -287,9 +287,10 @@ class CertifiedRunner(Runner):
             n_used = self.count_steps() - n_steps_before
             if best.outcome is Outcome.STEP_LIMIT or n_used + 2 * fine.n_steps > RUNS_PER_CERTIFICATE * self.max_steps:
                 break
-            # Shorter steps round more often, and err more in singular configurations: they help below the best estimate.
-            least = max(self.request.accuracy, best.error_estimate or 0.0)
-            if self._smallest_tolerance(fine.result) >= fine.tolerance or self._estimate_passage_error(fine) > least:
+            # Shorter steps round more often, and their error of passing singular configurations is larger: beyond the best estimate they
+            # do not help.
+            useful_error = max(self.request.accuracy, best.error_estimate or 0.0)
+            if self._smallest_tolerance(fine.result) >= fine.tolerance or self._estimate_passage_error(fine) > useful_error:
                 break
             coarse, fine = fine, self._halve(fine)
             better = _choose_better(best, self._compare(coarse, fine))

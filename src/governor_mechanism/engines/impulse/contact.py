@@ -60,17 +60,17 @@ class OutlineJoins:
         """Return the event function of a join: how far a contact is beyond its edge."""
         return float(evaluate_join(self._rows, row, *self._origin_motion(state)))
 
-    def passage_duration(self, since: float) -> float:
-        """Return in what time (s) the first contact comes to an end of its edge, by the motion in a short time `since` the present one."""
+    def passage_duration(self, interval: float) -> float:
+        """Return in what time (s) the first contact comes to an end of its edge, at its speed in a short interval (s) from now on."""
+        if not self._contacts:
+            return math.inf
         durations = [math.inf]
-        poses, velocities = self._origin_motion(self._stepper.state) if self._contacts else (np.zeros(0), np.zeros(0))
-        for _, row, _ in self._contacts:
-            if self._rows.table[row]["kept_feature"] == NO_FEATURE:
-                continue
-            now, soon = (evaluate_ends(self._rows, row, poses + time * velocities, velocities) for time in (0.0, since))
-            durations += [
-                -before * since / (after - before) for before, after in zip(now, soon, strict=True) if before < 0.0 and after > before
-            ]
+        poses, velocities = self._origin_motion(self._stepper.state)
+        for _, row, rounding in self._contacts:
+            if self._rows.table[row]["kept_feature"] != NO_FEATURE:
+                now, soon = (evaluate_ends(self._rows, row, poses + time * velocities, velocities) for time in (0.0, interval))
+                ends = zip(now, soon, strict=True)
+                durations += [-here * interval / (there - here) for here, there in ends if here < -rounding and there > here]
         return min(durations)
 
     def _origin_motion(self, state: StepState) -> tuple[FloatArray, FloatArray]:

@@ -210,7 +210,9 @@ class EventDrivenStepper(StaggeredStepper):
         self.restart(h)
         rates_after_kick = self.forces.output_rates(self.model.state()[1])
         accelerations = (rates_after_kick - self.state.rates) / (0.5 * h)
-        durations = [self._contact_tracker.joins.passage_duration(PASSAGE_STEP_RATIO * h)]
+        passage = self._contact_tracker.joins.passage_duration(PASSAGE_STEP_RATIO * h)
+        # The rest of an edge that takes no longer than rounding is passed already.
+        durations = [passage if passage > self._steps_per_bounce * self._min_fraction(h) * h else math.inf]
         for k, side in self._contact_tracker.rebound_sides.items():
             output = self._contact_tracker.contact_outputs[k]
             deceleration = side * float(accelerations[output])
