@@ -8,6 +8,9 @@ import pytest
 
 import governor_mechanism as gm
 from data_files import read_data
+from governor_mechanism.engines.impulse import level_runs
+from governor_mechanism.engines.impulse import run as impulse_run
+from governor_mechanism.engines.impulse.records import FixedStepSolution
 from governor_mechanism.engines.multibody.engine import MultibodyEngine
 from governor_mechanism.engines.multibody.run import ExplicitRun
 from governor_mechanism.integrators.stages import StepCounter
@@ -68,6 +71,25 @@ def test_fast_arms_do_not_pass_a_dead_centre(engine: str) -> None:
     assert run.times.tolist() == [0.0]
     # The engines of order 8 agree to the accuracy of 1e-6 in swings of 10 ms, and better; impulse to that in time scales of 0.2 s.
     assert exit_time(run) == pytest.approx(0.00308404022, abs=1e-9 if engine != "impulse" else 2e-7)
+
+
+def test_limits_are_checked_over_many_intervals_as_over_one(monkeypatch: pytest.MonkeyPatch) -> None:
+    ends = list[list[tuple[Any, ...]]]()
+    integrate = level_runs.integrate_over_grid
+
+    def record(*arguments: Any) -> FixedStepSolution:
+        one = integrate(*arguments)
+        ends[-1].append((len(one.states.times), one.first_exit, one.n_steps, one.reached_limit, one.has_chatter))
+        return one
+
+    monkeypatch.setattr(level_runs, "integrate_over_grid", record)
+    for together in (1, 16):
+        monkeypatch.setattr(impulse_run, "N_PATHS_TOGETHER", together)
+        ends.append([])
+        gm.run(load(SCENES["STIFF_SLEEVE"]), engine="impulse")
+    assert ends[0] == ends[1]
+    assert all(n_times == first_exit.time_index + 1 for n_times, first_exit, *_ in ends[1] if first_exit is not None)
+    assert any(first_exit is not None for _, first_exit, *_ in ends[1])
 
 
 def test_engines_end_at_the_same_time_with_the_same_reports() -> None:

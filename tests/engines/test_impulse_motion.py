@@ -7,9 +7,12 @@ import pytest
 
 from governor_mechanism.closed_form import pendulum as closed
 from governor_mechanism.engines import ImpulseEngine, MultibodyEngine
+from governor_mechanism.engines.impulse.pymunk_model import PymunkModel
+from governor_mechanism.engines.impulse.time_inputs import TimeInputs
 from governor_mechanism.mechanics.kinematics.constraint_equations import ConstraintEquations
 from governor_mechanism.model.part import Spindle
 from governor_mechanism.model.results.records import Outcome
+from governor_mechanism.model.scene import Scene
 from governor_scenes import EXTENDED, PORTER, WATT, governor_scene, porter_open, random_governor
 from one_coordinate_reference import integrate_one_coordinate
 from reference import zehnder
@@ -149,3 +152,30 @@ def test_a_given_step_of_whole_cycles_of_the_speed_sees_the_cycles(cycles_per_tu
     run, reference = ImpulseEngine(step=step).run(scene), MultibodyEngine().run(scene, accuracy=1e-9)
     for name, readings in run.readings.items():
         assert np.max(np.abs(readings - reference.readings[name])) / run.scales[name] <= 3 * run.error_estimate, name
+
+
+@pytest.mark.parametrize("is_plain", [True, False])
+def test_forces_act_where_a_step_ends_and_in_plain_pymunk_where_it_begins(is_plain):
+    """A point mass on a spring: positions move by the old velocities, then velocities by the force; joints are set to where both lead."""
+    stiffness, mass, h = 90.0, 2.0, 0.01
+    scene = Scene.from_dict(
+        {
+            "machine": "custom",
+            "ground": {"A": [0, 0]},
+            "body": [{"name": "mass", "mass": mass, "point": True, "at": [0.5, 0]}],
+            "force": [{"type": "spring", "first": "ground.A", "second": "mass.origin", "stiffness": stiffness, "free_length": 0.2}],
+            "readings": {"x": {"x": "mass.origin"}},
+            "run": {"duration": 1.0},
+        }
+    )
+    model, time_inputs, seen = PymunkModel(scene, iterations=20, plain=is_plain), TimeInputs(scene), []
+    model._joint_updates.append(lambda poses, inputs: seen.append(poses[0][0]))
+    model.start(np.array([[0.5, 0.0, 0.0]]), np.array([[0.7, 0.0, 0.0]]), time_inputs.start_inputs(h))
+    x, v = (float(part[0, 0]) for part in model.state())
+    seen.clear()
+    for _ in range(20):
+        model.step(time_inputs.constant_inputs(h))
+        force_at = x if is_plain else x + h * v
+        x, v = x + h * v, v - h * stiffness / mass * (force_at - 0.2)
+        np.testing.assert_allclose([part[0, 0] for part in model.state()], [x, v], rtol=1e-13)
+        assert seen[-1] == pytest.approx(x, rel=1e-13)
